@@ -37,6 +37,7 @@ TYPICAL = {
     "time_lag.lag": 0.137,
     "permanent_set.set": 0.06,
     "drift.rate": 1.7,
+    "drift.settling": 0.05,
     "warming.tau": 11.0,
     "rig_compliance.curvature": -1e-4,
 }

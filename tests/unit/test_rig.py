@@ -245,6 +245,24 @@ def test_a_drift_and_a_wrong_scale_are_of_the_reading_alone():
     np.testing.assert_allclose(found.value, 1.05 * 300.0 * q + 7.0 + 0.3 * (time - 100.0), rtol=1e-12)
 
 
+@pytest.mark.parametrize("settling", [1e-7, 0.1])
+def test_a_drift_may_come_to_rest(settling):
+    """Against the integral of its rate, on both sides of the switch from the series to the formula."""
+    time = np.linspace(3.0, 43.0, 401)
+    acting = [active("drift", rate=0.3, settling=settling)]
+    columns = ["drift.rate", "drift.settling"]
+    plain = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 2)))  # noqa: E731
+    found = elastic_response(acting, Travel(np.sin(time), time), plain, columns)
+    t = time - 3.0
+    # Gauss quadrature of exp(-settling s) and of -s exp(-settling s) from 0 to t.
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    s = 0.5 * t[:, None] * (nodes + 1.0)
+    fading = np.exp(-settling * s)
+    elapsed, slope = 0.5 * t * (fading @ weights), 0.5 * t * ((-s * fading) @ weights)
+    np.testing.assert_allclose(found.value - 300.0 * np.sin(time), 0.3 * elapsed, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(found.slope, np.column_stack([elapsed, 0.3 * slope]), rtol=1e-11, atol=1e-11)
+
+
 def test_warm_rubber_is_softer_but_its_stop_is_not():
     time = np.linspace(5.0, 25.0, 41)
     q = 2.0 * np.sin(time)

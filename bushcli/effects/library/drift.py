@@ -1,7 +1,9 @@
 """Drift: the zero of the force moves with time, whatever the displacement.
 
-The force is logged as Q + rate t, with t the time since the recording began. The amplitude is the rate. A bridge that
-warms up after it was switched on, or a cell beside a warm specimen, drifts roughly like this.
+The force is logged as Q + rate (1 - exp(-settling t)) / settling, with t the time since the recording began; without
+settling that is Q + rate t. A bridge that warms up after it was switched on, or a cell beside a warm specimen, drifts
+like this: first evenly, then, in a long recording, less and less, as its temperature settles. The amplitude is the rate
+at the beginning.
 
 References
 ----------
@@ -14,9 +16,12 @@ from bushcli.effects.change import Array, Given, RigChange, Signal
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
+# Below this, three terms of the series are exact to 1e-13.
+SERIES = 1e-4
+
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Add rate times time to the force.
+    """Add the drift since the recording began to the force.
 
     Parameters
     ----------
@@ -25,17 +30,25 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
     time : (n,) array or None
         Seconds since the recording began.
     given : Given
-        Value of `rate` (N/s or N mm/s) with its derivatives.
+        Values of `rate` (N/s or N mm/s) and `settling` (1/s) with their derivatives.
     """
     if time is None:
         raise ValueError("a drift needs time")
-    return force + given["rate"] * Signal(time, np.zeros((len(time), given["rate"].slope.shape[-1])))
+    settling = given["settling"]
+    # (1 - exp(-x)) / x and its derivative, both without cancellation where x is small.
+    x = float(settling.value) * time
+    small = np.abs(x) < SERIES
+    safe = np.where(small, 1.0, x)
+    share = np.where(small, 1.0 - x / 2.0 + x**2 / 6.0, -np.expm1(-x) / safe)
+    slope = np.where(small, -0.5 + x / 3.0 - x**2 / 8.0, (np.exp(-x) - share) / safe)
+    elapsed = Signal(time * share, (time**2 * slope)[:, None] * settling.slope)
+    return force + given["rate"] * elapsed
 
 
 EFFECT = Effect(
     name="drift",
     title="Drift of the force's zero",
-    summary="The zero of the force moves evenly with time, whatever the displacement.",
+    summary="The zero of the force moves with time, whatever the displacement.",
     acts="rig",
     parameters=(
         EffectParameter(
@@ -52,6 +65,23 @@ EFFECT = Effect(
                 0.01,
                 of="force/duration",
                 source="engineering judgement: over a recording a zero drifts by as much as it is off at the beginning",
+            ),
+        ),
+        EffectParameter(
+            "settling",
+            "1/s",
+            "1 / time constant with which the drift comes to rest; 0 for an even drift",
+            1e-3,
+            0.0,
+            1e6,
+            off=0.0,
+            default=0.0,
+            prior=Prior(
+                "half_t",
+                2.0,
+                of="1/duration",
+                source="engineering judgement: electronics and specimens settle thermally in minutes to an hour, as "
+                "long as many recordings take",
             ),
         ),
     ),
