@@ -2,9 +2,9 @@
 
 A formula that has the right physics leaves a share of about `PHI` of the misfit without it, smooth along the path; a
 law leaves about `LAMBDA` of the force. Such a misfit has few degrees of freedom, however many samples show it; their
-number grows with the features of a channel (`effective_features`). With a the feature along the force, E the sum of
-squares of the others beyond the expectation of noise, D that of all features of the plain law's misfit, F that of the
-force, and m effective features, the likelihood of a model is
+number grows with the features of all channels (`effective_features`), which share it. With a the feature along the
+force, E the sum of squares of the others beyond the expectation of noise, D that of all features of the plain law's
+misfit, F that of the force, and m effective features, the likelihood of a model is
 
     log L = log of the mean over phi, lambda and s of prod_c v_c^(-(m_c - 1)/2) exp(-(m_c - 1 + E_c) / (2 v_c))
             (v_c + g_c)^(-1/2) exp(-a_c^2 / (2 (v_c + g_c))),
@@ -59,7 +59,7 @@ def _normal(nodes: Array) -> Array:
 PHI, PHI_SPREAD, PHI_MOST = 0.14, 0.65, 0.5
 # The same for the share of the force that a law leaves, measured on twelve channels without effects: 0.00065 and 0.8.
 LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
-# Effective number of features of an error of form in a channel of K features: FACTOR K^POWER. Of eleven such formulas,
+# Effective number of features of an error of form in recordings of K features: FACTOR K^POWER. Of eleven such formulas,
 # this is one of those that give the right answers the highest probability on 42 recordings of the development deck,
 # with the same fits (`benchmarks/form/again.md`): 5 on loops (K = 12), 11 and 14 on programs of 50 and 85 features.
 # The participation ratios of the misfit that the right physics leaves are 3, 10 and 14 there.
@@ -79,7 +79,7 @@ UNKNOWN_IN_CHANNEL = 0.5
 
 
 def effective_features(count: int) -> float:
-    """Return the effective number of features of an error of form in a channel with `count` features."""
+    """Return the effective number of features of an error of form in recordings with `count` features."""
     return float(min(FACTOR * count**POWER, count))
 
 
@@ -138,8 +138,14 @@ class Likelihood:
 
     @property
     def effective(self) -> Array:
-        """Effective number of features m by channel."""
-        return np.array([effective_features(one.count) for one in self.features])
+        """Effective number of features m by channel.
+
+        The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way in
+        all channels, and a recording that is given in two files says no more about it than in one.
+        """
+        counts = np.array([float(one.count) for one in self.features])
+        total = effective_features(sum(one.count for one in self.features))
+        return np.asarray(np.minimum(1.0 + (total - 1.0) * counts / counts.sum(), counts))
 
     @property
     def count_across(self) -> Array:
