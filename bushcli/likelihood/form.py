@@ -140,8 +140,8 @@ class Likelihood:
     def effective(self) -> Array:
         """Effective number of features m by channel.
 
-        The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way in
-        all channels, and a recording that is given in two files says no more about it than in one.
+        The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way
+        in all channels, and a recording that is given in two files says no more about it than in one.
         """
         counts = np.array([float(one.count) for one in self.features])
         total = effective_features(sum(one.count for one in self.features))
