@@ -160,6 +160,24 @@ def test_effective_features_agree_with_participation_ratios(count, measured):
     assert np.log(measured) - 0.3 < np.log(effective_features(count)) < np.log(3.0 * measured - 2.0)
 
 
+def test_a_recording_in_two_files_says_little_more_than_in_one():
+    """Two halves share the effective features of the whole; only the feature along the force is each one's own."""
+    whole = likelihood([8e4], [1e6], 2 * COUNT)
+    halves = likelihood([4e4, 4e4], [5e5, 5e5])
+    assert float(halves.effective.sum()) == pytest.approx(float(whole.effective.sum()) + 1.0)
+    for a, b in ((500.0, 2e3), (2e3, 8e3)):
+        told = log(whole, 2 * a) - log(whole, 2 * b)
+        assert log(halves, a, a) - log(halves, b, b) == pytest.approx(told, rel=0.1)
+
+
+def test_a_channel_has_no_more_effective_features_than_features():
+    counts = (1, 2, 60)
+    channels = tuple(likelihood([1e3], [1e5], count).features[0] for count in counts)
+    effective = Likelihood(channels, (1e3,) * 3).effective
+    assert np.all(effective >= 1.0)
+    assert np.all(effective <= counts)
+
+
 def test_doubt_about_the_noise_takes_part():
     """Noise two fifths larger than estimated: one too much in each of 48 features calls for the unknown effect."""
     too_much = left(1.0 * COUNT)
