@@ -202,7 +202,9 @@ class _Run:
         if self.observer is not None and arrived:
             self.observer(self.solver)
         if self.model.internal is not None:
-            self.derivatives.follow(self.solver, number, step.share, self.stepper.time)
+            rate = self.derivatives.follow(self.solver, number, step.share, self.stepper.time)
+            if rate is not None:
+                self.stepper.differentiated(rate)
             self.model.commit()
 
     def _refused(self, step: Step, target: float, newton: int) -> None:
@@ -235,12 +237,16 @@ class _Derivatives:
         # Derivatives of six reactions, (6, names); None except on a path of six motions.
         self.reactions: Array | None = None
 
-    def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> None:
-        """Advance the derivatives by the step just solved, which covered `share` of the remaining way to a target."""
+    def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> Array | None:
+        """Advance the derivatives by the step just solved, which covered `share` of the remaining way to a target.
+
+        Return dx/dq there, shape (n,), where it was computed on the way.
+        """
         if not self.names:
-            return
+            return None
         for name, targets in self._targets.items():
             self._now[name] += share * (float(targets[number]) - self._now[name])
         self.at, self.rates = self._sensitivity(solver, self._now, self._series, time)
         if isinstance(self._sensitivity, SixSensitivity):
             self.reactions = self._sensitivity.reactions
+        return self._sensitivity.rate

@@ -78,6 +78,9 @@ class Mode:
         The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     words
         Words, in lower case, by which the name of a file says that it has a recording of this mode.
+    directions
+        Of the forces (FX to FZ) and moments (TX to TZ) of a bushing about z for which the curve stands in a vehicle
+        model; a bushing is taken to be alike in x and y.
     proposed_travel
         Travel of a test that is proposed if the mode has not been recorded: a share of the rubber's thickness, or rad;
         None where none is proposed. Engineering judgement: far enough to show the shape of the curve.
@@ -98,6 +101,7 @@ class Mode:
     unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
     unit_slope: float | None = None
     words: tuple[str, ...] = ()
+    directions: tuple[str, ...] = ()
     proposed_travel: float | None = None
 
     @property

@@ -1,4 +1,4 @@
-"""PETSc's SNES for Newton's method, with a factorisation by MUMPS."""
+"""PETSc's SNES for Newton's method, with a factorisation by MUMPS, or dense elimination of a small system."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import Any
 from petsc4py import PETSc
 
 from cases.border import Border
+from cases.small import MOST as MOST_SMALL
+from cases.small import Small
 
 
-def newton_solver(comm: Any, most: int, border: Border | None) -> PETSc.SNES:
+def newton_solver(comm: Any, most: int, unknowns: int, border: Border | None) -> PETSc.SNES:
     """Return the solver, without function, Jacobian and convergence test.
 
     Parameters
@@ -18,6 +20,8 @@ def newton_solver(comm: Any, most: int, border: Border | None) -> PETSc.SNES:
         MPI communicator.
     most
         Largest number of iterations.
+    unknowns
+        Number of unknowns.
     border
         Equations of the free motions of the sleeve; None where there are none.
     """
@@ -31,12 +35,13 @@ def newton_solver(comm: Any, most: int, border: Border | None) -> PETSc.SNES:
     PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
     ksp = snes.getKSP()
     ksp.setType("preonly")
-    if border is None:
+    small = comm.size == 1 and unknowns <= MOST_SMALL
+    if border is None and not small:
         ksp.getPC().setType("cholesky")
         ksp.getPC().setFactorSolverType("mumps")
     else:
         ksp.getPC().setType("python")
-        ksp.getPC().setPythonContext(border)
+        ksp.getPC().setPythonContext(Small() if border is None else border)
     snes.setFromOptions()
     PETSc.Options().delValue(prefix + "snes_linesearch_type")
     return snes

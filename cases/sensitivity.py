@@ -66,6 +66,8 @@ class Sensitivity:
         self._rates: dict[str, Numbers] = {}
         self._rates_at: tuple[float, ...] = ()
         self._last: Array | None = None
+        # dx/dq at the last step with memory, shape (n,).
+        self.rate: Array | None = None
 
     def __call__(
         self,
@@ -100,6 +102,7 @@ class Sensitivity:
             slopes = Slopes(model.body, model.state.x.array)
             forces = self._forces(slopes, changes, boundaries)
             rate, moved = self._solutions(solver, -forces)
+            self.rate = rate
             works = forces @ rate
         stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity

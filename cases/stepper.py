@@ -182,6 +182,10 @@ class Stepper:
             self._known.forget()
             self._rate = None
 
+    def differentiated(self, rate: Array) -> None:
+        """Use dx/dq at the accepted state, shape (n,), for the guesses of the next steps."""
+        self._known.differentiated(rate)
+
     def reject(self, step: Step) -> None:
         """Make the next step half as long."""
         self._length = 0.5 * abs(step.goal - self.q)
@@ -205,4 +209,5 @@ class Stepper:
             return known.extrapolate(goal)
         if self._rate is None and goal != self.q:
             self._rate = self._solver.ahead(self.q, known.x[-1])
+            known.differentiated(self._rate)
         return known.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)

@@ -18,6 +18,7 @@ from ufl.algorithms import expand_derivatives
 from cases.contact.contact import DEEPEST, Contact
 from cases.feature import Installed, Place
 from cases.jit import options
+from cases.literals import without_literals
 from cases.parameters import Parameters
 from cases.strain_gradient import StrainGradient
 from forms.kinematics import Moved
@@ -64,9 +65,9 @@ class SurfaceForms:
         self._slopes: dict[str, Any] = {}
         self._formed = bool(energies)
         if self._formed:
-            self._energy = _compiled(self._surfaces.energy)
-            self._residual = _compiled(self._surfaces.residual)
-            self._tangent = _compiled(self._surfaces.tangent)
+            self._energy = self._compiled(self._surfaces.energy)
+            self._residual = self._compiled(self._surfaces.residual)
+            self._tangent = self._compiled(self._surfaces.tangent)
 
     def take(self, shear_modulus: float) -> None:
         """Take the law's present initial shear modulus, MPa."""
@@ -224,13 +225,17 @@ class SurfaceForms:
 
     @cached_property
     def _action(self) -> Any:
-        return _compiled(self._surfaces.action(self._direction))
+        return self._compiled(self._surfaces.action(self._direction))
 
     def _slope(self, name: str, variable: Any) -> Any:
         if name not in self._slopes:
             form = expand_derivatives(self._surfaces.parameter_force(variable))
-            self._slopes[name] = None if form.empty() else _compiled(form)
+            self._slopes[name] = None if form.empty() else self._compiled(form)
         return self._slopes[name]
+
+    def _compiled(self, form: Any) -> Any:
+        form = without_literals(expand_derivatives(form), self._state.function_space.mesh)
+        return fem.form(form, jit_options=options())
 
 
 def surface_energies(
@@ -283,7 +288,3 @@ def _measure(mesh: NamedMesh, usual: int) -> Callable[..., Any]:
         )
 
     return ds
-
-
-def _compiled(form: Any) -> Any:
-    return fem.form(form, jit_options=options())

@@ -31,7 +31,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.recording import read_coupon, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material
-    from bushcli.simulate.play import check_play
+    from bushcli.simulate.play import check_play, check_play_of_load_cases
     from bushcli.standards.protocol import protocol
 
     case = run.load()
@@ -41,6 +41,7 @@ def check(run: Run, strict: bool) -> int:
         check_material(case, case.material)
     for curve in curves:
         check_play(case, curve.name, curve.mode, curve.displacement)
+    check_play_of_load_cases(case)
     faults = find_faults(case, [*curves, *coupons])
     found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Order of rows and columns of a stiffness matrix.
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-#: Mode -> directions of a bushing about z; the radial and conical modes stand for both directions.
-DIRECTIONS_OF = {
-    "radial": ("FX", "FY"),
-    "axial": ("FZ",),
-    "conical": ("TX", "TY"),
-    "torsional": ("TZ",),
-}
+#: Forces and moments in the same order.
+FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
+
+
+def mode_of(direction: str) -> str:
+    """Return the name of the mode whose curve stands for a direction FX to TZ."""
+    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)
@@ -135,11 +135,11 @@ class Bushing:
             The bushing has neither.
         """
         curves = self.by_mode()
-        mode = next(mode for mode, directions in DIRECTIONS_OF.items() if direction in directions)
+        mode = mode_of(direction)
         if mode in curves:
             return curves[mode].single_valued()
         if self.stiffness_matrix is not None:
-            i = ("FX", "FY", "FZ", "TX", "TY", "TZ").index(direction)
+            i = FORCES.index(direction)
             end = math.radians(10.0) if direction.startswith("T") else 5.0
             q = np.array([-end, 0.0, end])
             return q, float(self.stiffness_matrix[i, i]) * q

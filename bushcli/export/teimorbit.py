@@ -78,11 +78,10 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
 
 def sources(bushing: Bushing) -> Mapping[str, str]:
     """Return direction -> source of its curve, for the comments."""
-    from bushcli.export.curves import DIRECTIONS_OF
+    from bushcli.export.curves import FORCES, mode_of
 
     curves = bushing.by_mode()
     return {
         direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
-        for mode, directions in DIRECTIONS_OF.items()
-        for direction in directions
+        for direction, mode in zip(FORCES, map(mode_of, FORCES), strict=True)
     }

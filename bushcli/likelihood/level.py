@@ -53,7 +53,8 @@ def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel
     weights, variances, freedom = _possible(noise, features)
     factors = np.exp(np.sqrt(0.5 / freedom) * NODES)
     plain = misfit * features.spread
-    log = np.array([_log_likelihood(factors, own, features.degrees, plain) for own in variances])
+    falls = _falls()
+    log = np.array([_log_likelihood(factors, own, features.degrees, plain, falls) for own in variances])
     log += np.log(weights + 1e-300)[:, None] - 0.5 * NODES**2
     posterior = np.exp(log - logsumexp(log))
     # Mean over the features of the logarithm of the noise's variance.
@@ -88,7 +89,9 @@ def _possible(noise: NoiseModel, features: Features) -> tuple[Array, Array, floa
     )
 
 
-def _log_likelihood(factors: Array, own: Array, degrees: NDArray[np.int_], misfit: Array) -> Array:
+def _log_likelihood(
+    factors: Array, own: Array, degrees: NDArray[np.int_], misfit: Array, falls: Array
+) -> Array:
     """Logarithm of the likelihood of each factor on the noise, averaged over the sizes of missing physics.
 
     Parameters
@@ -98,15 +101,17 @@ def _log_likelihood(factors: Array, own: Array, degrees: NDArray[np.int_], misfi
         Variance of each feature of the noise.
     degrees : shape (K,)
     misfit : shape (K,)
+    falls : shape (38, 38)
+        Result of `_falls`.
     """
     # A probability of one half that no smooth misfit is left.
     prior = np.log(np.concatenate([[0.5], np.full(len(SIZES) - 1, 0.5 / (len(SIZES) - 1))]))
-    log, falls = np.tile(prior, (len(factors), 1)), _falls()
+    log = np.tile(prior, (len(factors), 1))
     for degree in range(int(degrees.max()) + 1):
         here = degrees == degree
         # By factor, size and feature.
         v = factors[:, None, None] ** 2 * own[here] + SIZES[:, None]
-        log = log - 0.5 * np.sum(np.log(v) + misfit[here] ** 2 / v, axis=-1)
+        log = log - 0.5 * (np.log(v).sum(axis=-1) + (1.0 / v) @ misfit[here] ** 2)
         top = log.max(axis=1, keepdims=True)
         log = np.log(np.exp(log - top) @ falls + 1e-300) + top
     return np.asarray(logsumexp(log, axis=1))

@@ -152,25 +152,24 @@ def _windows(recording: Recording, used: Mask, size: int) -> Iterator[tuple[Arra
 
 def _tables(windows: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
     """Sum of squares and logarithm of the determinants by correlation and window; degrees of freedom by window."""
+    counts = np.array([len(force) for _, force in windows])
+    # All windows at once, filled up with rows of zeros, which change neither squares nor determinants.
+    columns = np.zeros((len(windows), counts.max(), DEGREE + 2))
+    for column, (basis, force) in zip(columns, windows, strict=True):
+        column[: len(force)] = np.column_stack([basis, force])
+    filling = np.arange(counts.max()) >= counts[:, None]
     squares = np.zeros((len(CORRELATIONS), len(windows)))
     determinants = np.zeros_like(squares)
     for i, r in enumerate(CORRELATIONS):
-        for j, (basis, force) in enumerate(windows):
-            q, triangle = np.linalg.qr(_innovations(basis, r))
-            white = _innovations(force, r)
-            left = white - q @ (q.T @ white)
-            squares[i, j] = left @ left
-            determinants[i, j] = float(np.sum(np.log(np.abs(np.diag(triangle))))) + 0.5 * (
-                len(force) - 1
-            ) * float(np.log(1.0 - r**2))
-    return squares, determinants, np.array([len(f) - b.shape[1] for b, f in windows], dtype=float)
-
-
-def _innovations(values: Array, correlation: float) -> Array:
-    """Part of each sample that the previous one does not predict, scaled to the variance of the noise."""
-    found = values.copy()
-    found[1:] = (values[1:] - correlation * values[:-1]) / np.sqrt(1.0 - correlation**2)
-    return found
+        white = columns.copy()
+        # Part of each sample that the previous one does not predict, scaled to the variance of the noise.
+        white[:, 1:] = (columns[:, 1:] - r * columns[:, :-1]) / np.sqrt(1.0 - r**2)
+        white[filling] = 0.0
+        # The force is the last column: its part outside the polynomials is the last entry of the triangle.
+        diagonal = np.abs(np.diagonal(np.linalg.qr(white, mode="r"), axis1=-2, axis2=-1))
+        squares[i] = diagonal[:, -1] ** 2
+        determinants[i] = np.log(diagonal[:, :-1]).sum(axis=-1) + 0.5 * (counts - 1) * np.log(1.0 - r**2)
+    return squares, determinants, np.asarray(counts - (DEGREE + 1), dtype=float)
 
 
 def _unremarkable(squares: Array, freedom: Array, kept: Mask) -> Mask:

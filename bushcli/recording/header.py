@@ -27,8 +27,8 @@ _BRACKETS = re.compile(
 _FACTOR = re.compile(r"[x×*·/]\s*10+(?![\d.])|(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\w.])1[eE][-+]?\d+")
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
 _COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
-#: The last word after a sign that separates a name from its unit: "force_klx", "Force, klx".
-_AFTER_SIGN = re.compile(r"(?:_|\.|[^\w\s.]\s*)([^\W_]+)\W*$")
+#: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
+_AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
 #: Longer texts are not names of columns and are ignored.
 _LONGEST_NAME = 200
 

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,11 +216,33 @@ def _fail(reason: str) -> None:
 
 
 def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
+    """Read a file within the limits of the child, and write its contents to the standard output."""
     # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
     output, sys.stdout = sys.stdout.buffer, sys.stderr
     resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    copy_contents(format_name, path, wanted, output)
+
+
+def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], output: BinaryIO) -> None:
+    """Read a file in this process, and write its contents as the child does.
+
+    Parameters
+    ----------
+    format_name : str
+        Name of the reader.
+    path : Path
+    wanted : collection of str or int
+        Columns that the case chooses.
+    output : binary file
+        Receives one line of JSON, and the columns as raw bytes.
+
+    Raises
+    ------
+    ValueError
+        When the file has more numbers than a recording can have; a parser may raise anything else.
+    """
     shown, arrays = [], []
     with readers()[format_name].opened(path) as parts:
         _bounded(parts)

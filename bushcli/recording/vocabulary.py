@@ -65,7 +65,9 @@ _BESIDE = MEASURED_WORDS | _set(
     "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed uncalibrated scaled zeroed tared signal "
     "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
-    "actuator transducer extensometer laser encoder analog digital primary secondary standard"
+    "actuator transducer extensometer laser encoder analog digital primary secondary standard upper lower frame bench "
+    "machine piston cylinder beam plate clamp side prüfstand prüfmaschine kolben zylinder taster aufnehmer traverse "
+    "messdose kraftmessdose seite oben unten links rechts innen außen"
 )
 #: A factor beside a unit: "x10 N", "1000 N".
 POWER = re.compile(r"[x×*]?10+|1[eE]\d")

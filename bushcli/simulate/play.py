@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case
+from bushcli.case import Case, load_case_names
 from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting
 from bushcli.errors import InputError, Problem
@@ -38,3 +38,23 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
             what = f"free_play.half_width = {known:g} takes up all of the travel of {name}, {largest}"
             expected = f"less than {largest}, or the bushing does not move"
             raise InputError(Problem(case.path.name, what, "", expected))
+
+
+def check_play_of_load_cases(case: Case) -> None:
+    """Refuse free play as large as the travel of a load case, without the library that simulates it.
+
+    Raises
+    ------
+    InputError
+    """
+    names = load_case_names(case.load_cases, case.recordings)
+    for name, load in zip(names, case.load_cases, strict=True):
+        if load.six is not None or not acting(case.effects, name, load.mode):
+            continue
+        if load.source is not None:
+            from bushcli.recording import read_program  # with the readers, which few load cases need
+
+            displacement = read_program(load.source)[1]
+        else:
+            displacement = np.asarray(load.path, dtype=float)
+        check_play(case, name, load.mode, displacement)

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from bushcli.standards.observed import ALIKE, DIFFERENT_RATE, Observed
-from cases.mode import modes
+from cases.mode import Mode, modes
 
 #: Shortest hold, s, that shows relaxation beyond that of the ramp before it.
 _HOLD = 10.0
@@ -113,13 +113,19 @@ def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
     """Yield the question that recordings of a single mode leave open."""
     found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
     if len(found) == 1:
-        other = "radial" if found != {"radial"} else "axial"
+        other = _another(modes()[next(iter(found))])
         yield Lack(
             tuple(one.channel for one in seen),
             "whether the rubber is another batch, or geometry, compressibility or the rig differ",
             f"there is one mode only, {found.pop()}",
             f"record a second mode, such as {other}",
         )
+
+
+def _another(mode: Mode) -> str:
+    """Return the name of a mode that loads the rubber differently: sideways if this one does not, else not."""
+    others = [one for one in modes().values() if one.directions and one is not mode]
+    return next(one.name for one in others if bool(one.sideways) != bool(mode.sideways))
 
 
 def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:

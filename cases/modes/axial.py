@@ -44,5 +44,6 @@ MODE = Mode(
     unit_stiffness=annulus.axial,
     reversed_by="z",
     words=("axial", "ax", "längs", "laengs", "longitudinal"),
+    directions=("FZ",),
     proposed_travel=0.6,
 )

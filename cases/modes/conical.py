@@ -43,4 +43,5 @@ MODE = Mode(
     unit_stiffness=annulus.conical,
     reversed_by="x",
     words=("conical", "cardanic", "cardan", "kardan", "kard", "konisch", "coni"),
+    directions=("TX", "TY"),
 )

@@ -43,5 +43,6 @@ MODE = Mode(
     unit_stiffness=annulus.radial,
     reversed_by="x",
     words=("radial", "rad", "quer", "lateral"),
+    directions=("FX", "FY"),
     proposed_travel=0.3,
 )

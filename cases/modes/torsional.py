@@ -73,4 +73,5 @@ MODE = Mode(
     reversed_by="y",
     words=("torsional", "torsion", "tors", "tor", "verdreh", "drehung"),
     proposed_travel=0.2,
+    directions=("TZ",),
 )

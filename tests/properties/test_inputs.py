@@ -364,10 +364,11 @@ def test_what_was_seen_to_crash_is_refused(tmp_path, command, override, sentence
 
 @pytest.mark.parametrize("width", [8.0, 50.0])
 @pytest.mark.parametrize("place", ["load_cases", "recordings"])
-def test_free_play_as_large_as_the_travel_is_refused(tmp_path, place, width):
+@pytest.mark.parametrize("command", ["check", "direct"])
+def test_free_play_as_large_as_the_travel_is_refused(tmp_path, command, place, width):
     case = {key: CASE[key] for key in ("geometry", "mesh", "material")} | {place: CASE[place][:1]}
     case["effects"] = [{"name": "free_play", "parameters": {"half_width": width}}]
-    result = run(tmp_path, "direct", document(case))
+    result = run(tmp_path, command, document(case))
     assert result.exit_code == 2
     assert f"free_play.half_width = {width:g} takes up all of the travel of axial" in result.stderr
 

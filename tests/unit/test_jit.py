@@ -137,3 +137,23 @@ def test_what_is_under_way_is_left_alone(tmp_path):
     (tmp_path / f"libffcx_one{jit.sysconfig.get_config_var('EXT_SUFFIX')}").write_bytes(b"half")
     jit.remove_damaged(tmp_path, "libffcx_one")
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_forms_that_differ_in_numbers_share_their_code():
+    """Otherwise every bushing with a plate of another height would compile forms of its own."""
+    import ufl
+    from dolfinx import fem, mesh
+    from mpi4py import MPI
+
+    from cases.literals import without_literals
+
+    square = mesh.create_unit_square(MPI.COMM_SELF, 2, 2)
+    x, ds = ufl.SpatialCoordinate(square), ufl.Measure("ds", square)
+    forms = [height * ufl.max_value(x[0] - gap, 0) ** 2 * ds for height, gap in ((3.5, 0.25), (0.7, 0.6))]
+    assert forms[0].signature() != forms[1].signature()
+    found = [without_literals(form, square) for form in forms]
+    assert found[0].signature() == found[1].signature()
+    for one, other in zip(forms, found, strict=True):
+        values = [fem.assemble_scalar(fem.form(form)) for form in (one, other)]
+        assert values[0] == pytest.approx(values[1], rel=1e-14)
+        assert values[0] > 0.0

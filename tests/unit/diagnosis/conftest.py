@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -50,8 +52,8 @@ def stress(strain, set_=0.0):
 class Coupon:
     """A uniaxial coupon and the problem of its diagnosis."""
 
-    def __init__(self, folder, law, set_, noise, seed, **program):
-        self.time, self.strain = cycles(**program)
+    def __init__(self, folder, law, set_, noise, seed):
+        self.time, self.strain = cycles()
         force = stress(self.strain, set_)
         sigma = noise * np.ptp(force)
         force = force + sigma * np.random.default_rng(seed).normal(size=len(force))
@@ -89,9 +91,13 @@ class Coupon:
 
 @pytest.fixture(scope="session")
 def coupon(tmp_path_factory):
-    """Make a coupon from its law, its concealed permanent set, and its noise as a share of the force range."""
+    """Make a coupon from its law, its concealed permanent set, and its noise as a share of the force range.
 
-    def make(law="neo_hookean", set_=0.0, noise=0.003, seed=5, **program):
-        return Coupon(tmp_path_factory.mktemp("coupon"), law, set_, noise, seed, **program)
+    Tests that ask for the same one share it, because its plain law takes seconds to fit. Nobody changes it.
+    """
+
+    @cache
+    def make(law="neo_hookean", set_=0.0, noise=0.003, seed=5):
+        return Coupon(tmp_path_factory.mktemp("coupon"), law, set_, noise, seed)
 
     return make

@@ -28,15 +28,25 @@ def likelihood(signal=0.0):
     return Likelihood((one,), (0.0,))
 
 
-def logs(misfit):
-    """Log likelihood of misfits (..., ROWS), with the constant that `Likelihood` has."""
+def log_of(misfit):
+    """Log likelihood of a misfit, shape (ROWS,)."""
     one = likelihood()
-    return np.array([one.judge(one.left([z])).log for z in np.atleast_2d(misfit)])
+    return one.judge(one.left([misfit])).log
+
+
+# Log likelihood of no misfit. That of any other is lower by half its sum of squares, as the first test checks.
+CONSTANT = log_of(np.zeros(ROWS))
 
 
 def of(misfit, slopes, values, priors, one_sided=()):
     known = [Known(p, {}, i in one_sided) for i, p in enumerate(priors)]
     return evidence(likelihood(), [misfit], [slopes], np.asarray(values), known, [0.0] * len(priors))
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0, 1e3])
+def test_noise_alone_has_a_normal_likelihood(size):
+    z = size * np.random.default_rng(7).normal(size=ROWS)
+    assert log_of(z) == pytest.approx(CONSTANT - 0.5 * float(z @ z), rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("best", [0.0, 1.0, 4.0, 30.0])
@@ -65,12 +75,17 @@ def _best(z0, J, prior, low, high):
 
 def integral(z0, J, prior, low, high, logarithm=False):
     """Evidence of one parameter by quadrature, over the parameter or its logarithm."""
-    best = max(float(logs(z0 + J * x)[0]) for x in _grid(low, high, logarithm))
+
+    def log(x):
+        z = z0 + J * x
+        return CONSTANT - 0.5 * float(z @ z)
+
+    best = max(map(log, _grid(low, high, logarithm)))
 
     def density(t):
         x = math.exp(t) if logarithm else t
         jacobian = t if logarithm else 0.0
-        return math.exp(float(logs(z0 + J * x)[0]) - best + prior.log_density(x, {}) + jacobian)
+        return math.exp(log(x) - best + prior.log_density(x, {}) + jacobian)
 
     ends = (math.log(low), math.log(high)) if logarithm else (low, high)
     points = np.linspace(*ends, 60)[1:-1]
@@ -113,7 +128,7 @@ def test_two_amplitudes_that_cannot_be_negative(first, second, correlation):
     squares = np.sum((z0 + np.outer(a, J[:, 0]) + np.outer(b, J[:, 1])) ** 2, axis=1)
     weight = np.where(grid == 0.0, 0.5, 1.0) * (grid[1] - grid[0]) * 2.0 * t.pdf(grid, 3, scale=prior._scale)
     both = np.outer(weight, weight).ravel()
-    exact = float(logsumexp(-0.5 * squares, b=both)) + logs(np.zeros(ROWS))[0]
+    exact = float(logsumexp(-0.5 * squares, b=both)) + CONSTANT
     rows = np.array([prior.row(x, {})[0] ** 2 for x in grid])
     best = int(np.argmin(squares + np.add.outer(rows, rows).ravel()))
     x = np.array([a[best], b[best]])
@@ -156,7 +171,7 @@ def test_logarithmic_priors_are_integrated_in_the_logarithm(prior, truth, std):
 def test_what_the_data_say_nothing_of_costs_nothing(prior):
     z0 = np.random.default_rng(4).normal(size=ROWS)
     found = of(z0, np.zeros((ROWS, 1)), [prior.median({})], [prior])
-    assert found.log == pytest.approx(float(logs(z0)[0]), abs=0.5)
+    assert found.log == pytest.approx(log_of(z0), abs=0.5)
 
 
 def test_a_parameter_of_the_law_pays_for_what_it_could_do_to_the_forces():

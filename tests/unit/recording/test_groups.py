@@ -12,6 +12,8 @@ from bushcli.errors import RecordingError
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 N = 120
 TIME = np.arange(N) * 0.1
 Q = 3.0 * np.sin(0.5 * TIME)

@@ -9,6 +9,8 @@ from bushcli.case import load_case
 from bushcli.errors import InputError
 from bushcli.recording import read_recording
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 TIME = np.linspace(0.0, 20.0, 401)
 #: The motions are linear in time between corners that are stamps of both rasters, so that interpolation is exact.
 MOTIONS = {

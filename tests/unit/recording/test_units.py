@@ -301,6 +301,7 @@ def test_a_unit_of_the_case_that_is_none_is_refused(tmp_path, unit):
 FORCES = [
     # Units of something else, or unknown ones, after a sign that separates a name from its unit.
     "Force_tonne", "Force tonnes", "Force_t", "Force_V", "Force_volts", "Force_zoink", "Force, zoink",
+    "Force zoink", "Force kilograms",
     "force_raw_zoink", "Force: zoink", "Force = zoink", "Force-zoink", "Force [tonne", "Force [zoink",
     "Force_kilograms", "Force_joules",
     # Products and quotients of units.
@@ -318,6 +319,12 @@ LENGTHS = [
 def test_a_force_with_a_doubtful_unit_is_refused_with_its_place(tmp_path, name):
     with pytest.raises(RecordingError, match=r"rig\.csv:1: column 3 .*units = \{force"):
         read(tmp_path, f"time_s;displacement_mm;{name}\n" + table((T, Q, F)).replace(",", ";"))
+
+
+@pytest.mark.parametrize("name", ["Force upper", "Force bench", "Kraft Prüfstand", "Load frame", "Force MTS"])
+def test_words_of_a_rig_at_the_end_of_a_name_are_no_units(tmp_path, name):
+    found = read(tmp_path, f"time_s,displacement_mm,{name}\n" + table((T, Q, F)))
+    np.testing.assert_allclose(found.force, F)
 
 
 @pytest.mark.parametrize("name", LENGTHS)
