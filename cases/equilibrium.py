@@ -94,11 +94,28 @@ class Equilibrium:
             Unknowns to start from, shape (n,): this rank's, and the free motions of the sleeve after them.
         """
         surfaces = self.model.surfaces
-        with surfaces.resting() as rested:
-            outcome = self._solved(q, guess)
-        if rested and not outcome.found and surfaces.near():
+        rested = surfaces.contact is not None and surfaces.apart
+        outcome = self.alone(q, guess)
+        if rested and not outcome.found and not surfaces.apart:
             # Surfaces meet that did not meet before: repeat the step with contact.
             return self._solved(q, guess, outcome.iterations)
+        return outcome
+
+    def alone(self, q: float, guess: Array) -> Outcome:
+        """Do the same as `solve`, but fail where surfaces meet that did not before.
+
+        Parameters
+        ----------
+        q
+            Generalised displacement, mm or rad.
+        guess
+            Unknowns to start from, shape (n,), as in `solve`.
+        """
+        surfaces = self.model.surfaces
+        with surfaces.resting() as rested:
+            outcome = self._solved(q, guess)
+        if rested and not outcome.found:
+            surfaces.near()
         return outcome
 
     def newton(self, q: float, guess: Array, corrections: int) -> Outcome:

@@ -156,7 +156,9 @@ class Stepper:
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
         solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
-        if surfaces.apart or self._stiffens == 0:
+        if surfaces.apart:
+            outcome = solver.alone(goal, guess)
+        elif self._stiffens == 0:
             outcome = solver.solve(goal, guess)
         if not outcome.found and not surfaces.apart:
             outcome = stiffened(solver, goal, guess, outcome.iterations)
@@ -201,6 +203,9 @@ class Stepper:
 
     def _guess(self, goal: float) -> Array:
         known = self._known
+        if self._stiffens > 0 and not self._model.surfaces.apart and goal != self.q:
+            # The tangent moves surfaces in contact along each other; a parabola moves them into each other.
+            return known.x[-1] + (goal - self.q) * self._solver.ahead(self.q, known.x[-1])
         if len(known.q) > 1:
             return known.extrapolate(goal)
         if self._rate is None and goal != self.q:

@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Index = NDArray[np.int32]
 
-# Deepest penetration that an equilibrium may have, over the size of a facet.
-DEEPEST = 0.01
 # Depth to which points are sought that a step of the march may have moved through a surface, over a facet's breadth.
 BEYOND = 0.75
 
