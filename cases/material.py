@@ -173,7 +173,8 @@ class Rubber:
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
-        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.volumetric_count(guarded))}
+        count = answers.volumetric_count(guarded)
+        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(count)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
 

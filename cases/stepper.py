@@ -156,10 +156,8 @@ class Stepper:
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
         solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
-        if surfaces.apart:
-            outcome = solver.alone(goal, guess)
-        elif self._stiffens == 0:
-            outcome = solver.solve(goal, guess)
+        if surfaces.apart or self._stiffens == 0:
+            outcome = solver.solve(goal, guess, again=False)
         if not outcome.found and not surfaces.apart:
             outcome = stiffened(solver, goal, guess, outcome.iterations)
             # If it ended well, the next steps begin like this, because their guesses will be as deep.

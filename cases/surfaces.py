@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
-from cases.contact.contact import Contact
-from cases.contact.energy import DEEPEST
+from cases.contact.contact import DEEPEST, Contact
 from cases.feature import Installed, Place
 from cases.jit import options
 from cases.parameters import Parameters

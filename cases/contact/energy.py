@@ -32,10 +32,6 @@ from cases.contact.search import Inside
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Deepest penetration that an equilibrium may have, over the size of a facet. Deeper points occur only on the way to one;
-# there the tangent leaves out how the pressure's direction changes, which has negative curvatures: with it the tangent
-# had 25 to 64 negative eigenvalues too many at the guesses of steps of the kidney STEP's void, without it none.
-DEEPEST = 0.01
 # a in shear moduli over the square of the facet's size: a pressure of mu makes a depth of 0.1 % of the size.
 STIFF = 1e6
 
@@ -170,20 +166,26 @@ class Pressed:
         return np.asarray(share[:, None] * self.found.r)
 
     def stiffness(self) -> Array:
-        """Return the second derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d).
-
-        For points deeper than `DEEPEST`, it is its positive part in the direction of the distance.
-        """
+        """Return the second derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d)."""
         r, depth = self.found.r, self.found.depth
         p, n, d = *self.A.shape, r.shape[1]
         K = -self._of_place()
         K += np.einsum("pi,pj,kl->pikjl", self.A, self.A, np.eye(d), optimize=True).reshape(p, n * d, n * d)
         share, growth = self._slopes()
-        share = np.where(depth > DEEPEST * self.size, 0.0, share)
         K *= share[:, None, None]
-        slope = np.einsum("pi,pd->pid", self.A, r).reshape(p, n * d)
-        K += np.einsum("p,px,py->pxy", (growth - share) / depth**2, slope, slope, optimize=True)
-        return np.asarray(K)
+        return np.asarray(K + self._along((growth - share) / depth**2))
+
+    def growth(self) -> Array:
+        """Return the part of `stiffness` that is due to the pressure's growth alone; it has no negative eigenvalues.
+
+        The other part is due to the change of the pressure's direction.
+        """
+        return self._along(self._slopes()[1] / self.found.depth**2)
+
+    def _along(self, factor: Array) -> Array:
+        """Squares of the change of half the squared distance, times factors (p,)."""
+        slope = np.einsum("pi,pd->pid", self.A, self.found.r).reshape(len(self.A), -1)
+        return np.asarray(np.einsum("p,px,py->pxy", factor, slope, slope, optimize=True))
 
     def _of_place(self) -> Array:
         """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
