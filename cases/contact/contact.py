@@ -206,7 +206,7 @@ class Contact:
         Parameters
         ----------
         positive : bool
-            Only the part of it that has no negative eigenvalues (`Pressed.growth`).
+            Without the negative eigenvalues of each point's (`Pressed.positive_stiffness`).
 
         Returns
         -------
@@ -220,7 +220,7 @@ class Contact:
         pair = found.facet * len(self.bodies.facets) + found.other
         order = np.argsort(pair, kind="stable")
         first = np.flatnonzero(np.diff(pair[order], prepend=-1))
-        points = self._modulus * self.pressed.growth() if positive else self._stiffness
+        points = self._modulus * self.pressed.positive_stiffness() if positive else self._stiffness
         values = np.add.reduceat(points[order], first, axis=0)
         return self._unknowns(self.pressed.nodes[order[first]]), values
 

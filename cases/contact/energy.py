@@ -173,19 +173,14 @@ class Pressed:
         K += np.einsum("pi,pj,kl->pikjl", self.A, self.A, np.eye(d), optimize=True).reshape(p, n * d, n * d)
         share, growth = self._slopes()
         K *= share[:, None, None]
-        return np.asarray(K + self._along((growth - share) / depth**2))
+        slope = np.einsum("pi,pd->pid", self.A, r).reshape(p, n * d)
+        K += np.einsum("p,px,py->pxy", (growth - share) / depth**2, slope, slope, optimize=True)
+        return np.asarray(K)
 
-    def growth(self) -> Array:
-        """Return the part of `stiffness` that is due to the pressure's growth alone; it has no negative eigenvalues.
-
-        The other part is due to the change of the pressure's direction.
-        """
-        return self._along(self._slopes()[1] / self.found.depth**2)
-
-    def _along(self, factor: Array) -> Array:
-        """Squares of the change of half the squared distance, times factors (p,)."""
-        slope = np.einsum("pi,pd->pid", self.A, self.found.r).reshape(len(self.A), -1)
-        return np.asarray(np.einsum("p,px,py->pxy", factor, slope, slope, optimize=True))
+    def positive_stiffness(self) -> Array:
+        """Return `stiffness` without the negative eigenvalues of each point's."""
+        values, vectors = np.linalg.eigh(self.stiffness())
+        return np.asarray((vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.transpose(0, 2, 1))
 
     def _of_place(self) -> Array:
         """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
