@@ -51,8 +51,8 @@ def bends(model: Model, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
 
     The energy then has no minimum in the displacements nearby, and Newton's step is not one of descent. Behind a
     surface that is due to the contact, whose pressure changes its direction: in the kidney STEP's void the tangents at
-    the first guesses of steps had 8 to 64 negative eigenvalues too many, and with the positive part of the contact's
-    stiffness none. From one guess Newton's method then took 5 iterations, and without that did not converge in 14.
+    the first guesses of steps had 6 to 98 negative eigenvalues too many, and without those of the contact's stiffness
+    at single points none or a few. Newton's method then converges where it did not in 14 iterations.
 
     Parameters
     ----------
