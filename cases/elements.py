@@ -86,6 +86,17 @@ class Rule:
         return cls(points, np.ones(len(points)))
 
 
+def guarded(mesh: NamedMesh) -> bool:
+    """Whether the pressures leave single cells' volumes so free that they need an energy (`forms.volumetric`).
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh with its named boundaries.
+    """
+    return mesh.mesh.topology.cell_name() == "tetrahedron" and mesh.displacement_order > 1
+
+
 def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
     """Return the Taylor-Hood element (u, p), with one more displacement for each boundary motion that energies need.
 

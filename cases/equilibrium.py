@@ -20,7 +20,7 @@ from cases.border import Border
 from cases.broyden import broyden_step
 from cases.drag import Drag
 from cases.model import Model
-from cases.newton import newton_solver
+from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
 from cases.rates import Found, Rates, ghosted
@@ -83,7 +83,7 @@ class Equilibrium:
         self.snes.setConvergenceTest(self._test)
         self.ksp = self.snes.getKSP()
 
-    def solve(self, q: float, guess: Array) -> Outcome:
+    def solve(self, q: float, guess: Array, again: bool = True) -> Outcome:
         """Bring the model's state into equilibrium at q.
 
         Parameters
@@ -92,12 +92,12 @@ class Equilibrium:
             Generalised displacement, mm or rad.
         guess
             Unknowns to start from, shape (n,): this rank's, and the free motions of the sleeve after them.
+        again
+            Whether to repeat the solution with contact if surfaces meet that did not before; if not, it has failed.
         """
-        surfaces = self.model.surfaces
-        with surfaces.resting() as rested:
+        with self.model.surfaces.resting() as rested:
             outcome = self._solved(q, guess)
-        if rested and not outcome.found and surfaces.near():
-            # Surfaces meet that did not meet before: repeat the step with contact.
+        if rested and not outcome.found and self.model.surfaces.near() and again:
             return self._solved(q, guess, outcome.iterations)
         return outcome
 
@@ -306,11 +306,13 @@ class Equilibrium:
             return
         with self._interruptible():
             self._assemble(matrix)
+            if self.border is None and bends(self.model, self.ksp, matrix):
+                self._assemble(matrix, stiffened=True, positive=True)
         self.tangents += 1
         self._fatigue = 0
 
-    def _assemble(self, matrix: PETSc.Mat, stiffened: bool = False) -> None:
-        self.model.system.tangent(matrix, stiffened)
+    def _assemble(self, matrix: PETSc.Mat, stiffened: bool = False, positive: bool = False) -> None:
+        self.model.system.tangent(matrix, stiffened, positive)
         if self._drag is not None:
             self._drag.add_stiffness(matrix)
         if self.border is not None:

@@ -149,6 +149,8 @@ class Rubber:
         In the order of `cases.parameters.Numbers.branches`.
     points
         Number of points.
+    guarded
+        Whether volumes have a further energy (`cases.elements.guarded`).
 
     Attributes
     ----------
@@ -158,13 +160,21 @@ class Rubber:
     """
 
     def __init__(
-        self, setting: Setting, law: Law, names: tuple[str, ...], branches: Sequence[Branch], points: int
+        self,
+        setting: Setting,
+        law: Law,
+        names: tuple[str, ...],
+        branches: Sequence[Branch],
+        points: int,
+        guarded: bool = False,
     ) -> None:
         self._setting, self._law, self._names, self._points = setting, law, names, points
+        self._guarded = guarded
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
-        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(2)}
+        count = answers.volumetric_count(guarded)
+        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(count)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
 
@@ -221,7 +231,7 @@ class Rubber:
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
-        volumetric = kernel(answers.volumetric_answer(self._setting, moduli)).bound(
+        volumetric = kernel(answers.volumetric_answer(self._setting, moduli, self._guarded)).bound(
             total, {"strain": self.strain, "parameters": self._parameters["volumetric"]}
         )
         return _Answered(law, total, begin, adding, volumetric)
@@ -265,7 +275,7 @@ class Rubber:
     @cached_property
     def _apart(self) -> tuple[Call, Array]:
         """Return the contribution of the volumetric part in an array of its own."""
-        function = kernel(answers.volumetric_answer(self._setting, moduli=False))
+        function = kernel(answers.volumetric_answer(self._setting, False, self._guarded))
         row = np.zeros((self._points, function.size))
         inputs = {"strain": self.strain, "parameters": self._parameters["volumetric"]}
         return function.bound(row, inputs, clear=True), row
@@ -298,15 +308,15 @@ class Rubber:
         )
 
     def volumetric_slopes(self, at: PointState) -> Array:
-        """Return derivatives of the volumetric part's [W, W_a] by compliance and swelling."""
-        function = kernel(answers.volumetric_slopes(self._setting))
+        """Return derivatives of the volumetric part's [W, W_a] by its parameters."""
+        function = kernel(answers.volumetric_slopes(self._setting, self._guarded))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
-        return np.ascontiguousarray(rows.reshape(self._points, 2, 1 + self.variables).transpose(1, 0, 2))
+        return np.ascontiguousarray(rows.reshape(self._points, -1, 1 + self.variables).transpose(1, 0, 2))
 
     def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
-        """Derivatives by the law's parameters, and by compliance and swelling, of the work on a change of the strains.
+        """Derivatives by the law's and the volumetric part's parameters of the work on a change of the strains.
 
-        Shapes (points, parameters) and (points, 2).
+        Shapes (points, parameters), the law's and the volumetric part's.
 
         Parameters
         ----------
@@ -316,10 +326,10 @@ class Rubber:
             Change of the strain variables, shape (points, variables).
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
-        volumetric = answers.volumetric_slopes(self._setting)
+        volumetric = answers.volumetric_slopes(self._setting, self._guarded)
         inputs = {"strain": strain, "change": change}
         own = kernel(answers.work_slopes(law, len(self._names)))
-        other = kernel(answers.work_slopes(volumetric, 2))
+        other = kernel(answers.work_slopes(volumetric, answers.volumetric_count(self._guarded)))
         return (
             own(self._points, inputs | {"parameters": self._parameters["law"]}),
             other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),

@@ -23,7 +23,7 @@ from petsc4py import PETSc
 
 from cases.body import Body, Part
 from cases.contact.contact import Contact, contact_of
-from cases.elements import Rule, mixed_element
+from cases.elements import Rule, guarded, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
 from cases.material import Rubber
@@ -97,7 +97,7 @@ class Model:
             mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
         )
         self.state = fem.Function(self.space)
-        self.parameters = Parameters(mesh, law, parameters, bulk_modulus, self.features)
+        self.parameters = Parameters(mesh, law, parameters, bulk_modulus, self.features, guarded(mesh))
         self.constants, self.marked = self.parameters.constants, self.parameters.marked
         self.duration, self.stage = self.parameters.duration, self.parameters.stage
         self._stress_free = StressFree(mesh, self.features, self.parameters)
@@ -135,7 +135,9 @@ class Model:
             return Part(self.setting.kinematics, points, material(points.number), moved)
 
         def rubber(points: int) -> Rubber:
-            return Rubber(self._gradients, self.law, self.parameters.law_names, branches, points)
+            return Rubber(
+                self._gradients, self.law, self.parameters.law_names, branches, points, guarded(mesh)
+            )
 
         def metal(points: int) -> Metal:
             return Metal(self._gradients, points)

@@ -293,7 +293,7 @@ class Along:
         return self._strains[id(part)]
 
     def work_slopes(self, body: Body) -> tuple[Array, Array]:
-        """Derivatives of the rubber's work on this direction by law parameters, and by compliance and swelling."""
+        """Derivatives of the rubber's work on this direction by the law's and the volumetric part's parameters."""
         if self._works is None:
             part = body.rubber
             densities = body.material.work_slopes(part.material.strain, self.strain(part))

@@ -157,7 +157,7 @@ class Stepper:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
         solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
         if surfaces.apart or self._stiffens == 0:
-            outcome = solver.solve(goal, guess)
+            outcome = solver.solve(goal, guess, again=False)
         if not outcome.found and not surfaces.apart:
             outcome = stiffened(solver, goal, guess, outcome.iterations)
             # If it ended well, the next steps begin like this, because their guesses will be as deep.
@@ -205,6 +205,9 @@ class Stepper:
 
     def _guess(self, goal: float) -> Array:
         known = self._known
+        if self._stiffens > 0 and not self._model.surfaces.apart and goal != self.q:
+            # The tangent moves surfaces in contact along each other; a parabola moves them into each other.
+            return known.x[-1] + (goal - self.q) * self._solver.ahead(self.q, known.x[-1])
         if len(known.q) > 1:
             return known.extrapolate(goal)
         if self._rate is None and goal != self.q:

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 # iterations with each share, 13 with the first; with all of it at once, 25 iterations were not enough.
 SOFTER = (0.03, 0.2)
 # Out-of-balance force of these states over the norm of the reactions: they are only guesses for the next ones.
-COARSE = 1e-4
+COARSE = 1e-2
 
 
 def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> Outcome:

@@ -91,6 +91,11 @@ class System:
         _, dofs = collapsed(self._space.sub(1))
         return dofs[dofs < self.owned]
 
+    @cached_property
+    def free_pressures(self) -> int:
+        """Number of pressure unknowns on this rank that are not constrained."""
+        return len(np.setdiff1d(self.owned_pressures, self._constrained))
+
     # -- residual ------------------------------------------------------------------------------------------------
 
     def create_vector(self) -> PETSc.Vec:
@@ -139,7 +144,7 @@ class System:
         matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
         return matrix
 
-    def tangent(self, matrix: PETSc.Mat, stiffened: bool = False) -> None:
+    def tangent(self, matrix: PETSc.Mat, stiffened: bool = False, positive: bool = False) -> None:
         """Assemble the tangent at the present state; constrained rows and columns are those of the identity.
 
         Parameters
@@ -148,13 +153,15 @@ class System:
             Matrix that `create_matrix` returned; changed in place.
         stiffened : bool
             Whether `stiffen` was called at this very state.
+        positive : bool
+            Take of the contact's stiffness only the part that has no negative eigenvalues.
         """
         if not stiffened:
             self.stiffen()
         contact = self._surfaces.acting
         pressed = None
         if contact is not None and contact.touching:
-            self._pattern, places, entries = contact.fitted(self._pattern, matrix)
+            self._pattern, places, entries = contact.fitted(self._pattern, matrix, positive)
             pressed = (places, entries)
         pattern = self._pattern
         pattern.values[:] = 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import ufl
 
@@ -11,7 +11,7 @@ from forms.law import Law, Scalar
 from forms.point import PointFunction, answer, named, variables
 from forms.potential import sleeve_energy
 from forms.setting import Setting
-from forms.volumetric import mixed_energy
+from forms.volumetric import guard_energy, mixed_energy
 
 # Points per call: an axial march with Ogden's law of three terms takes a tenth less time, with Yeoh's a tenth more.
 BATCH = 8
@@ -75,8 +75,8 @@ def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunct
     )
 
 
-def volumetric_answer(setting: Setting, moduli: bool) -> PointFunction:
-    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1).
+def volumetric_answer(setting: Setting, moduli: bool, guarded: bool = False) -> PointFunction:
+    """Answer of the volumetric part; parameters compliance (1/MPa), swelling (1), and the shear modulus if guarded.
 
     Parameters
     ----------
@@ -84,37 +84,61 @@ def volumetric_answer(setting: Setting, moduli: bool) -> PointFunction:
         Kinematics, with its strain variables.
     moduli : bool
         Whether second derivatives are included.
+    guarded : bool
+        Whether volumes that the pressures do not prescribe have an energy (`forms.volumetric.guard_energy`).
     """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
         J = strain_of(y[:-1]).J
-        compliance, swelling = given["parameters"]
-        W = mixed_energy(J / swelling, y[-1], compliance)
+        W = _volumetric_energy(J, y[-1], list(given["parameters"]))
         return answer(W, (J, y[-1]), y, given, moduli)
 
     return PointFunction(
-        ("volumetric", "moduli" if moduli else "stress", str(len(setting.names))),
-        {"strain": len(setting.names) + 1, "parameters": 2},
+        (_volumetric_name(guarded), "moduli" if moduli else "stress", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)},
         make,
     )
 
 
-def volumetric_slopes(setting: Setting) -> PointFunction:
-    """Derivatives of [W, W_a] with respect to compliance and swelling."""
+def volumetric_slopes(setting: Setting, guarded: bool = False) -> PointFunction:
+    """Derivatives of [W, W_a] with respect to the parameters of `volumetric_answer`.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    guarded : bool
+        As in `volumetric_answer`.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
         J = strain_of(y[:-1]).J
         marked = [ufl.variable(value) for value in given["parameters"]]
-        slopes = [ufl.diff(mixed_energy(J / marked[1], y[-1], marked[0]), value) for value in marked]
+        slopes = [ufl.diff(_volumetric_energy(J, y[-1], marked), value) for value in marked]
         return [part for slope in slopes for part in answer(slope, (J, y[-1]), y, given, moduli=False)]
 
     return PointFunction(
-        ("volumetric", "slopes", str(len(setting.names))),
-        {"strain": len(setting.names) + 1, "parameters": 2},
+        (_volumetric_name(guarded), "slopes", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)},
         make,
     )
+
+
+def volumetric_count(guarded: bool) -> int:
+    """Return the number of parameters of `volumetric_answer`."""
+    return 3 if guarded else 2
+
+
+def _volumetric_name(guarded: bool) -> str:
+    return "guarded volumetric" if guarded else "volumetric"
+
+
+def _volumetric_energy(J: Scalar, p: Scalar, parameters: Sequence[Scalar]) -> Scalar:
+    compliance, swelling, *shear = parameters
+    W = mixed_energy(J / swelling, p, compliance)
+    return sum((guard_energy(J / swelling, modulus) for modulus in shear), W)
 
 
 def work_slopes(function: PointFunction, rows: int) -> PointFunction:

@@ -200,8 +200,13 @@ class Contact:
         if rate is not None:
             self._add_change(self.bodies.followed(rate), forces)
 
-    def blocks(self) -> tuple[Index, Array]:
+    def blocks(self, positive: bool = False) -> tuple[Index, Array]:
         """Second derivative by the unknowns of each pair of facets in contact.
+
+        Parameters
+        ----------
+        positive : bool
+            Without the negative eigenvalues of each point's (`Pressed.positive_stiffness`).
 
         Returns
         -------
@@ -215,7 +220,8 @@ class Contact:
         pair = found.facet * len(self.bodies.facets) + found.other
         order = np.argsort(pair, kind="stable")
         first = np.flatnonzero(np.diff(pair[order], prepend=-1))
-        values = np.add.reduceat(self._stiffness[order], first, axis=0)
+        points = self._modulus * self.pressed.positive_stiffness() if positive else self._stiffness
+        values = np.add.reduceat(points[order], first, axis=0)
         return self._unknowns(self.pressed.nodes[order[first]]), values
 
     def couplings(self) -> list[Index]:
@@ -224,7 +230,7 @@ class Contact:
         nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
         return [self._unknowns(nodes), self.blocks()[0]]
 
-    def fitted(self, pattern: Pattern, matrix: Any) -> tuple[Pattern, Index, Array]:
+    def fitted(self, pattern: Pattern, matrix: Any, positive: bool) -> tuple[Pattern, Index, Array]:
         """Find the places of the second derivative in a pattern, and give the matrix another if it lacks room.
 
         Parameters
@@ -233,6 +239,8 @@ class Contact:
             Couplings that the matrix has room for.
         matrix : PETSc.Mat
             The tangent; its pattern is changed if it lacks room.
+        positive : bool
+            As in `blocks`.
 
         Returns
         -------
@@ -241,7 +249,7 @@ class Contact:
         places, values : shape (b, n, n)
             Entries of the second derivative, for `Pattern.add`.
         """
-        unknowns, values = self.blocks()
+        unknowns, values = self.blocks(positive)
         places = pattern.located(unknowns)
         if np.any(places == MISSING):
             pattern = pattern.widened(self.couplings())

@@ -177,6 +177,11 @@ class Pressed:
         K += np.einsum("p,px,py->pxy", (growth - share) / depth**2, slope, slope, optimize=True)
         return np.asarray(K)
 
+    def positive_stiffness(self) -> Array:
+        """Return `stiffness` without the negative eigenvalues of each point's."""
+        values, vectors = np.linalg.eigh(self.stiffness())
+        return np.asarray((vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.transpose(0, 2, 1))
+
     def _of_place(self) -> Array:
         """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
         xi, r = self.found.xi, self.found.r

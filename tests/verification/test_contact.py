@@ -18,8 +18,10 @@ from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.touching import parallel_contact, touched
 from cases.contact.contact import DEEPEST
 from cases.contact.search import Search
-from cases.march import march
+from cases.equilibrium import Equilibrium
+from cases.march import TOLERANCE, march
 from cases.mode import modes
+from cases.newton import bends
 from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import laws
@@ -127,6 +129,36 @@ def test_forces_and_stiffness_are_the_energy_s_derivatives(case, request):
     contact.add_action(step, action)
     change = 0.5 * (forces(x + step) - forces(x - step))
     np.testing.assert_allclose(change, action, atol=1e-4 * np.abs(action).max())
+
+
+@pytest.mark.parametrize("case", ["touching", "squeezed"])
+def test_a_part_of_the_stiffness_has_no_negative_eigenvalues(case, request):
+    """It is the whole without those of each point's, which come from the change of the pressure's direction."""
+    model, history = request.getfixturevalue(case)
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    whole, part = contact.pressed.stiffness(), contact.pressed.positive_stiffness()
+    scale = np.abs(whole).max()
+    assert np.linalg.eigvalsh(part).min() > -1e-12 * scale
+    added = np.linalg.eigvalsh(part - whole)
+    assert added.min() > -1e-12 * scale
+    assert added.max() > 1e-6 * scale
+
+
+def test_negative_curvatures_of_the_contact_are_found_in_a_factorisation(touching):
+    """Behind a surface by a quarter of the slot; at an equilibrium there are none, and the tangent is whole."""
+    model, history = touching
+    solver = Equilibrium(model, TOLERANCE)
+    try:
+        model.surfaces.apart = False
+        for state, wanted in ((history.states[-1], False), (1.4 * history.states[-1], True)):
+            model.state.x.array[:] = state
+            model.system.tangent(solver.matrix)
+            assert bends(model, solver.ksp, solver.matrix) is wanted
+            model.system.tangent(solver.matrix, positive=True)
+            assert not bends(model, solver.ksp, solver.matrix)
+    finally:
+        solver.destroy()
 
 
 def test_action_is_reaction(touching):
