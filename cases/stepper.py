@@ -104,6 +104,8 @@ class Stepper:
         self._leaps = 0
         # How many more steps begin with a soft contact although that fails.
         self._stiffens = 0
+        # Whether the last step was rejected.
+        self._rejected = False
         # Whether the last flow did not come to rest; the next is tried after another step.
         self._restless = False
 
@@ -177,7 +179,7 @@ class Stepper:
         self.force, self.energy = self._solver.force, self._solver.energy
         self.six, self.pose = self._solver.six, self._solver.pose
         self._known.add(self.q, self._solver.unknowns())
-        self._restless = False
+        self._restless = self._rejected = False
         if step.settled:
             self._known.forget()
             self._rate = None
@@ -188,7 +190,7 @@ class Stepper:
 
     def reject(self, step: Step) -> None:
         """Make the next step half as long."""
-        self._length = 0.5 * abs(step.goal - self.q)
+        self._length, self._rejected = 0.5 * abs(step.goal - self.q), True
 
     def can_go_on(self) -> bool:
         """Whether another step can be tried: a shorter one, or a longer one across a fold."""
@@ -205,8 +207,10 @@ class Stepper:
 
     def _guess(self, goal: float) -> Array:
         known = self._known
-        if self._stiffens > 0 and not self._model.surfaces.apart and goal != self.q:
-            # The tangent moves surfaces in contact along each other; a parabola moves them into each other.
+        soft = self._stiffens > 0 and not self._model.surfaces.apart
+        if soft and not self._rejected and goal != self.q:
+            # The tangent moves surfaces in contact along each other; a parabola moves them into each other. After a
+            # step that failed from one guess, the other is used.
             return known.x[-1] + (goal - self.q) * self._solver.ahead(self.q, known.x[-1])
         if len(known.q) > 1:
             return known.extrapolate(goal)
