@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import basix
 import basix.ufl
 import numpy as np
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from geometry.mesh import NamedMesh
@@ -87,7 +89,7 @@ class Rule:
 
 
 def guarded(mesh: NamedMesh) -> bool:
-    """Whether the pressures leave single cells' volumes so free that they need an energy (`forms.volumetric`).
+    """Whether single cells fold and lose volume, so that they need energies (`strain_gradient`, `forms.volumetric`).
 
     Parameters
     ----------
@@ -95,6 +97,30 @@ def guarded(mesh: NamedMesh) -> bool:
         The mesh with its named boundaries.
     """
     return mesh.mesh.topology.cell_name() == "tetrahedron" and mesh.displacement_order > 1
+
+
+def apart_from_bonds(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[str]) -> NDArray[np.bool_]:
+    """Return which rubber cells touch neither a bond nor metal, at whose edges the strains are unbounded.
+
+    Parameters
+    ----------
+    mesh, space
+        The mesh, and its mixed space with the displacement first.
+    cells
+        Numbers of the rubber's cells on this rank, shape (c,).
+    bonds
+        Names of the boundaries on which sleeves are prescribed.
+    """
+    facets = [mesh.facets.find(mesh.boundary[name]) for name in bonds if name in mesh.boundary]
+    held = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.bool_)
+    if facets:
+        # Asks the other ranks for unknowns that lie on a bond of theirs.
+        held[fem.locate_dofs_topological(space.sub(0), 2, np.unique(np.concatenate(facets)))] = True
+    for name in mesh.sleeves:
+        metal = mesh.cells.find(mesh.region[name])
+        held[fem.locate_dofs_topological(space.sub(0), 3, metal)] = True
+    displaced = Unknowns.of(space, mesh.dimension, cells).displaced
+    return np.asarray(~held[displaced].any(axis=(1, 2)))
 
 
 def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:

@@ -149,8 +149,8 @@ class Rubber:
         In the order of `cases.parameters.Numbers.branches`.
     points
         Number of points.
-    guarded
-        Whether volumes have a further energy (`cases.elements.guarded`).
+    guard : shape (points, 1), optional
+        1 at points whose volumes have a further energy (`forms.volumetric.guard_energy`), 0 at others.
 
     Attributes
     ----------
@@ -166,14 +166,15 @@ class Rubber:
         names: tuple[str, ...],
         branches: Sequence[Branch],
         points: int,
-        guarded: bool = False,
+        guard: Array | None = None,
     ) -> None:
         self._setting, self._law, self._names, self._points = setting, law, names, points
-        self._guarded = guarded
+        self._guarded = guard is not None
+        self._guard = {} if guard is None else {"guard": guard}
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
-        count = answers.volumetric_count(guarded)
+        count = answers.volumetric_count(self._guarded)
         self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(count)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
@@ -231,9 +232,8 @@ class Rubber:
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
-        volumetric = kernel(answers.volumetric_answer(self._setting, moduli, self._guarded)).bound(
-            total, {"strain": self.strain, "parameters": self._parameters["volumetric"]}
-        )
+        function = kernel(answers.volumetric_answer(self._setting, moduli, self._guarded))
+        volumetric = function.bound(total, self._volumetric_inputs(self.strain))
         return _Answered(law, total, begin, adding, volumetric)
 
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
@@ -277,8 +277,10 @@ class Rubber:
         """Return the contribution of the volumetric part in an array of its own."""
         function = kernel(answers.volumetric_answer(self._setting, False, self._guarded))
         row = np.zeros((self._points, function.size))
-        inputs = {"strain": self.strain, "parameters": self._parameters["volumetric"]}
-        return function.bound(row, inputs, clear=True), row
+        return function.bound(row, self._volumetric_inputs(self.strain), clear=True), row
+
+    def _volumetric_inputs(self, strain: Array) -> dict[str, Array]:
+        return self._guard | {"strain": strain, "parameters": self._parameters["volumetric"]}
 
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
@@ -310,13 +312,11 @@ class Rubber:
     def volumetric_slopes(self, at: PointState) -> Array:
         """Return derivatives of the volumetric part's [W, W_a] by its parameters."""
         function = kernel(answers.volumetric_slopes(self._setting, self._guarded))
-        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
+        rows = function(self._points, self._volumetric_inputs(at.strain))
         return np.ascontiguousarray(rows.reshape(self._points, -1, 1 + self.variables).transpose(1, 0, 2))
 
     def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
-        """Derivatives by the law's and the volumetric part's parameters of the work on a change of the strains.
-
-        Shapes (points, parameters), the law's and the volumetric part's.
+        """Derivatives by the law's and the volumetric part's parameters of the work on a change, (points, parameters).
 
         Parameters
         ----------
@@ -327,12 +327,11 @@ class Rubber:
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
         volumetric = answers.volumetric_slopes(self._setting, self._guarded)
-        inputs = {"strain": strain, "change": change}
         own = kernel(answers.work_slopes(law, len(self._names)))
         other = kernel(answers.work_slopes(volumetric, answers.volumetric_count(self._guarded)))
         return (
-            own(self._points, inputs | {"parameters": self._parameters["law"]}),
-            other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),
+            own(self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}),
+            other(self._points, {"change": change} | self._volumetric_inputs(strain)),
         )
 
     def by_energy(self, at: PointState, i: int) -> Array:

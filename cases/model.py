@@ -23,7 +23,7 @@ from petsc4py import PETSc
 
 from cases.body import Body, Part
 from cases.contact.contact import Contact, contact_of
-from cases.elements import Rule, guarded, mixed_element
+from cases.elements import Rule, apart_from_bonds, guarded, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
 from cases.material import Rubber
@@ -135,14 +135,24 @@ class Model:
             return Part(self.setting.kinematics, points, material(points.number), moved)
 
         def rubber(points: int) -> Rubber:
-            return Rubber(
-                self._gradients, self.law, self.parameters.law_names, branches, points, guarded(mesh)
-            )
+            guard = self._guard(points) if guarded(mesh) else None
+            return Rubber(self._gradients, self.law, self.parameters.law_names, branches, points, guard)
 
         def metal(points: int) -> Metal:
             return Metal(self._gradients, points)
 
         return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
+
+    def _guard(self, points: int) -> NDArray[np.float64]:
+        """Return 1 at the points of rubber cells that touch no bond, 0 at those of the others, shape (points, 1)."""
+        cells = self.cells("rubber")
+        free = apart_from_bonds(self.mesh, self.space, cells, self._bonds)
+        return np.repeat(free.astype(float), points // max(len(cells), 1))[:, None]
+
+    @property
+    def _bonds(self) -> tuple[str, ...]:
+        """Names of the boundaries on which sleeves are prescribed."""
+        return (*self.mode.driven, *self.mode.held)
 
     @property
     def _gradients(self) -> GradientSetting:
@@ -188,9 +198,7 @@ class Model:
             moved = self._stress_free.together(self.features)
             degree = self.quadrature_degree
             energies = surface_energies(self.mesh, self.features, self.parameters, given, moved, degree)
-        gradient = strain_gradient(
-            self.mesh, self.space, self.cells("rubber"), (*self.mode.driven, *self.mode.held)
-        )
+        gradient = strain_gradient(self.mesh, self.space, self.cells("rubber"), self._bonds)
         return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact, gradient)
 
     @cached_property

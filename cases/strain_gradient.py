@@ -29,10 +29,9 @@ from typing import Any
 
 import basix
 import numpy as np
-from dolfinx import fem
 from numpy.typing import NDArray
 
-from cases.elements import Rule, Unknowns
+from cases.elements import Rule, Unknowns, apart_from_bonds, guarded
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -209,18 +208,9 @@ def strain_gradient(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[s
     bonds
         Names of the boundaries on which sleeves are prescribed.
     """
-    if mesh.mesh.topology.cell_name() != "tetrahedron" or mesh.displacement_order < 2:
+    if not guarded(mesh):
         return None
-    facets = [mesh.facets.find(mesh.boundary[name]) for name in bonds if name in mesh.boundary]
-    held = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.bool_)
-    if facets:
-        # Asks the other ranks for unknowns that lie on a bond of theirs.
-        held[fem.locate_dofs_topological(space.sub(0), 2, np.unique(np.concatenate(facets)))] = True
-    for name in mesh.sleeves:
-        metal = mesh.cells.find(mesh.region[name])
-        held[fem.locate_dofs_topological(space.sub(0), 3, metal)] = True
-    displaced = Unknowns.of(space, mesh.dimension, cells).displaced
-    return StrainGradient(mesh, space, cells[~held[displaced].any(axis=(1, 2))])
+    return StrainGradient(mesh, space, cells[apart_from_bonds(mesh, space, cells, bonds)])
 
 
 def _derivatives(element: Any, points: Array) -> tuple[Array, Array]:

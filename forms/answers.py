@@ -85,20 +85,18 @@ def volumetric_answer(setting: Setting, moduli: bool, guarded: bool = False) -> 
     moduli : bool
         Whether second derivatives are included.
     guarded : bool
-        Whether volumes that the pressures do not prescribe have an energy (`forms.volumetric.guard_energy`).
+        Whether volumes that the pressures do not prescribe have an energy (`forms.volumetric.guard_energy`): the input
+        ``guard`` is 1 at points that have it, 0 at others.
     """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
         J = strain_of(y[:-1]).J
-        W = _volumetric_energy(J, y[-1], list(given["parameters"]))
+        W = _volumetric_energy(J, y[-1], list(given["parameters"]), given)
         return answer(W, (J, y[-1]), y, given, moduli)
 
-    return PointFunction(
-        (_volumetric_name(guarded), "moduli" if moduli else "stress", str(len(setting.names))),
-        {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)},
-        make,
-    )
+    key = (_volumetric_name(guarded), "moduli" if moduli else "stress", str(len(setting.names)))
+    return PointFunction(key, _volumetric_blocks(setting, guarded), make)
 
 
 def volumetric_slopes(setting: Setting, guarded: bool = False) -> PointFunction:
@@ -116,14 +114,11 @@ def volumetric_slopes(setting: Setting, guarded: bool = False) -> PointFunction:
         y = variables(given["strain"])
         J = strain_of(y[:-1]).J
         marked = [ufl.variable(value) for value in given["parameters"]]
-        slopes = [ufl.diff(_volumetric_energy(J, y[-1], marked), value) for value in marked]
+        slopes = [ufl.diff(_volumetric_energy(J, y[-1], marked, given), value) for value in marked]
         return [part for slope in slopes for part in answer(slope, (J, y[-1]), y, given, moduli=False)]
 
-    return PointFunction(
-        (_volumetric_name(guarded), "slopes", str(len(setting.names))),
-        {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)},
-        make,
-    )
+    key = (_volumetric_name(guarded), "slopes", str(len(setting.names)))
+    return PointFunction(key, _volumetric_blocks(setting, guarded), make)
 
 
 def volumetric_count(guarded: bool) -> int:
@@ -132,13 +127,20 @@ def volumetric_count(guarded: bool) -> int:
 
 
 def _volumetric_name(guarded: bool) -> str:
-    return "guarded volumetric" if guarded else "volumetric"
+    return "volumetric with guard" if guarded else "volumetric"
 
 
-def _volumetric_energy(J: Scalar, p: Scalar, parameters: Sequence[Scalar]) -> Scalar:
+def _volumetric_blocks(setting: Setting, guarded: bool) -> dict[str, int]:
+    blocks = {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)}
+    return blocks | {"guard": 1} if guarded else blocks
+
+
+def _volumetric_energy(
+    J: Scalar, p: Scalar, parameters: Sequence[Scalar], given: Mapping[str, Scalar]
+) -> Scalar:
     compliance, swelling, *shear = parameters
     W = mixed_energy(J / swelling, p, compliance)
-    return sum((guard_energy(J / swelling, modulus) for modulus in shear), W)
+    return sum((given["guard"][0] * guard_energy(J / swelling, modulus) for modulus in shear), W)
 
 
 def work_slopes(function: PointFunction, rows: int) -> PointFunction:

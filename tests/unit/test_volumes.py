@@ -18,14 +18,13 @@ SOLID = SETTINGS["cartesian"]
 SHEAR = 1.3
 
 
-def answered(J, modulus=SHEAR, guard=True):
+def answered(J, modulus=SHEAR, guard=True, share=1.0):
     """[W, W_J] at volume ratios J (n,), without pressure and compliance, at a swelling of 1.02."""
     strain = np.zeros((len(J), 8))
     strain[:, 0] = J
     parameters = np.array([0.0, 1.02, modulus] if guard else [0.0, 1.02])
-    rows = kernel(answers.volumetric_answer(SOLID, True, guard))(
-        len(J), {"strain": strain, "parameters": parameters}
-    )
+    inputs = {"strain": strain, "parameters": parameters, "guard": np.full((len(J), 1), share)}
+    rows = kernel(answers.volumetric_answer(SOLID, True, guard))(len(J), inputs)
     # Energy, its slope, and its curvature by J, which is the first strain variable of eight.
     return rows[:, [0, 1, 9]].T
 
@@ -34,6 +33,11 @@ def test_it_is_zero_where_volumes_hardly_change():
     """The stress-free volume is that of the swollen rubber."""
     J = 1.02 * np.exp(np.linspace(-0.99 * FREE, 0.99 * FREE, 7))
     assert np.all(answered(J) == answered(J, guard=False))
+
+
+def test_points_may_be_left_out():
+    J = np.array([0.5, 1.02, 1.6])
+    assert np.all(answered(J, share=0.0) == answered(J, guard=False))
 
 
 @pytest.mark.parametrize("log", [-1.5, -0.4, 0.3])
@@ -49,7 +53,7 @@ def test_its_value_and_derivatives(log):
 def test_its_derivatives_by_parameters():
     """By compliance, swelling and shear modulus; the energy is proportional to the last."""
     strain, parameters, step = np.array([[0.6, *[0.0] * 6, 0.2]]), np.array([1e-3, 1.02, SHEAR]), 1e-6
-    inputs = {"strain": strain, "parameters": parameters}
+    inputs = {"strain": strain, "parameters": parameters, "guard": np.ones((1, 1))}
     rows = kernel(answers.volumetric_slopes(SOLID, True))(1, inputs).reshape(3, -1)
     stress = kernel(answers.volumetric_answer(SOLID, False, True))
     for change, row in zip(np.diag(step * np.ones(3)), rows, strict=True):
