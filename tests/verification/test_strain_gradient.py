@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cases.elements import apart_from_bonds
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
@@ -113,7 +114,10 @@ def test_a_voids_tip_does_not_crease(kidney):
     history = march(model, Program(np.linspace(0.3, 3.9, 13)), keep_states=True)
     assert all(attempt.accepted for attempt in history.attempts)
     assert model.surfaces.gradient.bending(history.states[-1]).max() < 1.3
-    # Single cells lost 42 % of their volume, and others gained 44 %, where only the pressures prescribed it.
-    volumes = stretches_at(stretch_points(model), history.states[-1]).reshape(-1, 3).prod(axis=1)
+    # Single cells lost 42 % of their volume, and others gained 44 %, where only the pressures prescribed it. Cells on
+    # bonds do not have the energy of volumes.
+    cells = model.cells("rubber")
+    volumes = stretches_at(stretch_points(model), history.states[-1]).reshape(len(cells), -1, 3).prod(axis=2)
+    volumes = volumes[apart_from_bonds(model.mesh, model.space, cells, (*model.mode.driven, *model.mode.held))]
     assert volumes.min() > 0.75
     assert volumes.max() < 1.25
