@@ -18,12 +18,22 @@ Keys = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Finding:
-    """An error of a case: the key that it concerns, and the fields of `bushcli.errors.Problem`."""
+    """An error of a case: the key that it concerns, and the fields of `bushcli.errors.Problem`.
+
+    Of a wrong name, `among` are the names of which the nearest is suggested: it is searched only for findings that are
+    reported, because a case file may have a hundred thousand of them.
+    """
 
     keys: Keys
     what: str
-    nearest: str = ""
+    suggested: str = ""
     expected: str = ""
+    among: tuple[str, ...] = ()
+
+    @property
+    def nearest(self) -> str:
+        """The name to suggest; empty where there is none."""
+        return self.suggested or (nearest(str(self.keys[-1]), self.among) if self.among else "")
 
 
 def dotted(keys: Keys) -> str:
@@ -65,8 +75,8 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     return Finding(
         keys,
         f"{dotted(keys)} is not a key of {section}",
-        nearest(str(keys[-1]), known),
-        ", ".join(known) if known else f"{section} takes no keys",
+        expected=", ".join(known) if known else f"{section} takes no keys",
+        among=known,
     )
 
 

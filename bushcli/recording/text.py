@@ -174,7 +174,7 @@ def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decim
 
 def _lines(path: Path, text: str) -> list[Line]:
     lines = []
-    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
+    for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1):
         if len(line) > LONGEST_LINE:
             what = f"has {len(line)} characters"
             expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
