@@ -118,6 +118,8 @@ def test_a_voids_tip_does_not_crease(kidney):
     # bonds do not have the energy of volumes.
     cells = model.cells("rubber")
     volumes = stretches_at(stretch_points(model), history.states[-1]).reshape(len(cells), -1, 3).prod(axis=2)
-    volumes = volumes[apart_from_bonds(model.mesh, model.space, cells, (*model.mode.driven, *model.mode.held))]
+    volumes = volumes[
+        apart_from_bonds(model.mesh, model.space, cells, (*model.mode.driven, *model.mode.held))
+    ]
     assert volumes.min() > 0.75
     assert volumes.max() < 1.25
