@@ -20,8 +20,8 @@ Keys = tuple[str | int, ...]
 class Finding:
     """An error of a case: the key that it concerns, and the fields of `bushcli.errors.Problem`.
 
-    Of a wrong name, `among` are the names of which the nearest is suggested: it is searched only for findings that are
-    reported, because a case file may have a hundred thousand of them.
+    For an unknown key, `among` holds the keys from which the most similar one is suggested. It is searched for only
+    when the finding is reported, because a case file may have a hundred thousand wrong keys.
     """
 
     keys: Keys

@@ -126,9 +126,8 @@ def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
             sums[names] = sums.get(names, 0.0) + one.probability
             if names not in best or one.probability > best[names].probability:
                 best[names] = one
-    order = sorted((names for names in sums if sums[names] >= MEMBER), key=lambda names: -sums[names])[
-        :RIVALS
-    ]
+    members = [names for names in sums if sums[names] >= MEMBER]
+    order = sorted(members, key=lambda names: -sums[names])[:RIVALS]
     weights = np.array([sums[names] for names in order])
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
@@ -198,7 +197,7 @@ def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
     signal = float(np.sum((right.force / sigma) ** 2))
-    # Both models' formulas may be wrong: the mean of their errors of form.
+    # The formulas of both models may be wrong: the mean of their errors of form.
     explained = 0.5 * float(np.sum((right.effects / sigma) ** 2) + np.sum((other.effects / sigma) ** 2))
     v = 1.0 + (LAMBDA**2 * signal + PHI**2 * explained) / effective_features(len(difference))
     # d' (v + S S')^-1 d, by the smaller system of the parameters.
