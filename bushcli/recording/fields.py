@@ -10,9 +10,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_NUMBER = {
-    ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?", re.ASCII),
-    ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?", re.ASCII),
+_WRITTEN = {
+    ".": r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?",
+    ",": r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?",
+}
+_NUMBER = {sign: re.compile(number, re.ASCII) for sign, number in _WRITTEN.items()}
+#: Numbers and empty fields, one to a line: one look at many fields costs a fifth of one at each.
+_NUMBERS = {
+    sign: re.compile(rf"(?:{number})?(?:\n(?:{number})?)*", re.ASCII) for sign, number in _WRITTEN.items()
 }
 # What spreadsheets write in English and German for a missing value.
 _MISSING = r"#(?:n/a|nv)|#(?:div/0|value|ref|num|null|wert|bezug|zahl)!|#name\?"
@@ -33,9 +38,9 @@ _GROUPED = {
 #: What loggers write for a missing value: 999 and more nines, the limits of 16 and 32 bits and of
 #: floating-point numbers, 1e10 and beyond.
 _CODE = re.compile(
-    r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
-    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)",
-    re.ASCII,
+    r"^[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
+    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)$",
+    re.ASCII | re.MULTILINE,
 )
 #: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if
 #: there are at least this many other values: no peak of a measured curve is so sharp then.
@@ -54,6 +59,19 @@ def is_number(field: str, decimal: str) -> bool:
     """
     field = field.replace("\u2212", "-")
     return bool(_NUMBER[decimal].fullmatch(field) or _NO_NUMBER.fullmatch(field))
+
+
+def only_numbers(fields: Sequence[str], decimal: str) -> bool:
+    """Whether each field is a number or empty.
+
+    Parameters
+    ----------
+    fields : sequence of str
+    decimal : str
+        Decimal sign of the file, "." or ",".
+    """
+    together = "\n".join(fields)
+    return together.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(together) is not None
 
 
 def to_float(field: str, decimal: str) -> float:
@@ -153,6 +171,8 @@ def sentinel(fields: Sequence[str], values: Array, accepted: Collection[float]) 
     accepted : collection of float
         Numbers that the user says were measured, in the unit of the file.
     """
+    if _CODE.search("\n".join(fields)) is None:
+        return None
     codes = np.array([_CODE.fullmatch(field) is not None for field in fields], dtype=bool)
     codes &= ~np.isin(values, list(accepted))
     others = values[~codes]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock_times import clock_times
-from bushcli.recording.fields import is_number, says_missing, sentinel, to_float
+from bushcli.recording.fields import is_number, only_numbers, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
 
@@ -234,22 +234,26 @@ class TextTable(Table):
             Numbers that look like codes for missing values and were measured, in the unit of the file.
         """
         fields = [row[column] if column < len(row) else "" for row in self.rows]
-        values = np.empty(len(fields))
+        values = np.array([to_float(written, self.decimal) for written in fields])
+        if not only_numbers(fields, self.decimal) or not np.all(np.abs(values) <= LARGEST):
+            self._refuse(column, fields, values)
+        code = sentinel(fields, values, accepted)
+        if code is not None:
+            raise self.refuse_code(code, column, values[code])
+        return values
+
+    def _refuse(self, column: int, fields: list[str], values: NDArray[np.float64]) -> None:
+        """Raise for the first field that is no finite number of a possible size."""
         for i, written in enumerate(fields):
             if not is_number(written, self.decimal):
                 what = f'"{written[:SHOWN]}" is not a number' if written else "is empty"
                 raise self._refused(i, column, what)
             if says_missing(written):
                 raise self._refused(i, column, f"{written} is a missing value")
-            values[i] = to_float(written, self.decimal)
             if not np.isfinite(values[i]):
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number")
             if abs(values[i]) > LARGEST:
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
-        code = sentinel(fields, values, accepted)
-        if code is not None:
-            raise self.refuse_code(code, column, values[code])
-        return values
 
     def clock(self, column: int) -> NDArray[np.float64] | None:
         """Return a column of dates or times of day as seconds since the first, (n,); None for other columns."""

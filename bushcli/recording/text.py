@@ -20,6 +20,7 @@ from bushcli.recording.fields import (
     begins_with_missing,
     is_grouped,
     is_number,
+    only_numbers,
     ungrouped,
 )
 from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
@@ -207,13 +208,15 @@ def _trimmed(fields: list[str]) -> list[str]:
 
 
 def _numeric(fields: list[str], decimal: str) -> int:
+    if only_numbers(fields, decimal):
+        return len(fields) - fields.count("")
     return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:
     """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers."""
     count = _numeric(fields, decimal)
-    return count >= 2 and 2 * count >= len([field for field in fields if field])
+    return count >= 2 and 2 * count >= len(fields) - fields.count("")
 
 
 def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: str | None) -> tuple[str, str]:
