@@ -21,6 +21,7 @@ def coupon_mode(
     needs_compressibility: bool = False,
     unit_slope: float | None = None,
     words: tuple[str, ...] = (),
+    is_usual: bool = False,
 ) -> Mode:
     """Return a mode of the coupon.
 
@@ -39,6 +40,8 @@ def coupon_mode(
         Slope of the nominal stress of an incompressible coupon at rest over the shear modulus, dimensionless.
     words : tuple of str
         Words of the names of files with recordings of this mode, in lower case.
+    is_usual : bool
+        As in `Mode`.
     """
     axis = {"x": 0, "y": 1, "z": 2}
     return Mode(
@@ -53,4 +56,5 @@ def coupon_mode(
         needs_compressibility=needs_compressibility,
         unit_slope=unit_slope,
         words=words,
+        is_usual=is_usual,
     )

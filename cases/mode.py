@@ -78,6 +78,9 @@ class Mode:
         The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     words
         Words, in lower case, by which the name of a file says that it has a recording of this mode.
+    is_usual
+        Whether a file that does not name its mode is taken as one of this mode, among those of its specimen and of its
+        kind of displacement (a length, an angle, a strain).
     directions
         Of the forces (FX to FZ) and moments (TX to TZ) of a bushing about z for which the curve stands in a vehicle
         model; a bushing is taken to be alike in x and y.
@@ -101,6 +104,7 @@ class Mode:
     unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
     unit_slope: float | None = None
     words: tuple[str, ...] = ()
+    is_usual: bool = False
     directions: tuple[str, ...] = ()
     proposed_travel: float | None = None
 

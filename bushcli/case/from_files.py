@@ -25,11 +25,9 @@ from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table import Table
 from bushcli.recording.text import read_table
-from cases.mode import modes
+from cases.mode import Mode, modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
-#: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
-_KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))
 _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
 #: Units that are proposed if a file of Zwick does not state them.
 _USUAL = {"length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "percent", "stress": "MPa"}
@@ -170,10 +168,21 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
     its name says otherwise.
     """
-    coupon = _KINDS[2]
-    order = [(coupon, False), (_KINDS[0], False), (_KINDS[1], False), (coupon, True)]
+    kinds = {specimen: _kinds(specimen) for specimen in ("coupon", "bushing")}
+    order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
+    order += [(kind, True) for kind in kinds["coupon"]]
     named = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
     return sorted(order, key=lambda entry: not named & set(entry[0]))
+
+
+def _kinds(specimen: str) -> list[tuple[str, ...]]:
+    """Return the modes of a specimen that read the same columns, in groups; the usual mode of each group is first."""
+    groups: dict[tuple[bool, bool], list[Mode]] = {}
+    for mode in modes().values():
+        if mode.specimen == specimen and mode.words:
+            groups.setdefault((mode.rotational, mode.needs_compressibility), []).append(mode)
+    ordered = [sorted(group, key=lambda mode: not mode.is_usual) for group in groups.values()]
+    return [tuple(mode.name for mode in group) for group in ordered if group[0].is_usual]
 
 
 def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:

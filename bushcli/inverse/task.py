@@ -22,6 +22,7 @@ from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.result import Weighting
+from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
 
@@ -263,7 +264,8 @@ def _stretches(channels: list[Channel]) -> tuple[float, float]:
     """Return the stretches between which the law has to be stable: of the coupons, or typical of a bushing."""
     low, high = STRETCHES
     for channel in channels:
-        if channel.recording.mode in ("uniaxial", "equibiaxial", "planar"):
+        mode = modes()[channel.recording.mode]
+        if mode.specimen == "coupon" and not mode.needs_compressibility:
             stretch = 1.0 + channel.recording.displacement
             low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
     return low, high

@@ -128,12 +128,18 @@ def _another(mode: Mode) -> str:
     return next(one.name for one in others if bool(one.sideways) != bool(mode.sideways))
 
 
+def _of_shape() -> list[Mode]:
+    """Modes of coupons that change the shape of the rubber, not its volume."""
+    return [one for one in modes().values() if one.specimen == "coupon" and not one.needs_compressibility]
+
+
 def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:
-    found = {one.mode for one in coupons}
-    if found == {"uniaxial"}:
+    found = {one.mode for one in coupons if not modes()[one.mode].needs_compressibility}
+    others = [one.name for one in _of_shape() if one.name not in found]
+    if len(found) == 1 and others:
         yield Lack(
             tuple(one.channel for one in coupons),
-            "the law in shear and equibiaxial tension",
-            "the rubber was tested uniaxially only",
-            "add a planar or an equibiaxial test, or use a law of I1 alone (yeoh)",
+            f"the law in {' and '.join(others)} deformation",
+            f"there is one kind of coupon test only, {found.pop()}",
+            f"add one of the others ({', '.join(others)}), or use a law of I1 alone (yeoh)",
         )

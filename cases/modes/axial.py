@@ -44,6 +44,7 @@ MODE = Mode(
     unit_stiffness=annulus.axial,
     reversed_by="z",
     words=("axial", "ax", "längs", "laengs", "longitudinal"),
+    is_usual=True,
     directions=("FZ",),
     proposed_travel=0.6,
 )

@@ -72,6 +72,7 @@ MODE = Mode(
     unit_stiffness=annulus.torsional,
     reversed_by="y",
     words=("torsional", "torsion", "tors", "tor", "verdreh", "drehung"),
+    is_usual=True,
     proposed_travel=0.2,
     directions=("TZ",),
 )

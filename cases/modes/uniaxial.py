@@ -8,4 +8,5 @@ MODE = coupon_mode(
     "x",
     unit_slope=3.0,
     words=("uniaxial", "tension", "tensile", "zug", "uni", "compression", "druck", "stauch"),
+    is_usual=True,
 )

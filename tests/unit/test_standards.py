@@ -77,7 +77,7 @@ def test_further_questions():
     batch = "whether the rubber is another batch, or geometry, compressibility or the rig differ"
     assert batch in questions(ramps([0, 4, 0, 4, 0], 0.5))
     assert batch not in questions(ramps([0, 4, 0], 0.5), ramps([0, 2, 0], 0.5, mode="radial"))
-    shear = "the law in shear and equibiaxial tension"
+    shear = "the law in equibiaxial and planar deformation"
     coupon = ramps([0, 1.0], 0.1, mode="uniaxial")
     assert shear in questions(coupons=(coupon,))
     assert shear not in questions(coupons=(coupon, ramps([0, 1.0], 0.1, mode="planar")))
