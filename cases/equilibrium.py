@@ -19,6 +19,7 @@ from petsc4py import PETSc
 from cases.border import Border
 from cases.broyden import broyden_step
 from cases.drag import Drag
+from cases.limit import Limit
 from cases.model import Model
 from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
@@ -30,7 +31,7 @@ from cases.rounding import REASONS, rounding
 
 Array = NDArray[np.float64]
 
-MAX_NEWTON, MAX_BROYDEN = 25, 25
+MAX_BROYDEN = 25
 # Broyden's method is given up where SPAN iterations have not reduced the residual to this share.
 SPAN, SHARE = 4, 0.5
 # A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
@@ -47,8 +48,8 @@ class Equilibrium:
         Its state is read and written.
     tolerance
         Out-of-balance force over the norm of the reactions.
-    most
-        Largest number of Newton iterations; a solution that needs more has failed.
+    limit
+        When a solution by Newton's method is given up.
 
     Attributes
     ----------
@@ -60,8 +61,8 @@ class Equilibrium:
         Tangents assembled and factorised so far.
     """
 
-    def __init__(self, model: Model, tolerance: float, most: int = MAX_NEWTON) -> None:
-        self.model, self.tolerance, self.most = model, tolerance, most
+    def __init__(self, model: Model, tolerance: float, limit: Limit | None = None) -> None:
+        self.model, self.tolerance, self.limit = model, tolerance, limit or Limit()
         self._interrupt: KeyboardInterrupt | None = None
         self.x, self.b = model.system.create_vector(), model.system.create_vector()
         self.matrix = model.system.create_matrix()
@@ -77,7 +78,7 @@ class Equilibrium:
         self.floor = rounding(model)
         # Free motions of the sleeve are unknowns beside those of the mesh.
         self.border = Border(model) if len(model.motion.free) else None
-        self.snes = newton_solver(model.comm, most, model.system.owned, self.border)
+        self.snes = newton_solver(model.comm, self.limit.most, model.system.owned, self.border)
         self.snes.setFunction(self._function, self.b)
         self.snes.setJacobian(self._jacobian, self.matrix)
         self.snes.setConvergenceTest(self._test)
@@ -139,11 +140,11 @@ class Equilibrium:
         """Add a drag towards its origin to the model, and limit Newton's iterations to `Drag.most`."""
         self._begin(drag.origin)
         drag.begin(self.x)
-        self._drag, self._fatigue, usual, self.most = drag, None, self.most, drag.most
+        self._drag, self._fatigue, usual, self.limit = drag, None, self.limit, Limit(drag.most)
         try:
             yield
         finally:
-            self._drag, self._fatigue, self.most = None, None, usual
+            self._drag, self._fatigue, self.limit = None, None, usual
 
     @property
     def factor(self) -> PETSc.KSP:
@@ -345,6 +346,6 @@ class Equilibrium:
             if not np.isfinite(self.energy) or self.model.surfaces.refuted():
                 return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
-        if iteration >= self.most:
+        if self.limit.ends(iteration, norms[2]):
             return int(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
         return None

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.assembling import assemble
-from cases.equilibrium import MAX_NEWTON, Equilibrium
+from cases.equilibrium import Equilibrium
 from cases.history import Attempt, History, NotConverged, Observer, Progress, unsolved
+from cases.limit import limit
 from cases.model import Model
 from cases.program import Program
 from cases.recorder import Recorder
@@ -25,7 +26,6 @@ from cases.six_sensitivity import SixSensitivity
 from cases.stepper import Step, Stepper
 
 __all__ = [
-    "IMPATIENT",
     "TOLERANCE",
     "Attempt",
     "History",
@@ -41,9 +41,6 @@ Array = NDArray[np.float64]
 # Out-of-balance force over the norm of the reactions. The force, a first integral of the energy, is then within 1e-8
 # of what it is at 1e-12 (measured in all four modes), so that differences between neighbouring parameters make sense.
 TOLERANCE = 1e-8
-# Largest number of Newton iterations for a step of a march with limited patience. Beyond a fold of the free surface,
-# solutions with up to 25 were seen to converge; with a step half as long the march gets there sooner.
-IMPATIENT = 15
 
 
 def march(
@@ -96,7 +93,7 @@ def march(
         The step was cut back to the smallest length and still failed, or more steps failed than `patience` allows.
         Carries the history so far.
     """
-    solver = Equilibrium(model, tolerance, MAX_NEWTON if patience is None else IMPATIENT)
+    solver = Equilibrium(model, tolerance, limit(patience))
     try:
         kind = Sensitivity if model.motion.six is None else SixSensitivity
         derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, series)

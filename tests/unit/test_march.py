@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cases.equilibrium import MAX_BROYDEN, MAX_NEWTON
-from cases.march import IMPATIENT, NotConverged, march
+from cases.equilibrium import MAX_BROYDEN
+from cases.limit import IMPATIENT, MAX_NEWTON, SOON, limit
+from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import Program, path, ramp
 from cases.simulate import prepare
@@ -200,12 +201,24 @@ def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, mo
 
 
 def test_a_march_with_little_patience_has_little_with_newton_too(locking):
-    for patience, most in ((None, MAX_NEWTON), (3, IMPATIENT)):
+    for patience, least, most in ((None, MAX_NEWTON, MAX_NEWTON), (3, SOON, IMPATIENT)):
         with pytest.raises(NotConverged) as stopped:
             march(locking, ramp(3.0, 3), patience=patience)
         tried = [one for one in stopped.value.history.attempts if one.reason == "DIVERGED_MAX_IT"]
         # Broyden's iterations count too; Newton's method gives up after a few.
-        assert all(most <= one.newton <= most + 2 * MAX_BROYDEN for one in tried)
+        assert all(least <= one.newton <= most + 2 * MAX_BROYDEN for one in tried)
+
+
+def test_newton_is_given_up_early_only_by_an_impatient_march_and_only_without_any_progress():
+    falling, wandering = np.logspace(0, -8, 9), np.array([1.0, 0.4, 2.0, 0.3, 0.9, 0.2, 0.5, 0.3, 0.4])
+    for norms, patient, impatient in ((falling, None, None), (wandering, None, SOON)):
+        for patience, expected in ((None, patient), (3, impatient)):
+            one = limit(patience)
+            for _ in range(2):  # A new solution forgets the last one.
+                ended = [i for i, norm in enumerate(norms) if one.ends(i, norm)]
+                assert ended == ([] if expected is None else [expected])
+    assert limit(None).ends(MAX_NEWTON, 1e-7)
+    assert limit(3).ends(IMPATIENT, 1e-7)
 
 
 def test_a_march_is_given_up_when_patience_is_out(locking):
