@@ -23,6 +23,7 @@ from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.density import Posterior, features_of
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import known_parameters
+from bushcli.diagnosis.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled
 from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
@@ -83,12 +84,15 @@ class _End:
     converged : bool
     at_wall : bool
         Whether the search ended next to parameters for which the simulation fails.
+    hopeless : bool
+        Whether it was ended because it could not matter.
     """
 
     objective: float
     x: Array
     converged: bool
     at_wall: bool = False
+    hopeless: bool = False
 
     def __lt__(self, other: _End) -> bool:
         return self.objective < other.objective
@@ -98,7 +102,12 @@ class _End:
 
 
 def fit(
-    case: Case, model: Model, measured: Measured, contained: Sequence[Model] = (), least: float = float("inf")
+    case: Case,
+    model: Model,
+    measured: Measured,
+    contained: Sequence[Model] = (),
+    least: float = float("inf"),
+    needed: Needed | None = None,
 ) -> Fitted | None:
     """Fit a model; None where it cannot be solved from any start.
 
@@ -112,9 +121,15 @@ def fit(
         Fitted models that it contains, the best first, whose optimum is a further start.
     least : float
         `Posterior.objective` of the best of these, dimensionless, which this model should not exceed.
+    needed : Needed, optional
+        Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
     """
     task, problem = pose(case, model, measured)
     start, lower, upper = task.vectors()
+    if needed is not None:
+        problem.is_hopeless = Promise(
+            problem, lower, upper, model.off_values(problem.names), needed
+        ).is_hopeless
     if not problem.names:
         return (
             fitted(model, problem, np.zeros(0), True)
@@ -233,10 +248,10 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
             return _End(problem.objective(initial), initial, False)
     end = search(problem, initial, lower, upper)
     for _ in range(TURNS):
-        if problem.rescale(end.x) < SETTLED:
+        if end.hopeless or problem.rescale(end.x) < SETTLED:
             break
         end = search(problem, inside(end.x, lower, upper), lower, upper)
-    return _End(problem.objective(end.x), end.x, end.converged, end.beside_failure)
+    return _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
 
 
 def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,6 +70,17 @@ class Model:
         for one in self.effects:
             found |= {one.full_name(p): one.values[p.name] for p in one.parameters}
         return found
+
+    def off_values(self, names: Sequence[str]) -> list[float]:
+        """Return the off value of each of these parameters, 0 where it has none.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Full names.
+        """
+        values = {one.full_name(p): float(p.off or 0.0) for one in self.effects for p in one.parameters}
+        return [values.get(name, 0.0) for name in names]
 
     def contains(self, other: Model) -> bool:
         """Whether the other model is this one with some effects, or branches of them, switched off."""

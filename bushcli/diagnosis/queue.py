@@ -28,6 +28,7 @@ from bushcli.diagnosis.neighbours import label, other_laws, with_law_of, without
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import log_odds
+from bushcli.diagnosis.promise import needed_of
 from bushcli.diagnosis.queued import Queued, slack_of
 from bushcli.diagnosis.searched import Trial as Row
 from bushcli.diagnosis.state import Problem, State
@@ -187,9 +188,11 @@ class Search:
             inside = [state for state in self.states.values() if one.model.contains(state.model)]
             inside.sort(key=lambda state: state.objective)
             least = inside[0].objective if inside else float("inf")
-            questions.append(
-                (self.problem.case, one.model, measured, tuple(s.model for s in inside[:1]), least)
-            )
+            contained = tuple(state.model for state in inside[:1])
+            odds = self.odds(one.model), self.odds(one.model, unknown=True)
+            # Other models are predicted beside a law alone, which therefore always matters.
+            needed = needed_of(self.total, *odds) if one.model.effects else None
+            questions.append((self.problem.case, one.model, measured, contained, least, needed))
 
         def notify(i: int, answer: Fitted | None) -> None:
             text = "cannot be solved" if answer is None else self._size(answer)

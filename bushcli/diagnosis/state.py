@@ -99,8 +99,7 @@ class State:
     @property
     def off(self) -> list[float]:
         """Off value of each parameter, 0 where it has none."""
-        values = {one.full_name(p): float(p.off or 0.0) for one in self.model.effects for p in one.parameters}
-        return [values.get(name, 0.0) for name in self.fitted.names]
+        return self.model.off_values(self.fitted.names)
 
     @cached_property
     def evidence(self) -> Evidence:

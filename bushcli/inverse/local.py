@@ -54,6 +54,8 @@ class Minimum:
     stationary : bool
         The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
         A law that is linear in its parameters is solved exactly before the search begins.
+    hopeless : bool
+        The search was ended because its minimum cannot matter (`Problem.is_hopeless`).
     """
 
     start: Array
@@ -66,10 +68,15 @@ class Minimum:
     at_edge: bool = False
     stationary: bool = False
     rejected: bool = False
+    hopeless: bool = False
 
 
 class Stopped(Exception):
     """Raised by the misfit function to stop an optimiser early."""
+
+
+class Hopeless(Stopped):
+    """Raised where the search can reach no misfit that matters."""
 
 
 class Level(Stopped):
@@ -152,6 +159,8 @@ class Watched:
         self.iterations += 1
         if self.follower:
             self.follower.derives(x, found)
+        if self.problem.is_hopeless is not None and self.problem.is_hopeless(x):
+            raise Hopeless("the misfit cannot become low enough to matter")
         return found
 
 
@@ -180,6 +189,7 @@ def minimise(
     """
     follower = Follower(method, lower, upper) if loss == "linear" else None
     watched = Watched(problem, follower, patience, explained)
+    hopeless = False
     try:
         result = least_squares(
             watched.residual,
@@ -199,6 +209,7 @@ def minimise(
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, Level), str(stopped)
+        hopeless = isinstance(stopped, Hopeless)
     finally:
         problem.trial = None
     failed = watched.failed > 0 and loss == "linear"
@@ -214,6 +225,7 @@ def minimise(
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
         watched.rejected > 0,
+        hopeless,
     )
 
 
@@ -237,12 +249,31 @@ def predicted_decrease(problem: Problem, x: Array, lower: Array, upper: Array) -
     upper : Array
         Upper bounds, shape (parameters,).
     """
+    value = problem.residual(x)
+    _, left = full_step(problem, x, lower, upper)
+    return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))
+
+
+def full_step(problem: Problem, x: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+    """Return the full Gauss-Newton step within the bounds, shape (parameters,), and the sum of squares that it leaves.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    """
     value, slope = problem.residual(x), problem.jacobian(x)
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
     room = np.minimum((lower - x) * size, 0.0), np.maximum((upper - x) * size, 0.0)
-    step = lsq_linear(slope / size, -value, room)
-    return float(value @ value - 2.0 * step.cost) / max(float(value @ value), NOTHING * len(problem.channels))
+    found = lsq_linear(slope / size, -value, room)
+    return found.x / size, 2.0 * float(found.cost)
 
 
 def inside(x: Array, lower: Array, upper: Array) -> Array:

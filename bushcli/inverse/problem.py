@@ -96,6 +96,8 @@ class Problem:
         self.most = self.failures = MOST_EVALUATIONS
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
+        # Whether the search from here can reach nothing that matters, asked once at each point of the search.
+        self.is_hopeless: Callable[[Array], bool] | None = None
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:

@@ -58,6 +58,8 @@ def search(
         states = len(problem.states)
         found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained)
         iterations, point = iterations + found.iterations, found.x
+        if found.hopeless:
+            return replace(found, start=start, iterations=iterations)
         if last or (len(problem.states) == states and not explained(point)):
             break
     if loss == "linear" and (found.rejected or found.at_edge):

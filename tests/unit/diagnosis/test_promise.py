@@ -1,0 +1,53 @@
+"""A fit is ended early only if its model cannot matter, and then what it has found is a bound of nothing."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from bushcli.diagnosis.fit import fit
+from bushcli.diagnosis.promise import NEGLIGIBLE, Needed, needed_of
+from bushcli.diagnosis.state import State
+
+#: Far start values: the optimum is at a set of 0.05 and no drift.
+BEGUN = {"permanent_set": {"set": 0.6}, "drift": {"rate": 0.05}, "time_lag": {"lag": 2.0}}
+
+
+def ended(one, name, needed):
+    model = one.model(**{name: BEGUN[name]})
+    return State(one.problem, fit(one.case, model, one.measured, needed=needed))
+
+
+@pytest.mark.parametrize("name", BEGUN)
+def test_a_fit_that_matters_is_the_same_with_and_without_the_question(coupon, name):
+    """Also where it barely matters: its evidence, with or without the unknown effect, is just what is needed."""
+    one = coupon("yeoh", set_=0.05)
+    free = ended(one, name, None)
+    found = free.evidence
+    for needed in (Needed(found.log, math.inf), Needed(math.inf, found.log_unknown)):
+        asked = ended(one, name, needed)
+        assert asked.fitted.solves == free.fitted.solves
+        assert asked.fitted.x == pytest.approx(free.fitted.x, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["drift", "time_lag"])
+def test_a_fit_that_cannot_matter_ends_early(coupon, name):
+    """Beside 5 % of permanent set these two leave a hundred times the noise, and the set itself leaves none."""
+    one = coupon("yeoh", set_=0.05)
+    right = ended(one, "permanent_set", None).evidence
+    free = ended(one, name, None)
+    needed = needed_of(right.log, 0.0, 0.0)
+    assert max(free.evidence.log, free.evidence.log_unknown) < needed.log
+    early = ended(one, name, needed)
+    assert early.fitted.solves < free.fitted.solves
+    assert not early.fitted.converged
+    assert max(early.evidence.log, early.evidence.log_unknown) < needed.log
+    assert ended(one, "permanent_set", needed).fitted.x[-1] == pytest.approx(0.05, rel=0.1)
+
+
+def test_what_a_model_needs_follows_from_the_posterior_so_far():
+    """A model with this evidence and these odds has the negligible share of the posterior."""
+    needed = needed_of(-120.0, -3.0, -7.0)
+    assert math.exp(needed.log - 3.0 + 120.0) == pytest.approx(NEGLIGIBLE)
+    assert math.exp(needed.log_unknown - 7.0 + 120.0) == pytest.approx(NEGLIGIBLE)
