@@ -26,6 +26,7 @@ from cases.contact.contact import Contact, contact_of
 from cases.elements import Rule, apart_from_bonds, guarded, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
+from cases.kept import Kept
 from cases.material import Rubber
 from cases.metal import Metal
 from cases.mode import Mode, setting_for
@@ -76,6 +77,10 @@ class Model:
         Memory of the rubber; None where the force depends on the displacement alone.
     duration, stage : Constant
         Duration of the present step (s), and share of the assembly that is done, 0 to 1.
+    curves : Kept
+        Its last two histories: of a bushing with an effect and without it, which are often compared.
+    sampled : dict
+        Points at which its stretches were evaluated, by region, with the mesh for which they were located.
     """
 
     def __init__(
@@ -88,6 +93,8 @@ class Model:
         features: Sequence[Installed] = (),
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
+        self.curves: Kept[Any] = Kept(2)
+        self.sampled: dict[str, tuple[NamedMesh, Points]] = {}
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm

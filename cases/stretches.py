@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import basix
 import numpy as np
@@ -17,8 +16,6 @@ from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
-
-_kept: WeakKeyDictionary[Model, dict[str, tuple[NamedMesh, Points]]] = WeakKeyDictionary()
 
 
 def principal_stretches(model: Model, points: Array | None = None, region: str = "rubber") -> Array:
@@ -66,11 +63,10 @@ def _default_points(model: Model, region: str) -> Points:
     points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
     if not all(item.feature.of_rubber for item in model.features):
         return _points(model, region, points)  # the stress-free body depends on the values of the effects
-    kept = _kept.setdefault(model, {})
-    of, found = kept.get(region) or (mesh, _points(model, region, points))
+    of, found = model.sampled.get(region) or (mesh, _points(model, region, points))
     if of is not mesh:
         found.locate(mesh)
-    kept[region] = (mesh, found)
+    model.sampled[region] = (mesh, found)
     return found
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from mpi4py import MPI
@@ -42,8 +41,6 @@ STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 ACCURATE = 2e-3
 FINEST = 4.0
 STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
-# The last curve or march of each body, with the arguments that gave it.
-_last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -213,11 +210,11 @@ class Simulation:
     def _sweep(
         self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
     ) -> History:
-        """Return the curve of the body; the last one is reused if only the rig has changed since."""
+        """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         asked = (self._shape, self._values(), targets.tobytes(), inner)
-        known = _last.get(self.model)
-        if known is not None and known[0] == asked and not keep_states and progress is None:
-            return known[1]
+        known: History | None = self.model.curves.get(asked)
+        if known is not None and not keep_states and progress is None:
+            return known
         found = sweep(
             self.model,
             targets,
@@ -227,7 +224,7 @@ class Simulation:
             patience=self.patience,
         )
         if not keep_states:
-            _last[self.model] = (asked, found)
+            self.model.curves.put(asked, found)
         return found
 
     def _marched(
@@ -265,14 +262,14 @@ class Simulation:
         keep_states: bool,
         progress: Steps | None,
     ) -> History:
-        """Return the body's response to a path; the last one is reused if only the rig has changed since."""
-        rates = {name: rate.tobytes() for name, rate in path_rates.items()}
+        """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
+        rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
         times = None if program.time is None else program.time.tobytes()
         asked = (self._shape, self._values(), program.displacement.tobytes(), times, inner, rates)
         can_be_reused = not keep_states and progress is None and series is None
-        known = _last.get(self.model)
-        if known is not None and known[0] == asked and can_be_reused:
-            return known[1]
+        known: History | None = self.model.curves.get(asked)
+        if known is not None and can_be_reused:
+            return known
         found = march(
             self.model,
             program,
@@ -284,7 +281,7 @@ class Simulation:
             patience=self.patience,
         )
         if can_be_reused:
-            _last[self.model] = (asked, found)
+            self.model.curves.put(asked, found)
         return found
 
     def _values(self) -> tuple[float, ...]:

@@ -1,0 +1,48 @@
+"""The last results of a body, kept with it: a search asks again for what only the rig has changed."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+Result = TypeVar("Result")
+
+
+class Kept(Generic[Result]):
+    """The last results, by what they depend on.
+
+    Parameters
+    ----------
+    most : int
+        Number of results that are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        # The most recent one is last. A shape may hold lists, which have no hash.
+        self._results: list[tuple[object, Result]] = []
+
+    def get(self, asked: object) -> Result | None:
+        """Return the result of the same question, or None.
+
+        Parameters
+        ----------
+        asked : object
+            Everything that the result depends on.
+        """
+        for i, (known, result) in enumerate(self._results):
+            if known == asked:
+                self._results.append(self._results.pop(i))
+                return result
+        return None
+
+    def put(self, asked: object, result: Result) -> None:
+        """Keep a result, in place of the one that has not been asked for longest.
+
+        Parameters
+        ----------
+        asked : object
+            Everything that the result depends on.
+        result : Result
+        """
+        others = [one for one in self._results if one[0] != asked]
+        self._results = [*others, (asked, result)][-self._most :]
