@@ -1,8 +1,9 @@
-"""Whether a fit in progress can still matter: a bound of its evidence, to first order about the present parameters.
+"""What a fit in progress can still reach, to first order: it ends where that is nothing, or nothing that matters.
 
-A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`predict`). If that evidence
-and its slack would not bring the model to a share of the posterior that matters, with or without the unknown effect,
-the fit is ended where it is. What it has found so far is entered: its weight is negligible, as at its minimum.
+A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`predict`). A fit ends in its
+minimum if the step would hardly lower the misfit: one more solution would only confirm this. It is given up if that
+evidence, with its slack, would not bring the model to a share of the posterior that matters, with or without the
+unknown effect. What it has found so far is entered then: its weight is negligible, as at its minimum.
 """
 
 from __future__ import annotations
@@ -15,16 +16,25 @@ from numpy.typing import NDArray
 
 from bushcli.diagnosis.density import Posterior
 from bushcli.diagnosis.evidence import evidence
-from bushcli.diagnosis.queued import slack_of
-from bushcli.inverse.local import full_step
+from bushcli.inverse.local import Hopeless, Settled, Stopped, full_step
 
 Array = NDArray[np.float64]
 
 # Share of the posterior below which a model does not matter: a hundred such models would change it by less than the
 # search may leave undone (`queue.LEFT`).
 NEGLIGIBLE = 5e-4
-# Points in a row whose promise is too small before a fit is ended: a single one may lie far off the valley.
+# Points in a row whose promise is too small before a fit is given up.
 TWICE = 2
+# A fit ends where a full step would gain less than this many nats: no parameter is then further from its best value
+# than a fifth of its standard deviation.
+NOTHING = 0.02
+# The same beside parameters that cannot be solved, where trials fail and take three times as long: a fifth of the
+# model's weight.
+NOTHING_AT_WALL = 0.2
+# Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
+# the variances settled (1.3 at most), and a share of the gain, as that of a prediction (`queued`), however large: from
+# far starts a step promised 17,600 nats where 17,850 were found.
+SLACK, SHARE_SLACK = 2.0, 0.15
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,7 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
 
 
 class Promise:
-    """Evidence that a fit promises, compared with the evidence that it needs.
+    """Decides where a fit ends, from what a full step promises.
 
     Parameters
     ----------
@@ -58,40 +68,61 @@ class Promise:
         The least-squares problem of the model.
     lower, upper : (p,) array
         Bounds of its parameters, each in its unit.
-    off : sequence of float
+    off : list of float
         Off value of each amplitude, any number for other parameters.
-    needed : Needed
+    needed : Needed, optional
+        None if the model matters in any case.
     """
 
     def __init__(
-        self, problem: Posterior, lower: Array, upper: Array, off: list[float], needed: Needed
+        self, problem: Posterior, lower: Array, upper: Array, off: list[float], needed: Needed | None
     ) -> None:
         self._problem, self._lower, self._upper = problem, lower, upper
         self._off, self._needed = off, needed
         self._short = 0
 
-    def is_hopeless(self, x: Array) -> bool:
-        """Whether the fit cannot matter, seen from the parameters `x` (p,) and those before; not asked twice at one."""
-        self._short = self._short + 1 if self._falls_short(x) else 0
-        return self._short >= TWICE
+    def ends(self, x: Array, failed: bool = False) -> Stopped | None:
+        """Return why the fit ends at a point of its search, or None.
 
-    def _falls_short(self, x: Array) -> bool:
+        Parameters
+        ----------
+        x : (p,) array
+            Parameters, each in its unit; the points of the search are asked for in turn.
+        failed : bool
+            Whether a trial from the last point could not be solved.
+        """
+        step, gain = self._step(x)
+        if gain < (NOTHING_AT_WALL if failed else NOTHING):
+            return Settled("no step lowers the misfit")
+        self._short = self._short + 1 if self._falls_short(x, step, gain) else 0
+        return Hopeless("the misfit cannot become low enough to matter") if self._short >= TWICE else None
+
+    def is_at_wall(self, x: Array) -> bool:
+        """Whether a search that ended at `x` (p,), where its trials failed, might have gone on to a better fit."""
+        return self._step(x)[1] > NOTHING_AT_WALL
+
+    def _step(self, x: Array) -> tuple[Array, float]:
+        """Return the full step (p,) from parameters that can be solved, and how many nats it promises."""
+        problem = self._problem
+        value = problem.residual(x)
+        step, left = full_step(problem, x, self._lower, self._upper)
+        return step, 0.5 * (float(value @ value) - left) / problem.unit**2
+
+    def _falls_short(self, x: Array, step: Array, gain: float) -> bool:
+        """Whether the evidence after a step (p,) that gains so many nats, and its slack, are too small to matter."""
+        if self._needed is None:
+            return False
         problem = self._problem
         forces = problem.forces(x)
-        if forces is None:
-            return False
-        misfit, slopes = [], []
-        for one, channel, (force, slope) in zip(problem.features, problem.channels, forces, strict=True):
-            misfit.append(one.of(force - channel.recording.force))
-            slopes.append(one.of(slope))
-        step, _ = full_step(problem, x, self._lower, self._upper)
-        found = evidence(
-            problem.likelihood,
-            [z + J @ step for z, J in zip(misfit, slopes, strict=True)],
-            slopes,
-            x + step,
-            [problem.known.get(name) for name in problem.names],
-            self._off,
-        )
-        slack = slack_of(found.judged.log - problem.judge(misfit).log)
+        assert forces is not None
+        slopes = [one.of(slope) for one, (_, slope) in zip(problem.features, forces, strict=True)]
+        misfit = [
+            one.of(force - channel.recording.force) + J @ step
+            for one, channel, (force, _), J in zip(
+                problem.features, problem.channels, forces, slopes, strict=True
+            )
+        ]
+        known = [problem.known.get(name) for name in problem.names]
+        found = evidence(problem.likelihood, misfit, slopes, x + step, known, self._off)
+        slack = SLACK + SHARE_SLACK * gain
         return found.log + slack < self._needed.log and found.log_unknown + slack < self._needed.log_unknown

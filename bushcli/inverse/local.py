@@ -55,7 +55,7 @@ class Minimum:
         The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
         A law that is linear in its parameters is solved exactly before the search begins.
     hopeless : bool
-        The search was ended because its minimum cannot matter (`Problem.is_hopeless`).
+        The search was ended because its minimum cannot matter (`Problem.ends`).
     """
 
     start: Array
@@ -77,6 +77,10 @@ class Stopped(Exception):
 
 class Hopeless(Stopped):
     """Raised where the search can reach no misfit that matters."""
+
+
+class Settled(Stopped):
+    """Raised in a minimum, before another step confirms it."""
 
 
 class Level(Stopped):
@@ -109,6 +113,8 @@ class Watched:
         self.failed = self.row = self.iterations = self.rejected = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
         self._falling: list[float] = []
+        # Whether a trial has failed since the last point of the search.
+        self._met_failure = False
 
     def residual(self, x: Array) -> Array:
         """`Problem.residual`."""
@@ -123,7 +129,7 @@ class Watched:
         if self.follower:
             self.follower.gets(found)
         if not np.isfinite(found).all():
-            self.failed, self.row = self.failed + 1, self.row + 1
+            self.failed, self.row, self._met_failure = self.failed + 1, self.row + 1, True
             if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
                 raise Stopped("the law is unstable in the states reached")
             if self.row >= self.patience:
@@ -159,8 +165,10 @@ class Watched:
         self.iterations += 1
         if self.follower:
             self.follower.derives(x, found)
-        if self.problem.is_hopeless is not None and self.problem.is_hopeless(x):
-            raise Hopeless("the misfit cannot become low enough to matter")
+        ended = None if self.problem.ends is None else self.problem.ends(x, self._met_failure)
+        self._met_failure = False
+        if ended is not None:
+            raise ended
         return found
 
 
@@ -208,7 +216,7 @@ def minimise(
         )
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
-        x, ended, message = watched.best[1], isinstance(stopped, Level), str(stopped)
+        x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
         hopeless = isinstance(stopped, Hopeless)
     finally:
         problem.trial = None

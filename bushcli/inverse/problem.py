@@ -96,8 +96,9 @@ class Problem:
         self.most = self.failures = MOST_EVALUATIONS
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
-        # Whether the search from here can reach nothing that matters, asked once at each point of the search.
-        self.is_hopeless: Callable[[Array], bool] | None = None
+        # Why the search ends at one of its points, after a failed trial or not, although the optimiser would continue;
+        # None where it does not.
+        self.ends: Callable[[Array, bool], Exception | None] | None = None
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:

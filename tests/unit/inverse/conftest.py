@@ -29,7 +29,7 @@ class Linear:
         self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
         self.asked, self.evaluations, self.best = [], [], None
         self.tolerance, self.valley, self.rounds, self.walls, self.most = 1e-7, (25, 1e-4), 5, True, 200
-        self.failures = 200
+        self.failures, self.ends = 200, None
 
     def curve(self, x):
         return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2
