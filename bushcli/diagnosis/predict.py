@@ -30,6 +30,8 @@ from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.diagnosis.promise import NEGLIGIBLE
+from bushcli.diagnosis.queued import slack_of
 from bushcli.diagnosis.state import State
 
 Array = NDArray[np.float64]
@@ -88,11 +90,17 @@ class Beside:
             ]
             for name, points in self.grouped.items()
         }
+        top = max((self._value((points[0],))[0].log for points in best.values()), default=-np.inf)
         found = []
         for a, b in combinations(best, 2):
             if best[a][0].trial.active.identity == best[b][0].trial.active.identity:
                 continue
-            found.append(self._averaged(list(product(best[a], best[b]))))
+            points = list(product(best[a], best[b]))
+            first = self._averaged(points[:1])
+            top = max(top, first.log_evidence)
+            # Where the best points of both promise nothing, the others need not be asked.
+            matters = first.log_evidence + slack_of(first.gain) > top + math.log(NEGLIGIBLE)
+            found.append(self._averaged(points) if matters else first)
         return found
 
     def share(self, addition: Addition) -> float:

@@ -28,9 +28,9 @@ TWICE = 2
 # A fit ends where a full step would gain less than this many nats: no parameter is then further from its best value
 # than a fifth of its standard deviation.
 NOTHING = 0.02
-# The same beside parameters that cannot be solved, where trials fail and take three times as long: a fifth of the
-# model's weight.
-NOTHING_AT_WALL = 0.2
+# The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
+# not make an effect visible (`queue.FAINT`).
+NOTHING_AT_WALL = 0.5
 # Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
 # the variances settled (1.3 at most), and a share of the gain, as that of a prediction (`queued`), however large: from
 # far starts a step promised 17,600 nats where 17,850 were found.

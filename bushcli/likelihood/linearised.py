@@ -117,8 +117,8 @@ def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
 def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, float]:
     """Least squares with signs: minimise a' G a - 2 a' s where sign_i a_i >= 0 for sign_i of +1 and -1.
 
-    All supports are tried, which is exact and feasible for few unknowns: the minimum with signs is the unconstrained
-    minimum on its own support.
+    All supports are tried, the whole one first, which is exact and feasible for few unknowns: the minimum with signs is
+    the unconstrained minimum on its own support, and no support reaches lower than one that contains it.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     unit, scaled = gram / np.outer(scale, scale), score / scale
     best, drop = np.zeros(k), 0.0
-    for support in chain.from_iterable(combinations(range(k), size) for size in range(1, k + 1)):
+    for support in chain.from_iterable(combinations(range(k), size) for size in range(k, 0, -1)):
         chosen = np.array(support)
         block = unit[np.ix_(chosen, chosen)]
         # Nearly collinear columns would be combined with huge amplitudes of opposite sign.
@@ -153,4 +153,6 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
         if gain > drop and (a * direction[chosen] >= 0).all():
             best, drop = np.zeros(k), gain
             best[chosen] = a / scale[chosen]
+            if len(chosen) == k:
+                break
     return best, drop
