@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.columns import Trial, columns, trials
-from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition
-from bushcli.diagnosis.queued import BORROWED, slack_of
 from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
@@ -45,10 +43,8 @@ class Derivatives:
     untestable: dict[str, str] = field(default_factory=dict)
     _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
 
-    def beside(
-        self, state: State, first: bool = False, wanted: Collection[str] | None = None
-    ) -> list[Addition]:
-        """Return the change of the curves by effects beside a model, at every point of their grids.
+    def beside(self, state: State, first: bool = False) -> list[Addition]:
+        """Return the change of the curves by every effect beside a model, at every point of its grid.
 
         Parameters
         ----------
@@ -56,13 +52,9 @@ class Derivatives:
             The model with its best-fitting values.
         first : bool
             Whether it is the plain law: effects that change nothing beside it are noted in `untestable`.
-        wanted : collection of str, optional
-            Names of the effects; all where None.
         """
         asked: list[Trial] = []
         for effect in self.catalogue:
-            if wanted is not None and effect.name not in wanted:
-                continue
             some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
             if not some and first:
                 self.untestable[effect.name] = reason
@@ -104,40 +96,6 @@ class Derivatives:
             names_ = {one.trial.effect.name for one in shown}
             self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
         return shown
-
-    def promising(
-        self,
-        state: State,
-        borrowed: Mapping[str, list[Addition]],
-        odds: Callable[[Model], float],
-        least: float,
-    ) -> set[str]:
-        """Return the effects that may matter beside a model, judged by their derivatives beside the plain law.
-
-        Those that the model has are always among them, and those that have no derivative there.
-
-        Parameters
-        ----------
-        state : State
-            The model with its best-fitting values.
-        borrowed : mapping of str to list of Addition
-            Derivatives beside the plain law.
-        odds : callable
-            Logarithm of the prior odds of a model.
-        least : float
-            Logarithm of the posterior weight below which a model does not matter.
-        """
-        present = state.model.identities
-        others = [
-            one for points in borrowed.values() for one in points if one.trial.active.identity not in present
-        ]
-        known = {one.trial.effect.name for one in others}
-        found = {effect.name for effect in self.catalogue if effect.name not in known}
-        found |= {active.effect.name for active in state.model.effects}
-        for one in Beside(state, others).singles():
-            if one.log_evidence + odds(one.model) + slack_of(BORROWED * one.gain) > least:
-                found |= {active.effect.name for active in one.model.effects}
-        return found
 
     def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
         """Return the key of a derivative: effects in the bushing are differentiated without the other effects there."""

@@ -28,8 +28,8 @@ from bushcli.diagnosis.neighbours import label, other_laws, with_law_of, without
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import log_odds
-from bushcli.diagnosis.promise import NEGLIGIBLE, needed_of
-from bushcli.diagnosis.queued import BORROWED, Queued, slack_of
+from bushcli.diagnosis.promise import needed_of
+from bushcli.diagnosis.queued import Queued, slack_of
 from bushcli.diagnosis.searched import Trial as Row
 from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
@@ -50,6 +50,9 @@ BATCH = 2
 # Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit finds
 # no more: its optimum is that of the model beside which the effect is tried, where first order is exact.
 FAINT = 0.5
+# Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
+# judgement, since beside the fitted effects they differ by an unknown share.
+BORROWED = 2.0
 
 
 @dataclass
@@ -275,11 +278,7 @@ class Search:
     def _expand(self, key: Key) -> None:
         self._expanded.add(key)
         state = self.states[key]
-        wanted = None
-        if state is not self.plain:
-            least = self.total + math.log(NEGLIGIBLE)
-            wanted = self.derivatives.promising(state, self._beside_plain, self.odds, least)
-        beside = Beside(state, self.derivatives.beside(state, state is self.plain, wanted))
+        beside = Beside(state, self.derivatives.beside(state, state is self.plain))
         if state is self.plain:
             self._beside_plain = beside.grouped
         room = MOST - len(state.model.effects)

@@ -13,9 +13,6 @@ from bushcli.diagnosis.state import State
 SLACK, SHARE_SLACK, MOST_SLACK = 0.5, 0.15, 30.0
 # Predictions with no more slack than this are reliable: they count until the model is fitted.
 SURE = 1.5
-# Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
-# judgement, since beside the fitted effects they differ by an unknown share.
-BORROWED = 2.0
 
 
 @dataclass(frozen=True)
