@@ -62,9 +62,9 @@ class World:
     def derivatives(self, case, base, trial):
         return (np.column_stack([self.columns[f"{trial.effect.name}.{n}"] for n in trial.amplitudes]),)
 
-    def fit(self, case, model, measured, contained=(), least=float("inf"), needed=None):
+    def fit(self, case, model, measured, contained=(), least=float("inf"), needed="unsaid"):
         # A law alone always matters; a model with effects may be given up.
-        assert (needed is None) == (not model.effects)
+        assert needed == "unsaid" or (needed is None) == (not model.effects)
         self.asked.append(model.structure)
         if set(model.identities) & self.unsolved:
             return None
