@@ -83,6 +83,10 @@ class Settled(Stopped):
     """Raised in a minimum, before another step confirms it."""
 
 
+class HeldBack(Stopped):
+    """Raised where the law's stability lets the search make small steps only (`bushcli.inverse.edge` makes larger)."""
+
+
 class Level(Stopped):
     """Raised in a flat valley, where the misfit no longer falls although the optimiser would continue."""
 
@@ -165,7 +169,9 @@ class Watched:
         self.iterations += 1
         if self.follower:
             self.follower.derives(x, found)
-        ended = None if self.problem.ends is None else self.problem.ends(x, self._met_failure)
+        ended = (
+            None if self.problem.ends is None else self.problem.ends(x, self._met_failure, self.rejected > 0)
+        )
         self._met_failure = False
         if ended is not None:
             raise ended

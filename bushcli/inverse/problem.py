@@ -96,9 +96,9 @@ class Problem:
         self.most = self.failures = MOST_EVALUATIONS
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
-        # Why the search ends at one of its points, after a failed trial or not, although the optimiser would continue;
-        # None where it does not.
-        self.ends: Callable[[Array, bool], Exception | None] | None = None
+        # Why the search ends at one of its points although the optimiser would continue, or None; also given are
+        # whether a trial has failed since the last point, and whether the law was unstable in any trial.
+        self.ends: Callable[[Array, bool, bool], Exception | None] | None = None
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:
