@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bushcli.diagnosis.promise import Promise
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
@@ -101,6 +102,26 @@ def test_a_search_beside_a_steep_edge_goes_on_along_it(linear):
     assert found.x == pytest.approx(lowest, abs=0.01 * np.sqrt(covariance[1, 1]))
     assert found.converged
     assert problem.margin(found.x) >= -1e-9
+
+
+def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_at_once(linear):
+    """A diagnosis does not wait until the steps of the trust region, each cut by the edge, have become small."""
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.margin = lambda p: normal @ p - level
+    problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
+    problem.unit, problem.variances = problem.samples**-0.5, (1.0,)
+    lowest = best_on(problem, normal, level)
+    start = lowest + 4.0 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 0.01 * normal
+    asked = []
+    for ends in (None, Promise(problem, LOWER, UPPER, [0.0, 0.0], None).ends):
+        problem.ends, problem.asked = ends, []
+        found = search(problem, start, LOWER, UPPER)
+        assert found.x == pytest.approx(lowest, abs=0.1 * np.sqrt(covariance[1, 1]))
+        asked.append(len({point.tobytes() for point in problem.asked}))
+    assert asked[1] < asked[0]
 
 
 def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
