@@ -251,8 +251,7 @@ class Equilibrium:
 
     def _newton(self, corrections: int, factorised: bool = False) -> Outcome:
         """Solve by SNES from `x`, after some corrections; `factorised`: the tangent there was factorised last."""
-        self._factorised = factorised
-        self._interrupt = None
+        self._factorised, self._interrupt = factorised, None
         try:
             self.snes.solve(None, self.x)
         except PETSc.Error:
@@ -262,7 +261,7 @@ class Equilibrium:
             raise
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
-        reason, newton = self.snes.getConvergedReason(), self.snes.getIterationNumber()
+        reason, newton = self.snes.reason, self.snes.its
         return Outcome(corrections + newton, newton, REASONS.get(reason, str(reason)))
 
     def _begin(self, guess: Array) -> None:
@@ -324,8 +323,8 @@ class Equilibrium:
         """Remember an interruption that is raised inside a PETSc callback."""
         try:
             yield
-        except KeyboardInterrupt as interrupt:
-            self._interrupt = interrupt
+        except KeyboardInterrupt as error:
+            self._interrupt = error
             raise
 
     def _balanced(self, norm: float) -> bool:

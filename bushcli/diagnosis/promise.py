@@ -55,9 +55,9 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
     Parameters
     ----------
     total : float
-        Logarithm of the sum of all posterior weights so far.
+        Natural logarithm of the sum of all posterior weights so far, dimensionless.
     odds, odds_unknown : float
-        Logarithms of the prior odds of the model without and with the unknown effect, against the plain law.
+        Natural logarithms of the prior odds of the model without and with the unknown effect, against the plain law.
     """
     least = total + math.log(NEGLIGIBLE)
     return Needed(least - odds, least - odds_unknown)

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
-# Largest relative step that may end a search.
+# Largest relative step that may end a search: steps are short beside a failure, too, where it must not end.
 SHORT = 1e-4
 # A search has met a wall after this many failed trials in a row, each with a quarter of the step before it.
 WALL = 6
@@ -118,7 +118,7 @@ class Watched:
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
         self._falling: list[float] = []
         # Whether a trial has failed since the last point of the search.
-        self._met_failure = False
+        self._met_failure = self.hopeless = False
 
     def residual(self, x: Array) -> Array:
         """`Problem.residual`."""
@@ -174,6 +174,7 @@ class Watched:
         )
         self._met_failure = False
         if ended is not None:
+            self.hopeless = isinstance(ended, Hopeless)
             raise ended
         return found
 
@@ -203,7 +204,6 @@ def minimise(
     """
     follower = Follower(method, lower, upper) if loss == "linear" else None
     watched = Watched(problem, follower, patience, explained)
-    hopeless = False
     try:
         result = least_squares(
             watched.residual,
@@ -215,7 +215,6 @@ def minimise(
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
             ftol=problem.tolerance,
-            # Steps are short beside a failure, too, where the search must not end.
             xtol=min(problem.tolerance, SHORT),
             gtol=1e-12,
             max_nfev=problem.most,
@@ -223,11 +222,10 @@ def minimise(
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
-        hopeless = isinstance(stopped, Hopeless)
     finally:
         problem.trial = None
-    failed = watched.failed > 0 and loss == "linear"
-    beside = bool(failed and predicted_decrease(problem, x, lower, upper) > STATIONARY)
+    linear = loss == "linear"
+    beside = linear and watched.failed > 0 and predicted_decrease(problem, x, lower, upper) > STATIONARY
     return Minimum(
         start,
         x,
@@ -237,9 +235,9 @@ def minimise(
         message,
         beside,
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
+        linear and _is_minimum_already(problem, start, x, lower, upper),
         watched.rejected > 0,
-        hopeless,
+        watched.hopeless,
     )
 
 
