@@ -9,8 +9,10 @@ from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
-# the fitted to the predicted model, up to a limit. Measured on the development deck (docs/diagnosis.md).
-SLACK, SHARE_SLACK, MOST_SLACK = 0.5, 0.15, 30.0
+# the fitted to the predicted model. Measured on the development deck (docs/diagnosis.md). The share has no limit: where
+# the plain law is far from the recordings, predictions beside it were 55 and 61 nats too low for gains of 373 and 372
+# (practice p04), and one of these models was the right one.
+SLACK, SHARE_SLACK = 0.5, 0.15
 # Predictions with no more slack than this are reliable: they count until the model is fitted.
 SURE = 1.5
 
@@ -70,4 +72,4 @@ class Queued:
 
 def slack_of(reach: float) -> float:
     """Return the slack of a prediction whose log likelihood is `reach` nats away from that of the fitted model."""
-    return SLACK + min(SHARE_SLACK * abs(reach), MOST_SLACK)
+    return SLACK + SHARE_SLACK * abs(reach)
