@@ -186,8 +186,7 @@ def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectPar
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional)
     missing = [p for p in effect.parameters if p.optional and p.name not in present.values]
-    number = missing[0].name.lstrip("abcdefghijklmnopqrstuvwxyz_") if missing else ""
-    return tuple(p for p in missing if p.name.endswith(number))
+    return tuple(p for p in missing if p.branch == missing[0].branch)
 
 
 def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:

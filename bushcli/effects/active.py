@@ -21,8 +21,7 @@ class ActiveEffect:
     ----------
     effect : Effect
     values : mapping of str to float
-        By parameter name, in N, mm, MPa, s, rad; parameters without a value have to be identified, but for those that
-        have a default.
+        By parameter name, in N, mm, MPa, s, rad; parameters without a value have to be identified.
     channels : tuple of str, optional
         Names of the channels that have it; None = all that it acts on.
     rig : str
@@ -33,10 +32,6 @@ class ActiveEffect:
     values: Mapping[str, float] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
     rig: str = ""
-
-    def __post_init__(self) -> None:
-        usual = {p.name: p.default for p in self.effect.parameters if p.default is not None}
-        object.__setattr__(self, "values", usual | dict(self.values))
 
     @property
     def name(self) -> str:
@@ -55,16 +50,17 @@ class ActiveEffect:
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
-        given = {_branch(name) for name in self.values}
-        return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in given)
+        given = {p.branch for p in self.effect.parameters if p.name in self.values}
+        return tuple(p for p in self.effect.parameters if not p.optional or p.branch in given)
 
     @property
     def variant(self) -> str:
         """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often empty."""
         found = []
         if self.effect.branches > 1:
-            count = len({_branch(p.name) for p in self.parameters})
+            count = len({p.branch for p in self.parameters if p.branch != p.name})
             found += [f"{count} branches"] if count > 1 else []
+            found += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
         for p in self.parameters:
             if p.choices:
                 found.append(p.choices[round(self.values[p.name])].replace("_", " "))
@@ -195,8 +191,3 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     ]
     if problems:
         raise InputError(*problems)
-
-
-def _branch(name: str) -> str:
-    """Return the number at the end of a parameter's name, which all parameters of a branch share: "2" of "tau2"."""
-    return name[len(name.rstrip("0123456789")) :]

@@ -57,10 +57,7 @@ class EffectParameter:
         For an amplitude, the value at which the effect is absent; None for a shape parameter (a time, a gap), which
         has no meaning while the amplitudes are off.
     optional : bool
-        Whether the parameter may be absent, as may those of a second and third branch.
-    default : float or None
-        Value where the case gives none, and then only a diagnosis identifies the parameter; None where a value must be
-        given or identified.
+        Whether the parameter may be absent, as may those of a second and third branch, or one that refines the effect.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}
@@ -98,7 +95,6 @@ class EffectParameter:
     upper: float
     off: float | None = None
     optional: bool = False
-    default: float | None = None
     scan: tuple[float, ...] = ()
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
@@ -110,6 +106,12 @@ class EffectParameter:
     twins: tuple[tuple[str, str], ...] = ()
     within: tuple[Literal["thickness", "length"], float] | None = None
     prior: Prior | None = None
+
+    @property
+    def branch(self) -> str:
+        """What all parameters of a branch share: the number at the end of their names, or an optional name without."""
+        number = self.name[len(self.name.rstrip("0123456789")) :]
+        return number or (self.name if self.optional else "")
 
     def admits(self, value: float) -> bool:
         """Whether ``value`` is a finite number within the bounds, and the index of a choice where there are choices."""
@@ -229,7 +231,7 @@ class Effect:
     @property
     def branches(self) -> int:
         """Largest number of branches: one, and those whose parameters are optional."""
-        return 1 + len({p.name.lstrip("abcdefghijklmnopqrstuvwxyz_") for p in self.parameters if p.optional})
+        return 1 + len({p.branch for p in self.parameters if p.optional})
 
     @property
     def of_channel(self) -> bool:

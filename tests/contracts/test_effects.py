@@ -222,7 +222,7 @@ def test_values_go_through_json(one: Effect) -> None:
     again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
     assert again == active
     assert active.lacking == ()
-    needed = {active.full_name(p) for p in active.parameters if p.default is None}
+    needed = {active.full_name(p) for p in active.parameters}
     assert set(ActiveEffect(one).lacking) == needed
     off = active.off().values
     assert all(off[p.name] == p.off for p in active.parameters if p.off is not None)

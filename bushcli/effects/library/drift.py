@@ -30,10 +30,12 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
     time : (n,) array or None
         Seconds since the recording began.
     given : Given
-        Values of `rate` (N/s or N mm/s) and `settling` (1/s) with their derivatives.
+        Values of `rate` (N/s or N mm/s) and, where it comes to rest, `settling` (1/s) with their derivatives.
     """
     if time is None:
         raise ValueError("a drift needs time")
+    if "settling" not in given:
+        return force + given["rate"] * Signal(time, np.zeros((len(time), force.slope.shape[1])))
     settling = given["settling"]
     # (1 - exp(-x)) / x and its derivative, both without cancellation where x is small.
     x = float(settling.value) * time
@@ -75,7 +77,7 @@ EFFECT = Effect(
             0.0,
             1e6,
             off=0.0,
-            default=0.0,
+            optional=True,
             prior=Prior(
                 "half_t",
                 2.0,

@@ -28,8 +28,10 @@ def spring(force: Signal, given: Given) -> Signal:
     force : Signal
         Force that the rig carries (n,), N.
     given : Given
-        Values of `compliance` (mm/N) and `curvature` (1/N) with their derivatives.
+        Values of `compliance` (mm/N) and, where the rig has one, `curvature` (1/N) with their derivatives.
     """
+    if "curvature" not in given:
+        return given["compliance"] * force
     sign = np.sign(force.value)
     bend = given["curvature"] * Signal(np.abs(force.value), sign[:, None] * force.slope)
     x = bend.value
@@ -70,7 +72,7 @@ EFFECT = Effect(
             -1.0,
             1.0,
             off=0.0,
-            default=0.0,
+            optional=True,
             prior=Prior(
                 "t",
                 0.3,
