@@ -9,10 +9,10 @@ from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
-# the fitted to the predicted model. Measured on the development deck (docs/diagnosis.md). The share has no limit: where
-# the plain law is far from the recordings, predictions beside it were 55 and 61 nats too low for gains of 373 and 372
-# (practice p04), and one of these models was the right one.
-SLACK, SHARE_SLACK = 0.5, 0.15
+# the fitted to the predicted model, without a limit: where the plain law is far from the recordings (practice p04),
+# predictions beside it were 5, 15, 16 and 21 % of their gains of 360 to 390 nats too low, the last that of the right
+# model (docs/diagnosis.md).
+SLACK, SHARE_SLACK = 0.5, 0.25
 # Predictions with no more slack than this are reliable: they count until the model is fitted.
 SURE = 1.5
 
