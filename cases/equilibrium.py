@@ -323,8 +323,8 @@ class Equilibrium:
         """Remember an interruption that is raised inside a PETSc callback."""
         try:
             yield
-        except KeyboardInterrupt as error:
-            self._interrupt = error
+        except KeyboardInterrupt as interrupt:
+            self._interrupt = interrupt
             raise
 
     def _balanced(self, norm: float) -> bool:

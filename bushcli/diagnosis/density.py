@@ -46,14 +46,18 @@ class Posterior(Problem):
         forces = self.forces(x)
         if forces is None:
             return float("nan")
-        rows = [
-            one.of(force - channel.recording.force)
-            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
-        ]
+        rows = self.misfit(forces)
         prior = sum(
             self.known[n].row(float(v))[0] ** 2 for n, v in zip(self.names, x, strict=True) if n in self.known
         )
         return prior - 2.0 * self.judge(rows).log
+
+    def misfit(self, forces: Sequence[tuple[Array, Array]]) -> list[Array]:
+        """Return the features (K,) of the misfit that forces, as `forces` returns them, leave in each channel."""
+        return [
+            one.of(force - channel.recording.force)
+            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+        ]
 
     def judge(self, rows: Sequence[Array]) -> Judged:
         """Return the likelihood of features (K,) of each channel."""
@@ -63,10 +67,7 @@ class Posterior(Problem):
         """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""
         forces = self.forces(x)
         assert forces is not None
-        rows = [
-            one.of(force - channel.recording.force)
-            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
-        ]
+        rows = self.misfit(forces)
         before, self.variances = self.variances, self.judge(rows).scale
         return max(max(a / b, b / a) for a, b in zip(before, self.variances, strict=True))
 

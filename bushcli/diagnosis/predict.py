@@ -98,7 +98,7 @@ class Beside:
             points = list(product(best[a], best[b]))
             first = self._averaged(points[:1])
             top = max(top, first.log_evidence)
-            # Where the best points of both promise nothing, the others need not be asked.
+            # Where the pair cannot matter at the best points of both, its other points are not evaluated.
             matters = first.log_evidence + slack_of(first.gain) > top + math.log(NEGLIGIBLE)
             found.append(self._averaged(points) if matters else first)
         return found

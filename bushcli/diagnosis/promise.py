@@ -36,8 +36,8 @@ NOTHING = 0.02
 # not make an effect visible (`queue.FAINT`).
 NOTHING_AT_WALL = 0.5
 # Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
-# the variances settled (1.3 at most), and a share of the gain, as that of a prediction (`queued`), however large: from
-# far starts a step promised 17,600 nats where 17,850 were found.
+# the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step promised
+# 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`queued`): the effect is in the model.
 SLACK, SHARE_SLACK = 2.0, 0.15
 
 
@@ -136,12 +136,7 @@ class Promise:
         forces = problem.forces(x)
         assert forces is not None
         slopes = [one.of(slope) for one, (_, slope) in zip(problem.features, forces, strict=True)]
-        misfit = [
-            one.of(force - channel.recording.force) + J @ step
-            for one, channel, (force, _), J in zip(
-                problem.features, problem.channels, forces, slopes, strict=True
-            )
-        ]
+        misfit = [z + J @ step for z, J in zip(problem.misfit(forces), slopes, strict=True)]
         known = [problem.known.get(name) for name in problem.names]
         found = evidence(problem.likelihood, misfit, slopes, x + step, known, self._off)
         slack = SLACK + SHARE_SLACK * gain

@@ -1,4 +1,4 @@
-"""A fit is ended early only if its model cannot matter, and then what it has found is a bound of nothing."""
+"""A fit ends early in its minimum, and is given up only if its model cannot matter."""
 
 from __future__ import annotations
 
