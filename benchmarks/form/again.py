@@ -11,6 +11,7 @@ import json
 import math
 import pickle
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -21,7 +22,7 @@ from scipy.special import logsumexp
 import bushcli.diagnosis.diagnose as module
 from benchmarks.decks.manifest import Entry, read
 from bushcli.case import load_case
-from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.evidence import Evidence
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Prediction
 from bushcli.diagnosis.queue import FAINT, Search
@@ -123,8 +124,9 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
         Effective features by the number of features.
     """
     with patch("bushcli.likelihood.form.effective_features", law):
-        likelihood: Likelihood = data["likelihood"]
-        states = {one["key"]: (one, evidence(likelihood, *one["of"])) for one in data["fitted"]}
+        # A copy, which has not calculated anything with another law.
+        likelihood: Likelihood = replace(data["likelihood"])
+        states = {one["key"]: (one, Evidence(likelihood, *one["of"])) for one in data["fitted"]}
         weights: dict[frozenset[str], list[float]] = {}
 
         def add(effects: Any, weight: float, *more: str) -> None:

@@ -74,6 +74,6 @@ def _settled(
         pull = [0.0 if k is None else k.pull(float(v)) for k, v in zip(known, at, strict=True)]
         found = bounded(cone_fit(gram + np.diag(pull), score, signs)[0])
         at = start + found
-        if np.allclose(found, before, rtol=SAME, atol=0.0):
+        if (np.abs(found - before) <= SAME * np.abs(before)).all():
             break
     return found

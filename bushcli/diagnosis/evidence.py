@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,41 +33,9 @@ UNIFORM, STUDENT = 2.0 * math.pi / 12.0, 2.0 / math.pi
 AT_OFF = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evidence:
-    """The evidence of a model.
-
-    Attributes
-    ----------
-    log, log_unknown : float
-        Natural logarithm, up to a constant that all models of a diagnosis share: of the model, and of the model with
-        the unknown effect beside it.
-    judged, judged_unknown : Judged
-    left : Left
-        The misfit that the model leaves.
-    covariance : shape (p, p)
-        Of the posterior of the parameters, in their own units, for the model without the unknown effect and with at
-        least the median error of form: errors of a formula along the derivatives by its own parameters are absorbed by
-        their values, and the remaining misfit does not show them.
-    """
-
-    log: float
-    log_unknown: float
-    judged: Judged
-    judged_unknown: Judged
-    left: Left
-    covariance: Array
-
-
-def evidence(
-    likelihood: Likelihood,
-    misfit: Sequence[Array],
-    slopes: Sequence[Array],
-    values: Array,
-    known: Sequence[Known | None],
-    off: Sequence[float],
-) -> Evidence:
-    """Return the evidence of a model at its maximum a posteriori.
+    """The evidence of a model at its maximum a posteriori. What is asked for is calculated, once.
 
     Parameters
     ----------
@@ -81,18 +50,59 @@ def evidence(
     off : sequence of float
         Off value of a one-sided amplitude, any number for other parameters.
     """
-    left = likelihood.left(misfit)
-    judged, unknown = likelihood.judge(left), likelihood.judge_unknown(left)
-    signal = float(likelihood.signal.sum())
-    units, density, precision = _prior(slopes, values, known, signal)
-    found = []
-    for one in (judged, unknown):
-        gram, slope = _gram(likelihood.features, misfit, slopes, one.scale)
-        found.append(one.log + _laplace(gram, slope, units, density, precision, values, known, off)[0])
-    wide = [max(a, float(b)) for a, b in zip(judged.scale, likelihood.variances(), strict=True)]
-    gram, slope = _gram(likelihood.features, misfit, slopes, wide)
-    covariance = _laplace(gram, slope, units, density, precision, values, known, off)[1]
-    return Evidence(found[0], found[1], judged, unknown, left, covariance * np.outer(units, units))
+
+    likelihood: Likelihood
+    misfit: Sequence[Array]
+    slopes: Sequence[Array]
+    values: Array
+    known: Sequence[Known | None]
+    off: Sequence[float]
+
+    @cached_property
+    def left(self) -> Left:
+        """The misfit that the model leaves."""
+        return self.likelihood.left(self.misfit)
+
+    @cached_property
+    def judged(self) -> Judged:
+        """Likelihood of the model."""
+        return self.likelihood.judge(self.left)
+
+    @cached_property
+    def judged_unknown(self) -> Judged:
+        """Likelihood of the model with the unknown effect beside it."""
+        return self.likelihood.judge_unknown(self.left)
+
+    @cached_property
+    def log(self) -> float:
+        """Natural logarithm of the evidence, up to a constant that all models of a diagnosis share."""
+        return self.judged.log + self._laplace(self.judged.scale)[0]
+
+    @cached_property
+    def log_unknown(self) -> float:
+        """The same for the model with the unknown effect beside it."""
+        return self.judged_unknown.log + self._laplace(self.judged_unknown.scale)[0]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance (p, p) of the posterior of the parameters, in their own units, without the unknown effect.
+
+        The error of form is at least the median one: errors of a formula along the derivatives by its own parameters
+        are absorbed by their values, and the remaining misfit does not show them.
+        """
+        least = self.likelihood.variances()
+        wide = [max(a, float(b)) for a, b in zip(self.judged.scale, least, strict=True)]
+        units = self._priors[0]
+        return self._laplace(wide)[1] * np.outer(units, units)
+
+    @cached_property
+    def _priors(self) -> tuple[Array, Array, Array]:
+        return _prior(self.slopes, self.values, self.known, float(self.likelihood.signal.sum()))
+
+    def _laplace(self, scale: Sequence[float]) -> tuple[float, Array]:
+        """Logarithm of the average likelihood over the maximum, and covariance, for variances of the features."""
+        gram, slope = _gram(self.likelihood.features, self.misfit, self.slopes, scale)
+        return _laplace(gram, slope, *self._priors, self.values, self.known, self.off)
 
 
 def _gram(

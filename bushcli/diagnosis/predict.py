@@ -25,7 +25,7 @@ from scipy.special import logsumexp
 
 from bushcli.diagnosis.amplitudes import amplitudes
 from bushcli.diagnosis.columns import Trial, shear_modulus
-from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.evidence import Evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prediction import Addition, Prediction
@@ -45,6 +45,8 @@ POINTS = 2
 FAR = 3.0
 # Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-6
+# Points of a grid whose evidence is less than this share of the best point's do not change the mean.
+SMALL = 0.01
 # Pieces of the cubic splines in the displacement that stand for any law, whose force is a smooth function of it.
 PIECES = 6
 
@@ -192,7 +194,15 @@ class Beside:
 
     def _averaged(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
         """The mean of the evidence over points of a grid, and the model at the best of them."""
-        found = [self._value(point) for point in points]
+        found = [self._solved(point) for point in points]
+        top, gained = -np.inf, 0.0
+        for i in sorted(range(len(points)), key=lambda i: -found[i][0].log):
+            # The lower the misfit, the more is gained where the variances settle: most at the best points.
+            if found[i][0].log + gained < top + math.log(SMALL):
+                break
+            before = found[i][0].log
+            found[i] = self._settled(points[i], *found[i])
+            top, gained = max(top, found[i][0].log), max(gained, found[i][0].log - before)
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
         most = max(one.judged.log for one, _ in found)
@@ -204,8 +214,13 @@ class Beside:
         return self._value(())[0].judged.log
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Evidence to first order, and the amplitudes; the solution alternates with the variances, as in a fit."""
-        found, amplitude = self._solved(point)
+        """Evidence to first order, and the amplitudes."""
+        return self._settled(point, *self._solved(point))
+
+    def _settled(
+        self, point: tuple[Addition, ...], found: Evidence, amplitude: Array
+    ) -> tuple[Evidence, Array]:
+        """Evidence and amplitudes after solutions by turns with new variances, as in a fit."""
         for _ in range(TURNS):
             scale = found.judged.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
@@ -217,7 +232,7 @@ class Beside:
         return found, amplitude
 
     def _solved(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Evidence to first order, and the amplitudes."""
+        """Evidence to first order with the variances at hand, and the amplitudes."""
         raw = [
             np.hstack([np.zeros((len(z), 0)), *(one.slopes[c] for one in point)])
             for c, z in enumerate(self.state.misfit)
@@ -233,7 +248,7 @@ class Beside:
         rest = self._rest + own @ amplitude
         values = np.concatenate([self.state.fitted.x, start + amplitude])
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
-        found = evidence(
+        found = Evidence(
             self.state.problem.likelihood,
             self._split(rest),
             slopes,

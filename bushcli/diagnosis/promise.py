@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.density import Posterior
-from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.evidence import Evidence
 from bushcli.inverse.local import HeldBack, Hopeless, Settled, Stopped, full_step
 
 Array = NDArray[np.float64]
@@ -138,6 +138,6 @@ class Promise:
         slopes = [one.of(slope) for one, (_, slope) in zip(problem.features, forces, strict=True)]
         misfit = [z + J @ step for z, J in zip(problem.misfit(forces), slopes, strict=True)]
         known = [problem.known.get(name) for name in problem.names]
-        found = evidence(problem.likelihood, misfit, slopes, x + step, known, self._off)
+        found = Evidence(problem.likelihood, misfit, slopes, x + step, known, self._off)
         slack = SLACK + SHARE_SLACK * gain
         return found.log + slack < self._needed.log and found.log_unknown + slack < self._needed.log_unknown

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis.columns import shear_modulus
-from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.evidence import Evidence
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.likelihood.form import Likelihood
@@ -105,7 +105,7 @@ class State:
     def evidence(self) -> Evidence:
         """Evidence of the model."""
         found = self.fitted
-        return evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
+        return Evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
 
     def without(self, gone: Sequence[str]) -> State:
         """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.

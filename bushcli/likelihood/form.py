@@ -36,10 +36,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from bushcli.likelihood.features import Features
 
@@ -136,7 +136,7 @@ class Likelihood:
     features: tuple[Features, ...]
     plain: tuple[float, ...]
 
-    @property
+    @cached_property
     def effective(self) -> Array:
         """Effective number of features m by channel.
 
@@ -147,17 +147,17 @@ class Likelihood:
         total = effective_features(sum(one.count for one in self.features))
         return np.asarray(np.minimum(1.0 + (total - 1.0) * counts / counts.sum(), counts))
 
-    @property
+    @cached_property
     def count_across(self) -> Array:
         """Number of features without the one along the force, by channel; at least one."""
         return np.array([max(one.count - 1.0, 1.0) for one in self.features])
 
-    @property
+    @cached_property
     def signal(self) -> Array:
         """Sum of squares F of the force by channel."""
         return np.array([one.signal for one in self.features])
 
-    @property
+    @cached_property
     def explained(self) -> Array:
         """Sum of squares D_c that an effect may have to explain, by channel."""
         own = np.maximum(np.array(self.plain), 0.0)
@@ -176,12 +176,12 @@ class Likelihood:
         """
         return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
 
-    @property
+    @cached_property
     def doubt(self) -> Array:
         """Standard deviation of the logarithm of the noise over its estimate, by channel."""
         return np.array([one.doubt for one in self.features])
 
-    @property
+    @cached_property
     def calibration(self) -> Array:
         """Variance g that calibration adds to the feature along the force, by channel."""
         return np.array([one.calibration for one in self.features])
@@ -216,7 +216,7 @@ class Likelihood:
         log = log - 0.5 * (m - 1.0 + left.across[channel] - rest + noise * rest) / v
         log = log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide
         log = log + np.log(_NOISE_WEIGHTS).reshape(nodes.shape)
-        total = logsumexp(log, axis=0)
+        total = np.logaddexp.reduce(log, axis=0)
         return total, 1.0 / np.sum(np.exp(log - total) / v, axis=0)
 
     def judge(self, left: Left) -> Judged:
@@ -225,7 +225,7 @@ class Likelihood:
         form = _PHIS[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)
         log = parts.sum(axis=-1) + np.log(_PHI_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
-        total = float(logsumexp(log))
+        total = float(np.logaddexp.reduce(log, axis=None))
         weight = np.exp(log - total)
         scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
         return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ _PHIS))
@@ -243,14 +243,14 @@ class Likelihood:
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
             log, v = self._log(left, form, c)
             log = log + np.log(_WEIGHTS)[None, :]
-            by_size.append(logsumexp(log, axis=1))
+            by_size.append(np.logaddexp.reduce(log, axis=1))
             whole = log + np.log(prior)[:, None]
             weight = np.exp(whole - whole.max())
             scales.append(float(weight.sum() / np.sum(weight / v)))
         each = np.array(by_size)
         # Either it acts in all channels with one size, or in at least one with a size for each.
-        alike = float(logsumexp(each[:, 1:].sum(axis=0))) - float(np.log(len(_SIZES)))
-        apart = float(logsumexp(each + np.log(prior), axis=1).sum())
+        alike = float(np.logaddexp.reduce(each[:, 1:].sum(axis=0))) - float(np.log(len(_SIZES)))
+        apart = float(np.logaddexp.reduce(each + np.log(prior), axis=1).sum())
         nowhere = float((each[:, 0] + np.log(prior[0])).sum())
         anywhere = -np.expm1(min(nowhere - apart, -1e-12)) / (1.0 - (1.0 - UNKNOWN_IN_CHANNEL) ** len(m))
         total = float(np.logaddexp(alike, apart + np.log(anywhere))) - float(np.log(2.0))

@@ -146,7 +146,7 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
         chosen = np.array(support)
         block = unit[np.ix_(chosen, chosen)]
         # Nearly collinear columns would be combined with huge amplitudes of opposite sign.
-        if np.linalg.eigvalsh(block)[0] < OWN**2:
+        if len(chosen) > 1 and np.linalg.eigvalsh(block)[0] < OWN**2:
             continue
         a = np.linalg.solve(block, scaled[chosen])
         gain = float(a @ scaled[chosen])

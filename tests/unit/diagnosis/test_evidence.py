@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 from scipy.stats import norm, t
 
-from bushcli.diagnosis.evidence import LAW_SHARE, STUDENT, evidence, standard_errors
+from bushcli.diagnosis.evidence import LAW_SHARE, STUDENT, Evidence, standard_errors
 from bushcli.diagnosis.fit import pose
 from bushcli.diagnosis.prior import Known
 from bushcli.effects.prior import Prior
@@ -40,7 +40,7 @@ CONSTANT = log_of(np.zeros(ROWS))
 
 def of(misfit, slopes, values, priors, one_sided=()):
     known = [Known(p, {}, i in one_sided) for i, p in enumerate(priors)]
-    return evidence(likelihood(), [misfit], [slopes], np.asarray(values), known, [0.0] * len(priors))
+    return Evidence(likelihood(), [misfit], [slopes], np.asarray(values), known, [0.0] * len(priors))
 
 
 @pytest.mark.parametrize("size", [0.1, 1.0, 10.0, 1e3])
@@ -178,7 +178,7 @@ def test_a_parameter_of_the_law_pays_for_what_it_could_do_to_the_forces():
     """Its prior is normal about its value, so wide that it changes the forces by their own size."""
     signal = 1e6
     J = np.random.default_rng(5).normal(size=(ROWS, 1))
-    found = evidence(likelihood(signal), [np.zeros(ROWS)], [J], np.array([0.4]), [None], [0.0])
+    found = Evidence(likelihood(signal), [np.zeros(ROWS)], [J], np.array([0.4]), [None], [0.0])
     width = LAW_SHARE * math.sqrt(signal)
     scale = found.judged.scale[0]
     assert found.log - found.judged.log == pytest.approx(-0.5 * math.log(1.0 + width**2 / scale), rel=1e-6)

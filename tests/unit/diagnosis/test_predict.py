@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from bushcli.diagnosis.columns import Trial, columns, trials
-from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.evidence import Evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition
@@ -61,7 +61,7 @@ def exactly(one, *added):
                 method="bvls",
                 tol=1e-14,
             ).x
-        found = evidence(
+        found = Evidence(
             one.problem.likelihood,
             [state.misfit[0] + J @ best],
             [J],
