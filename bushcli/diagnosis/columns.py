@@ -222,7 +222,7 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
         With its best-fitting values.
     trial : Trial
     """
-    model = replace(base, effects=(*_beside(base, trial), trial.active))
+    model = replace(base, effects=(*beside(base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
@@ -269,17 +269,25 @@ def _at_own_shape(model: Model, case: Case) -> Model:
     return replace(model, start=scaled)
 
 
-def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
+def beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     """Return the effects of the model that stay active while an effect is tried.
 
-    An effect in the bushing is tried beside the effects of the rig, and without the other effects in the bushing, so
-    that its derivatives can be reused for all models that differ in these (`derivatives`). One branch more of an effect
-    is tried beside all effects of the model.
+    An effect in the bushing is tried without the other effects in the bushing, so that its derivatives can be reused
+    for all models that differ in these (`derivatives`), and beside those of the rig that move the bushing otherwise or
+    log its force late. One that only scales the force, or adds to it, changes the derivatives by no more than that
+    factor. Effects of the rig, and one branch more of an effect, are tried beside all effects of the model.
+
+    Parameters
+    ----------
+    model : Model
+    trial : Trial
     """
     others = tuple(one for one in model.effects if one.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects):
         return others
-    return tuple(one for one in others if one.effect.acts == "rig")
+    return tuple(
+        one for one in others if one.effect.acts == "rig" and one.effect.rig and one.effect.rig.moves
+    )
 
 
 def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.columns import Trial, columns, trials
+from bushcli.diagnosis.columns import Trial, beside, columns, trials
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition
 from bushcli.diagnosis.state import Problem, State
@@ -100,13 +100,8 @@ class Derivatives:
     def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
         """Return the key of a derivative: effects in the bushing are differentiated without the other effects there."""
         base: tuple[object, ...] = ()
-        own = [one for one in state.model.effects if one.identity == trial.active.identity]
-        beside = [
-            one
-            for one in state.model.effects
-            if trial.effect.acts == "rig" or one.effect.acts == "rig" or own
-        ]
-        if beside:
+        has_branches = any(one.identity == trial.active.identity for one in state.model.effects)
+        if has_branches or beside(state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape
         return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)

@@ -84,3 +84,8 @@ class RigChange:
     clock: str | None = None
     read: Callable[[Signal, Array | None, Given], Signal] | None = None
     order: int = 0
+
+    @property
+    def moves(self) -> bool:
+        """Whether the bushing's own displacement, or the time of its force, is another than the recorded one."""
+        return self.drive is not None or self.spring is not None or self.clock is not None
