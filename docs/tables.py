@@ -14,9 +14,9 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from bushcli.case.unit import unit
-from bushcli.diagnosis import prior
 from bushcli.effects.effect import Effect, EffectParameter, effects
 from bushcli.effects.prior import Prior
+from bushcli.evidence import prior
 from bushcli.export import SYSTEMS, all_writers
 from cases.mode import modes
 from forms.law import laws

@@ -17,13 +17,13 @@ from bushcli.diagnosis.result import (
     Quantity,
     RankedModel,
 )
-from bushcli.diagnosis.searched import Searched, Trial
 from bushcli.faults import DataFault
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.mismatch.maps import LocalMap, Missing, MissingProfile
 from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
+from bushcli.selection.searched import Searched, Trial
 
 NAN = float("nan")
 CASE = """\

@@ -22,12 +22,12 @@ from scipy.special import logsumexp
 import bushcli.diagnosis.diagnose as module
 from benchmarks.decks.manifest import Entry, read
 from bushcli.case import load_case
-from bushcli.diagnosis.evidence import Evidence
-from bushcli.diagnosis.predict import Beside
-from bushcli.diagnosis.prediction import Prediction
-from bushcli.diagnosis.queue import FAINT, Search
 from bushcli.effects.names import effect_name
+from bushcli.evidence.laplace import Evidence
 from bushcli.likelihood.form import Likelihood
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Prediction
+from bushcli.selection.queue import FAINT, Search
 
 Sets = dict[frozenset[str], float]
 
@@ -85,7 +85,7 @@ def keep(case_file: Path, out: Path, budget: float) -> None:
     budget : float
         Seconds.
     """
-    with patch.object(module, "Search", Keeping), patch("bushcli.diagnosis.queue.Beside", Leaving):
+    with patch.object(module, "Search", Keeping), patch("bushcli.selection.queue.Beside", Leaving):
         module.diagnose(load_case(case_file), maps=False, budget=budget)
     search = Keeping.last
     fitted = [

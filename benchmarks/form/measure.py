@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from bushcli.case import load_case
 from bushcli.diagnosis import question
-from bushcli.diagnosis.fit import Measured, fit
-from bushcli.diagnosis.plain import begin
-from bushcli.diagnosis.predict import Beside
-from bushcli.diagnosis.queue import Search
-from bushcli.diagnosis.state import State
 from bushcli.effects.effect import effects
 from bushcli.faults import find_faults, masks
 from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
+from bushcli.selection.fit import Measured, fit
+from bushcli.selection.plain import begin
+from bushcli.selection.predict import Beside
+from bushcli.selection.queue import Search
+from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
 

@@ -8,14 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Case
-from bushcli.diagnosis import answer, model_cache
-from bushcli.diagnosis.model import Fitted
+from bushcli.diagnosis import answer
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import Weighed, credible_sets
 from bushcli.diagnosis.question import Question
-from bushcli.diagnosis.queue import Progress
 from bushcli.diagnosis.result import DiagnosedChannel, NextTest
-from bushcli.diagnosis.state import Problem, State
 from bushcli.faults import masks
 from bushcli.likelihood.calibration import calibrated, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
@@ -23,6 +20,10 @@ from bushcli.mismatch.maps import LocalMap
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.workers import Workers
+from bushcli.selection import model_cache
+from bushcli.selection.model import Fitted
+from bushcli.selection.queue import Progress
+from bushcli.selection.state import Problem, State
 from cases.march import NotConverged
 
 

@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import SHOWN, Weighed
-from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
     FormError,
     RankedModel,
     Verdict,
 )
-from bushcli.diagnosis.searched import Searched
-from bushcli.diagnosis.state import State
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
+from bushcli.selection.model import Model
+from bushcli.selection.queue import Search
+from bushcli.selection.searched import Searched
+from bushcli.selection.state import State
 from bushcli.simulate.schedule import schedule
 
 Array = NDArray[np.float64]

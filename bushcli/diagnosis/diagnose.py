@@ -15,16 +15,9 @@ from pathlib import Path
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
-from bushcli.diagnosis.codec import FitCodec
-from bushcli.diagnosis.fit import exact
-from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.plain import begin as begin_plain
-from bushcli.diagnosis.plain import fit_plain
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
 from bushcli.diagnosis.question import Question, posed, question
-from bushcli.diagnosis.queue import Progress, Search
 from bushcli.diagnosis.result import Diagnosis, Verdict
-from bushcli.diagnosis.state import Problem, State
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.journal import history_damaged
@@ -35,6 +28,13 @@ from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
+from bushcli.selection.codec import FitCodec
+from bushcli.selection.fit import exact
+from bushcli.selection.model import Fitted, Model
+from bushcli.selection.plain import begin as begin_plain
+from bushcli.selection.plain import fit_plain
+from bushcli.selection.queue import Progress, Search
+from bushcli.selection.state import Problem, State
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from itertools import pairwise
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from bushcli.diagnosis.evidence import standard_errors
 from bushcli.diagnosis.posterior import Weighed
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
+from bushcli.evidence.laplace import standard_errors
 
 # Probability on either side of a 95 % interval.
 TAIL = 0.025

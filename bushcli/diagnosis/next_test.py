@@ -29,17 +29,17 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.menu import Proposal, menu
-from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import MEMBER, Weighed
 from bushcli.diagnosis.result import NextTest
-from bushcli.diagnosis.state import Problem
 from bushcli.effects.active import acting
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
+from bushcli.selection import model_cache
+from bushcli.selection.model import Model
+from bushcli.selection.state import Problem
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
 from cases.march import NotConverged

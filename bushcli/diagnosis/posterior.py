@@ -9,12 +9,12 @@ from typing import Literal
 
 import numpy as np
 
-from bushcli.diagnosis.model import Key, Model
-from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
-from bushcli.diagnosis.state import State
 from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name, within
+from bushcli.selection.model import Key, Model
+from bushcli.selection.queue import Search
+from bushcli.selection.state import State
 
 # Share of the posterior that the credible set holds.
 CREDIBLE = 0.95

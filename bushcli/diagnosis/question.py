@@ -10,10 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.diagnosis.fit import Measured, fit
-from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.plain import all_features
-from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
 from bushcli.effects.effect import effects as catalogue
 from bushcli.errors import InputError, nearest
@@ -25,6 +21,10 @@ from bushcli.likelihood.level import all_levelled
 from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
 from bushcli.runtime.workers import Workers
+from bushcli.selection.fit import Measured, fit
+from bushcli.selection.model import Fitted, Model
+from bushcli.selection.plain import all_features
+from bushcli.selection.state import Problem, State
 from forms.law import law, laws
 
 Mask = NDArray[np.bool_]
@@ -182,7 +182,7 @@ def posed(
     case : Case
         Without effects.
     plain : Fitted
-        The plain law as `plain.begin` fitted it.
+        The plain law as `selection.plain.begin` fitted it.
     recordings : tuple of Recording
     used : tuple of array of bool, shape (n,) each
         Samples that count.

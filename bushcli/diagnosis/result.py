@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.diagnosis.searched import Searched
 from bushcli.faults import DataFault
 from bushcli.mismatch.maps import LocalMap, Missing
 from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
+from bushcli.selection.searched import Searched
 
 Array = NDArray[np.float64]
 

@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 
 from bushcli.case import Material
-from bushcli.diagnosis.evidence import standard_errors
 from bushcli.diagnosis.intervals import components, interval, scanned
-from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import Weighed
-from bushcli.diagnosis.prior import Known
-from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Named, Quantity
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
+from bushcli.evidence.laplace import standard_errors
+from bushcli.evidence.prior import Known
+from bushcli.selection.model import Model
+from bushcli.selection.queue import Search
 from forms.law import law
 
 # Prior probability of a value at least as far out, below which the value is called hardly plausible.

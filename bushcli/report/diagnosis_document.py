@@ -7,7 +7,6 @@ from typing import Any
 
 from bushcli.case import Material
 from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity
-from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
@@ -17,6 +16,7 @@ from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline
 from bushcli.report.document import cleaned, faults_json, head
 from bushcli.report.quantity import quantities
+from bushcli.selection.searched import Searched
 
 
 def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:

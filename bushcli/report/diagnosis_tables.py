@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from bushcli.diagnosis.result import Diagnosis
-from bushcli.diagnosis.searched import Trial
 from bushcli.report.diagnosis_names import model_title, short_chance, title
 from bushcli.report.diagnosis_values import derived_text, shown
 from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
 from bushcli.report.quantity import number, percent
 from bushcli.report.tables import Row, Table
+from bushcli.selection.searched import Trial
 
 # Effects that are less probable than this are named together in one row.
 SMALL = 0.01

@@ -11,10 +11,10 @@ import pytest
 
 from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
-from bushcli.diagnosis.queue import LEFT
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
 from bushcli.report.diagnosis_document import diagnosis_json
+from bushcli.selection.queue import LEFT
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.fit import Measured, fit
-from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.plain import begin, fit_plain
 from bushcli.diagnosis.question import posed
-from bushcli.diagnosis.state import State
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
+from bushcli.selection.fit import Measured, fit
+from bushcli.selection.model import Model
+from bushcli.selection.plain import begin, fit_plain
+from bushcli.selection.state import State
 
 # MPa; a soft filled rubber.
 C10, C20 = 0.5, -0.02

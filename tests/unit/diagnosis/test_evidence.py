@@ -11,12 +11,12 @@ from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 from scipy.stats import norm, t
 
-from bushcli.diagnosis.evidence import LAW_SHARE, STUDENT, Evidence, standard_errors
-from bushcli.diagnosis.fit import pose
-from bushcli.diagnosis.prior import Known
 from bushcli.effects.prior import Prior
+from bushcli.evidence.laplace import LAW_SHARE, STUDENT, Evidence, standard_errors
+from bushcli.evidence.prior import Known
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
+from bushcli.selection.fit import pose
 
 ROWS = 20
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.fit import WORSE, pose
-from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.plain import fit_plain
 from bushcli.inverse import identify
+from bushcli.selection.fit import WORSE, pose
+from bushcli.selection.model import Model
+from bushcli.selection.plain import fit_plain
 
 AXIAL = """
 [geometry]

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.model import Model
+from bushcli.selection import model_cache
+from bushcli.selection.model import Model
 
 CASE = """\
 [geometry]

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import prior
-from bushcli.diagnosis.prior import ODDS, Known, effect_odds, log_odds
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
+from bushcli.evidence import prior
+from bushcli.evidence.prior import ODDS, Known, effect_odds, log_odds
 
 SCALES = {
     "duration": 120.0,

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.diagnosis.columns import Trial, columns, trials
-from bushcli.diagnosis.evidence import Evidence
-from bushcli.diagnosis.fit import SETTLED, TURNS
-from bushcli.diagnosis.predict import Beside
-from bushcli.diagnosis.prediction import Addition
-from bushcli.diagnosis.prior import known_parameters
-from bushcli.diagnosis.queued import SLACK
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.evidence.laplace import Evidence
+from bushcli.evidence.prior import known_parameters
+from bushcli.selection.columns import Trial, columns, trials
+from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Addition
+from bushcli.selection.queued import SLACK
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from bushcli.diagnosis.fit import fit, pose
-from bushcli.diagnosis.promise import NEGLIGIBLE, NOTHING, Needed, needed_of
-from bushcli.diagnosis.state import State
+from bushcli.evidence.promise import NEGLIGIBLE, NOTHING, Needed, needed_of
 from bushcli.inverse.local import inside
 from bushcli.inverse.search import search
+from bushcli.selection.fit import fit, pose
+from bushcli.selection.state import State
 
 #: Far start values: the optimum is at a set of 0.05 and no drift.
 BEGUN = {"permanent_set": {"set": 0.6}, "drift": {"rate": 0.05}, "time_lag": {"lag": 2.0}}

@@ -10,18 +10,19 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.diagnosis import answer, derivatives, neighbours, queue, queued
-from bushcli.diagnosis.columns import shear_modulus
-from bushcli.diagnosis.fit import WORSE
-from bushcli.diagnosis.model import Fitted
-from bushcli.diagnosis.neighbours import label
+from bushcli.diagnosis import answer
 from bushcli.diagnosis.posterior import posterior, probabilities
-from bushcli.diagnosis.prediction import Prediction
-from bushcli.diagnosis.prior import known_parameters, scales_of
-from bushcli.diagnosis.queue import LEFT, Search
-from bushcli.diagnosis.state import State
 from bushcli.effects.effect import effect
+from bushcli.evidence.prior import known_parameters, scales_of
 from bushcli.runtime.workers import Workers
+from bushcli.selection import derivatives, neighbours, queue, queued
+from bushcli.selection.columns import shear_modulus
+from bushcli.selection.fit import WORSE
+from bushcli.selection.model import Fitted
+from bushcli.selection.neighbours import label
+from bushcli.selection.prediction import Prediction
+from bushcli.selection.queue import LEFT, Search
+from bushcli.selection.state import State
 
 NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "friction", "mullins")
 

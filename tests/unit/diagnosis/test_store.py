@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.codec import FitCodec
-from bushcli.diagnosis.fit import Measured
-from bushcli.diagnosis.model import Fitted, Model
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.runtime.store import Store
+from bushcli.selection.codec import FitCodec
+from bushcli.selection.fit import Measured
+from bushcli.selection.model import Fitted, Model
 
 MODEL = Model("neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).started(),))
 # The arguments of a fit: a case, a model, ...

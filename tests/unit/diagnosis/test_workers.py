@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.codec import FitCodec
 from bushcli.errors import InputError
 from bushcli.runtime import workers
 from bushcli.runtime.store import SUFFIX, Store
 from bushcli.runtime.workers import Workers, _deaf
+from bushcli.selection.codec import FitCodec
 
 CASE = """\
 [geometry]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.promise import Promise
+from bushcli.evidence.promise import Promise
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.prior import UNKNOWN
+from bushcli.evidence.prior import UNKNOWN
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Left, Likelihood, effective_features
 

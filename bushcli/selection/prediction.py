@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.columns import Trial
-from bushcli.diagnosis.model import Model
+from bushcli.selection.columns import Trial
+from bushcli.selection.model import Model
 
 Array = NDArray[np.float64]
 

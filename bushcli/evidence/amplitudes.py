@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.prior import Known
+from bushcli.evidence.prior import Known
 from bushcli.likelihood.linearised import cone_fit
 
 Array = NDArray[np.float64]

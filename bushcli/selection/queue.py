@@ -20,20 +20,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.columns import unfit
-from bushcli.diagnosis.derivatives import Derivatives
-from bushcli.diagnosis.fit import Measured, fit
-from bushcli.diagnosis.model import Fitted, Key, Model
-from bushcli.diagnosis.neighbours import label, other_laws, with_law_of, without_effects
-from bushcli.diagnosis.predict import Beside
-from bushcli.diagnosis.prediction import Addition, Prediction
-from bushcli.diagnosis.prior import log_odds
-from bushcli.diagnosis.promise import needed_of
-from bushcli.diagnosis.queued import Queued, slack_of
-from bushcli.diagnosis.searched import Trial as Row
-from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
+from bushcli.evidence.prior import log_odds
+from bushcli.evidence.promise import needed_of
 from bushcli.runtime.workers import Workers
+from bushcli.selection.columns import unfit
+from bushcli.selection.derivatives import Derivatives
+from bushcli.selection.fit import Measured, fit
+from bushcli.selection.model import Fitted, Key, Model
+from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.queued import Queued, slack_of
+from bushcli.selection.searched import Trial as Row
+from bushcli.selection.state import Problem, State
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]

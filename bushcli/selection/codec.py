@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.diagnosis.model import Fitted
+from bushcli.selection.model import Fitted
 
 
 class FitCodec:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.density import features_of
-from bushcli.diagnosis.fit import Measured, fitted, pose
-from bushcli.diagnosis.model import Fitted, Model
+from bushcli.evidence.density import features_of
 from bushcli.inverse.first import first_minimum
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
+from bushcli.selection import model_cache
+from bushcli.selection.fit import Measured, fitted, pose
+from bushcli.selection.model import Fitted, Model
 
 Mask = NDArray[np.bool_]
 

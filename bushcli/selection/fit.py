@@ -19,11 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.density import Posterior, features_of
-from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.prior import known_parameters
-from bushcli.diagnosis.promise import Needed, Promise
+from bushcli.evidence.density import Posterior, features_of
+from bushcli.evidence.prior import known_parameters
+from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled
 from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
@@ -31,6 +29,8 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
+from bushcli.selection import model_cache
+from bushcli.selection.model import Fitted, Model
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

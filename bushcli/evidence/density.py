@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.prior import Known
+from bushcli.evidence.prior import Known
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.problem import Problem
 from bushcli.likelihood.calibration import factor_of

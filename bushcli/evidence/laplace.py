@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from bushcli.diagnosis.prior import LAW_SHARE, Known
+from bushcli.evidence.prior import LAW_SHARE, Known
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Judged, Left, Likelihood
 

@@ -1,9 +1,9 @@
 """What a fit in progress can still reach, to first order: it ends where that is nothing, or nothing that matters.
 
-A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`predict`). A fit ends in its
-minimum if the step would hardly lower the misfit: one more solution would only confirm this. It is given up if that
-evidence, with its slack, would not bring the model to a share of the posterior that matters, with or without the
-unknown effect. What it has found so far is entered then: its weight is negligible, as at its minimum.
+A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`selection.predict`). A fit
+ends in its minimum if the step would hardly lower the misfit: one more solution would only confirm this. It is given up
+if that evidence, with its slack, would not bring the model to a share of the posterior that matters, with or without
+the unknown effect. What it has found so far is entered then: its weight is negligible, as at its minimum.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.density import Posterior
-from bushcli.diagnosis.evidence import Evidence
+from bushcli.evidence.density import Posterior
+from bushcli.evidence.laplace import Evidence
 from bushcli.inverse.local import HeldBack, Hopeless, Settled, Stopped, full_step
 
 Array = NDArray[np.float64]
 
 # Share of the posterior below which a model does not matter: a hundred such models would change it by less than the
-# search may leave undone (`queue.LEFT`).
+# search may leave undone (`selection.queue.LEFT`).
 NEGLIGIBLE = 5e-4
 # Points in a row whose promise is too small before a fit is given up, or that kept too little of it.
 TWICE = 2
@@ -33,11 +33,12 @@ KEPT = 0.1
 # than a fifth of its standard deviation.
 NOTHING = 0.02
 # The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
-# not make an effect visible (`queue.FAINT`).
+# not make an effect visible (`selection.queue.FAINT`).
 NOTHING_AT_WALL = 0.5
 # Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
 # the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step promised
-# 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`queued`): the effect is in the model.
+# 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`selection.queued`): the effect
+# is in the model.
 SLACK, SHARE_SLACK = 2.0, 0.15
 
 

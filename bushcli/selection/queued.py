@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.state import State
+from bushcli.selection.model import Model
+from bushcli.selection.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
 # the fitted to the predicted model, without a limit: where the plain law is far from the recordings (practice p04),

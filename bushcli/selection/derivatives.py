@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.columns import Trial, beside, columns, trials
-from bushcli.diagnosis.predict import Beside
-from bushcli.diagnosis.prediction import Addition
-from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
+from bushcli.selection.columns import Trial, beside, columns, trials
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Addition
+from bushcli.selection.state import Problem, State
 
 Array = NDArray[np.float64]
 

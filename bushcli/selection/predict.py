@@ -23,16 +23,16 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.amplitudes import amplitudes
-from bushcli.diagnosis.columns import Trial, shear_modulus
-from bushcli.diagnosis.evidence import Evidence
-from bushcli.diagnosis.fit import SETTLED, TURNS
-from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.prediction import Addition, Prediction
-from bushcli.diagnosis.prior import Known, known_parameters
-from bushcli.diagnosis.promise import NEGLIGIBLE
-from bushcli.diagnosis.queued import slack_of
-from bushcli.diagnosis.state import State
+from bushcli.evidence.amplitudes import amplitudes
+from bushcli.evidence.laplace import Evidence
+from bushcli.evidence.prior import Known, known_parameters
+from bushcli.evidence.promise import NEGLIGIBLE
+from bushcli.selection.columns import Trial, shear_modulus
+from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.model import Model
+from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.queued import slack_of
+from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
 

@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.prior import scales_of
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
+from bushcli.evidence.prior import scales_of
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
+from bushcli.selection import model_cache
+from bushcli.selection.model import Model
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

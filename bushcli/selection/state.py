@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis.columns import shear_modulus
-from bushcli.diagnosis.evidence import Evidence
-from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.evidence.laplace import Evidence
+from bushcli.evidence.prior import Known, known_parameters
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
+from bushcli.selection.columns import shear_modulus
+from bushcli.selection.model import Fitted, Model
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bushcli.case import Case
-from bushcli.diagnosis.model import Model
 from bushcli.effects.names import readable_name
+from bushcli.selection.model import Model
 from forms.law import laws
 
 # Number of terms of a law with optional ones; a coupon is solved at once and shows all that a law can do.
