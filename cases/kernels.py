@@ -44,9 +44,9 @@ void contract(long n, int rows, const double *A, const double *g, double *P);
 typedef struct
 {
     long facets, soft;
-    int nodes, d, points, edges, triangle;
+    int nodes, d, points, edges, triangle, bow;
     const int64_t *facet, *powers, *fold, *folded;
-    const double *sign, *breadth, *values, *slopes, *centre, *middle, *weights, *edge, *X;
+    const double *sign, *breadth, *values, *slopes, *centre, *middle, *weights, *edge, *course, *X;
     double *frame;
     int64_t *near;
 } surface;

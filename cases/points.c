@@ -42,6 +42,10 @@ typedef double four __attribute__((vector_size(32), aligned(8)));
             loop(s, 9, 3, 3, 5, __VA_ARGS__);                                                       \
         else if ((s)->nodes == 27 && (s)->components == 3 && (s)->tables == 3)                      \
             loop(s, 27, 7, 3, 3, __VA_ARGS__);                                                      \
+        else if ((s)->nodes == 10 && (s)->components == 3 && (s)->tables == 3)                      \
+            loop(s, 10, 3, 3, 3, __VA_ARGS__);                                                      \
+        else if ((s)->nodes == 6 && (s)->components == 2 && (s)->tables == 3)                       \
+            loop(s, 6, 2, 2, 3, __VA_ARGS__);                                                       \
         else                                                                                        \
             loop(s, (s)->nodes, ((s)->nodes + 3) / 4, (s)->components, (s)->tables, __VA_ARGS__);   \
     } while (0)
@@ -161,10 +165,10 @@ void forces(const group *s, const double *P, double *r)
 }
 
 /* w T^T A T: A[gradients + 1, packed] by the components' slopes in the reference cell, full; the pressure stays last. */
-static inline void turned(const group *s, const double *restrict A, const double *restrict T, double w,
-                          double *restrict out)
+static inline void turned(const group *s, const int components, const double *restrict A, const double *restrict T,
+                          double w, double *restrict out)
 {
-    const int ng = s->gradients, count = FUNCTIONS, n = s->components * count + 1;
+    const int ng = s->gradients, count = FUNCTIONS, n = components * count + 1;
     double half[(ng + 1) * n];
     memset(half, 0, sizeof half);
     memset(out, 0, sizeof(double) * n * n);
@@ -254,7 +258,8 @@ static inline void assemble(const group *s, const int nodes, const int fours, co
         for (int q = 0; q < s->points; ++q)
         {
             const long point = c * s->points + q;
-            turned(s, A + point * packed, s->turn + point * tables * count, s->weight[point], full + q * side * side);
+            turned(s, components, A + point * packed, s->turn + point * tables * count, s->weight[point],
+                   full + q * side * side);
         }
         for (int i = 0; i < components; ++i)
             for (int j = i; j < components; ++j)

@@ -138,7 +138,12 @@ class StrainGradient:
         scale = self._scale(bent, self.shear_modulus if modulus is None else modulus) * bent.excess
         np.add.at(forces, self._displaced[bent.cells], scale[:, None, None] * bent.bending)
 
-    def blocks(self, state: Array) -> tuple[Index, Array]:
+    @property
+    def unknowns(self) -> Index:
+        """Local numbers of the displacements of every cell, shape (cells, n)."""
+        return np.ascontiguousarray(self._displaced.reshape(len(self._displaced), -1))
+
+    def blocks(self, state: Array) -> tuple[NDArray[np.intp], Array]:
         """Second derivative at a state, by the unknowns of each cell with an energy.
 
         Parameters
@@ -148,8 +153,8 @@ class StrainGradient:
 
         Returns
         -------
-        unknowns : shape (b, n)
-            Their local numbers.
+        cells : shape (b,)
+            Those with an energy, as in `unknowns`.
         values : shape (b, n, n)
             N/mm.
         """
@@ -161,7 +166,7 @@ class StrainGradient:
         parts = values.reshape(cells, components, nodes, components, nodes)
         for i in range(components):
             parts[:, i, :, i, :] += (scale * bent.excess)[:, None, None] * self._square[bent.cells]
-        return self._displaced[bent.cells].reshape(flat.shape), values
+        return bent.cells, values
 
     def add_action(self, state: Array, direction: Array, forces: Array) -> None:
         """Add the product of the second derivative at a state and a direction.

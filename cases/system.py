@@ -58,6 +58,8 @@ class System:
         self._constrained, self._bc = constrained, bc
         self._parameters = parameters
         self._taken: tuple[float, ...] = ()
+        # Entries of the last tangent without its contact, where it had any.
+        self._apart: Array | None = None
         self._space = state.function_space
         self._comm = self._space.mesh.comm
 
@@ -124,6 +126,8 @@ class System:
     @cached_property
     def _pattern(self) -> Pattern:
         unknowns = [part.points.unknowns.of_cells for part in self._body.parts]
+        if self._surfaces.gradient is not None:
+            unknowns.append(self._surfaces.gradient.unknowns)
         return Pattern(self._space.dofmap.index_map, self._comm, unknowns, self._constrained)
 
     def create_matrix(self) -> PETSc.Mat:
@@ -136,7 +140,7 @@ class System:
         matrix = pattern.matrix()
         self.take_parameters()
         self._body.stiffen(np.zeros_like(self._state.x.array))
-        self._body.add_stiffness(pattern.places, pattern.values)
+        self._body.add_stiffness(pattern.places[: len(self._body.parts)], pattern.values)
         pattern.add_to(matrix)
         matrix.assemble()
         first, _ = matrix.getOwnershipRange()
@@ -154,7 +158,8 @@ class System:
         stiffened : bool
             Whether `stiffen` was called at this very state.
         positive : bool
-            Take of the contact's stiffness only the part that has no negative eigenvalues.
+            Take of the contact's stiffness only the part that has no negative eigenvalues. Beside `stiffened`: the
+            rest is that of the last tangent.
         """
         if not stiffened:
             self.stiffen()
@@ -164,17 +169,25 @@ class System:
             self._pattern, places, entries = contact.fitted(self._pattern, matrix, positive)
             pressed = (places, entries)
         pattern = self._pattern
-        pattern.values[:] = 0.0
-        self._body.add_stiffness(pattern.places, pattern.values)
+        if positive and stiffened and self._apart is not None:
+            pattern.values[:] = self._apart
+        else:
+            self._add_rubber(pattern)
+            self._apart = pattern.values.copy() if pressed is not None else None
         if pressed is not None:
             pattern.add(*pressed)
-        if self._surfaces.gradient is not None:
-            unknowns, values = self._surfaces.gradient.blocks(self._state.x.array)
-            pattern.add(pattern.located(unknowns), values)
         matrix.zeroEntries()
         pattern.add_to(matrix)
         self._surfaces.add_stiffness(matrix, self._bc)
         matrix.assemble()
+
+    def _add_rubber(self, pattern: Pattern) -> None:
+        """Set a pattern's values to the stiffness of body and strain gradients at the state of `stiffen`."""
+        pattern.values[:] = 0.0
+        self._body.add_stiffness(pattern.places[: len(self._body.parts)], pattern.values)
+        if self._surfaces.gradient is not None:
+            cells, values = self._surfaces.gradient.blocks(self._state.x.array)
+            pattern.add(pattern.places[-1][cells], values)
 
     def stiffen(self) -> None:
         """Compute the moduli at the present state, for `apply_tangent` and `lift`."""

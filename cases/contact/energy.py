@@ -167,31 +167,47 @@ class Pressed:
 
     def stiffness(self) -> Array:
         """Return the second derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d)."""
-        r, depth = self.found.r, self.found.depth
-        p, n, d = *self.A.shape, r.shape[1]
-        K = -self._of_place()
-        K += np.einsum("pi,pj,kl->pikjl", self.A, self.A, np.eye(d), optimize=True).reshape(p, n * d, n * d)
-        share, growth = self._slopes()
-        K *= share[:, None, None]
-        slope = np.einsum("pi,pd->pid", self.A, r).reshape(p, n * d)
-        K += np.einsum("p,px,py->pxy", (growth - share) / depth**2, slope, slope, optimize=True)
-        return np.asarray(K)
+        B, S = self._factors()
+        return np.asarray(B @ S @ B.transpose(0, 2, 1))
 
     def positive_stiffness(self) -> Array:
         """Return `stiffness` without the negative eigenvalues of each point's."""
-        values, vectors = np.linalg.eigh(self.stiffness())
-        return np.asarray((vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.transpose(0, 2, 1))
+        B, S = self._factors()
+        Q, R = np.linalg.qr(B)
+        # Q has orthonormal columns: the eigenvalues are those of the few between them.
+        values, vectors = np.linalg.eigh(R @ S @ R.transpose(0, 2, 1))
+        V = Q @ vectors
+        return np.asarray((V * np.maximum(values, 0.0)[:, None, :]) @ V.transpose(0, 2, 1))
 
-    def _of_place(self) -> Array:
-        """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
-        xi, r = self.found.xi, self.found.r
-        p, n, d = *self.A.shape, r.shape[1]
-        slopes = self.basis.slopes(xi)
-        tangent = np.einsum("pan,pnd->pad", slopes, self.places)
-        bend = np.einsum("pabn,pnd->pabd", self.basis.bends(xi), self.places)
-        H = reduced(curvature(tangent, bend, r), self.found.free)
-        moved = np.zeros((p, slopes.shape[1], n))
-        moved[:, :, n // 2 :] = -slopes
-        mixed = np.einsum("pai,pj->paij", moved, r) - np.einsum("paj,pi->paij", tangent, self.A)
-        mixed = np.einsum("pab,paij->pbij", self.found.free, mixed).reshape(p, -1, n * d)
-        return np.asarray(np.einsum("pax,pay->pxy", mixed, np.linalg.solve(H, mixed), optimize=True))
+    def _factors(self) -> tuple[Array, Array]:
+        """Return B, shape (p, 2 n d, d + a), and S, (p, d + a, d + a), of the stiffness B S B^T per shear modulus.
+
+        The first d columns of B move the point against its nearest one, which stays where it is on the facet. The last
+        a columns are of the nearest point's motion along the facet, which lowers the energy.
+        """
+        r, free = self.found.r, self.found.free
+        p, n, d, a = *self.A.shape, r.shape[1], free.shape[-1]
+        tangent, bend = self._facet()
+        moved = np.zeros((p, a, n))
+        moved[:, :, n // 2 :] = -self.basis.slopes(self.found.xi)
+        mixed = moved[..., None] * r[:, None, None, :] - self.A[:, None, :, None] * tangent[:, :, None, :]
+        B = np.zeros((p, n * d, d + a))
+        for k in range(d):
+            B[:, k::d, k] = self.A
+        B[:, :, d:] = mixed.reshape(p, a, n * d).transpose(0, 2, 1) @ free
+        share, growth = self._slopes()
+        S = np.zeros((p, d + a, d + a))
+        along = ((growth - share) / self.found.depth**2)[:, None, None] * r[:, :, None] * r[:, None, :]
+        S[:, :d, :d] = share[:, None, None] * np.eye(d) + along
+        S[:, d:, d:] = -share[:, None, None] * np.linalg.inv(reduced(curvature(tangent, bend, r), free))
+        return B, S
+
+    def _facet(self) -> tuple[Array, Array]:
+        """Return the other facet's tangents at the nearest point, (p, a, d), and their derivatives, (p, a, a, d)."""
+        xi = self.found.xi
+        p, _, d = self.places.shape
+        bends = self.basis.bends(xi)
+        a = bends.shape[1]
+        return self.basis.slopes(xi) @ self.places, (bends.reshape(p, a * a, -1) @ self.places).reshape(
+            p, a, a, d
+        )

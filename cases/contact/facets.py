@@ -75,6 +75,17 @@ class Basis:
         corners = CORNERS[self.kind]
         return [(corners[i], corners[j] - corners[i]) for i, j in EDGES[self.kind]]
 
+    @property
+    def bow(self) -> int:
+        """Degree of the shape functions along an edge."""
+        return int(self.powers.max())
+
+    def courses(self) -> Array:
+        """Shape functions along each edge as polynomials of the way, 0 to 1: coefficients (edges, bow + 1, n)."""
+        way = np.linspace(0.0, 1.0, self.bow + 1)
+        powers = np.linalg.inv(way[:, None] ** np.arange(self.bow + 1))
+        return np.array([powers @ self.values(start + way[:, None] * along) for start, along in self.edges])
+
     def values(self, xi: Array) -> Array:
         """Shape functions at points (p, a), shape (p, n)."""
         return self._products(self._powers(xi)) @ self.weights

@@ -50,10 +50,10 @@ static void powers(double x, double to[3][HIGHEST + 1])
     }
 }
 
-/* The place of facet f at xi, with the nodes at x. */
-static place place_at(const surface *s, long f, const double *x, const double *xi)
+/* The place of facet f, which has n nodes, at xi. */
+static inline place place_of(const surface *s, const int n, long f, const double *x, const double *xi)
 {
-    const int n = s->nodes, a = s->d - 1;
+    const int a = s->d - 1;
     static const int BY[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
     double of[2][3][HIGHEST + 1], monomial[n][6];
     place found = {{0.0}};
@@ -83,6 +83,16 @@ static place place_at(const surface *s, long f, const double *x, const double *x
         }
     }
     return found;
+}
+
+/* The place of facet f at xi, with the nodes at x. For the usual facets the compiler knows the length of the loops. */
+static place place_at(const surface *s, long f, const double *x, const double *xi)
+{
+    if (s->nodes == 6)
+        return place_of(s, 6, f, x, xi);
+    if (s->nodes == 9)
+        return place_of(s, 9, f, x, xi);
+    return place_of(s, s->nodes, f, x, xi);
 }
 
 static double clip(double value, double low, double high)
@@ -139,22 +149,33 @@ static double step_over(const surface *s, long f, const double *x, const double 
 /* Nearest point of an edge; returns its distance, and whether it is between the edge's ends in `free`. */
 static double on_edge(const surface *s, long f, int edge, const double *x, const double *point, double *xi, int *free)
 {
-    const int a = s->d - 1;
+    const int a = s->d - 1, n = s->nodes;
     const double *start = s->edge + 2 * edge * a, *along = start + a;
     const int bends = along[0] != 0.0 || (a == 2 && along[1] != 0.0);
-    double t = bends ? 0.5 : 0.0, r[3];
-    for (int iteration = 0; bends && iteration < PROJECTIONS; ++iteration)
+    double course[s->bow + 1][3], t = bends ? 0.5 : 0.0, r[3], slope[3], bend[3];
+    for (int e = 0; e <= s->bow; ++e)
     {
-        for (int i = 0; i < a; ++i)
-            xi[i] = start[i] + t * along[i];
-        const place p = place_at(s, f, x, xi);
-        double slope[3], bend[3];
+        const double *shape = s->course + (edge * (s->bow + 1) + e) * n;
         for (int k = 0; k < s->d; ++k)
         {
-            slope[k] = along[0] * p.tangent[0][k] + along[1] * p.tangent[1][k];
-            bend[k] = along[0] * along[0] * p.bend[0][k] + 2.0 * along[0] * along[1] * p.bend[1][k] +
-                      along[1] * along[1] * p.bend[2][k];
-            r[k] = point[k] - p.at[k];
+            course[e][k] = 0.0;
+            for (int i = 0; i < n; ++i)
+                course[e][k] += shape[i] * x[s->facet[f * n + i] * s->d + k];
+        }
+    }
+    for (int iteration = 0; bends && iteration < PROJECTIONS; ++iteration)
+    {
+        for (int k = 0; k < s->d; ++k)
+        {
+            double at = 0.0;
+            slope[k] = bend[k] = 0.0;
+            for (int e = s->bow; e >= 0; --e)
+            {
+                bend[k] = bend[k] * t + 2.0 * slope[k];
+                slope[k] = slope[k] * t + at;
+                at = at * t + course[e][k];
+            }
+            r[k] = point[k] - at;
         }
         const double plain = dot(s->d, slope, slope), H = plain - dot(s->d, bend, r);
         const double step = dot(s->d, slope, r) / (H > CONVEX * plain ? H : plain), before = t;
@@ -166,9 +187,13 @@ static double on_edge(const surface *s, long f, int edge, const double *x, const
     *free = bends && held == t;
     for (int i = 0; i < a; ++i)
         xi[i] = start[i] + held * along[i];
-    const place p = place_at(s, f, x, xi);
     for (int k = 0; k < s->d; ++k)
-        r[k] = point[k] - p.at[k];
+    {
+        double at = 0.0;
+        for (int e = s->bow; e >= 0; --e)
+            at = at * held + course[e][k];
+        r[k] = point[k] - at;
+    }
     return sqrt(dot(s->d, r, r));
 }
 
@@ -293,6 +318,28 @@ static void first(const surface *s, long near, const double *at)
     s->near[0] = facet;
 }
 
+static int by_number(const void *one, const void *other)
+{
+    const int64_t a = *(const int64_t *)one, b = *(const int64_t *)other;
+    return a < b ? -1 : a > b;
+}
+
+/* Collect the facets that are `close_by` to soft facet f in `near`, in the order of their numbers; returns how many. */
+static long gathered(const surface *s, const sweep *w, long f, double reach, double maybe)
+{
+    const double here = w->stops[w->rank[f]].at, far = window(s, w, f, reach);
+    long near = 0;
+    for (int way = -1; way <= 1; way += 2)
+        for (long i = w->rank[f] + way; i >= 0 && i < s->facets && fabs(w->stops[i].at - here) <= far; i += way)
+        {
+            const long m = w->stops[i].facet;
+            if (close_by(s, f, m, reach * span(s, f, m), maybe))
+                s->near[near++] = m;
+        }
+    qsort(s->near, near, sizeof(int64_t), by_number);
+    return near;
+}
+
 /* Points that penetrate other facets by no more than `reach` times their breadth. For each: its facet, its number
  * there, the facet that it penetrates, the nearest point on it with the directions in which that may move ([d - 1], and
  * [d - 1][d - 1] by columns), and the vector from there to the point ([d]). Returns how many; there is room for two for
@@ -302,14 +349,10 @@ long inside(const surface *s, const double *x, double reach, double maybe, int64
 {
     const int a = s->d - 1;
     long count = 0;
-    for (long f = 0; f < s->facets; ++f)
-        framed(s, f, x);
+    sweep w = swept(s, x);
     for (long f = 0; f < s->soft; ++f)
     {
-        long near = 0;
-        for (long m = 0; m < s->facets; ++m)
-            if (m != f && close_by(s, f, m, reach * span(s, f, m), maybe))
-                s->near[near++] = m;
+        const long near = gathered(s, &w, f, reach, maybe);
         for (int q = 0; near > 0 && q < s->points; ++q)
         {
             double at[3];
@@ -346,5 +389,6 @@ long inside(const surface *s, const double *x, double reach, double maybe, int64
             }
         }
     }
+    release(&w);
     return count;
 }

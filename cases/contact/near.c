@@ -2,13 +2,14 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 /* Facets of a surface. The first `soft` belong to the mesh; the rigid ones after them count as facing all others.
  * A shape function is the sum of monomials of the reference coordinates times `weights` (`facets.py`). */
 typedef struct
 {
     long facets, soft;
-    int nodes, d, points, edges, triangle;
+    int nodes, d, points, edges, triangle, bow; /* bow: degree of the shape functions along an edge */
     const int64_t *facet;              /* [facets][nodes] */
     const int64_t *powers;             /* exponents of the monomials: [nodes][d - 1] */
     const int64_t *fold, *folded;      /* facets that each soft one does not meet: [soft + 1], and their numbers */
@@ -17,6 +18,7 @@ typedef struct
     const double *centre, *middle;     /* the facet's middle, [d - 1], and the slopes there, [d - 1][nodes] */
     const double *weights;             /* [nodes][nodes] */
     const double *edge;                /* start and direction of each edge: [edges][2][d - 1] */
+    const double *course;              /* powers of the way along each edge in them: [edges][bow + 1][nodes] */
     const double *X;                   /* positions of the nodes in the body at rest: [nodes of all facets][d] */
     double *frame;                     /* workspace: [facets][FRAME] */
     int64_t *near;                     /* workspace: [facets] */
@@ -112,6 +114,71 @@ static int close_by(const surface *s, long f, long m, double deep, double maybe)
     return !folded(s, f, m);
 }
 
+/* A facet's centre along an axis. */
+typedef struct
+{
+    double at;
+    long facet;
+} stop;
+
+/* All facets in the order of their centres along the axis of the largest extent. */
+typedef struct
+{
+    stop *stops;    /* [facets] */
+    long *rank;     /* place of each facet among them */
+    double radius;  /* the largest of a facet */
+    double breadth; /* the largest of a facet */
+} sweep;
+
+static int by_place(const void *one, const void *other)
+{
+    const stop *a = one, *b = other;
+    if (a->at != b->at)
+        return a->at < b->at ? -1 : 1;
+    return a->facet < b->facet ? -1 : a->facet > b->facet;
+}
+
+/* Frames of the facets with the nodes at x, and their order. */
+static sweep swept(const surface *s, const double *x)
+{
+    sweep w = {malloc(sizeof(stop) * s->facets), malloc(sizeof(long) * s->facets), 0.0, 0.0};
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (long f = 0; f < s->facets; ++f)
+    {
+        const double *own = s->frame + f * FRAME;
+        framed(s, f, x);
+        for (int k = 0; k < s->d; ++k)
+        {
+            low[k] = fmin(low[k], own[k]);
+            high[k] = fmax(high[k], own[k]);
+        }
+        w.radius = fmax(w.radius, own[6]);
+        w.breadth = fmax(w.breadth, s->breadth[f]);
+    }
+    int axis = 0;
+    for (int k = 1; k < s->d; ++k)
+        if (high[k] - low[k] > high[axis] - low[axis])
+            axis = k;
+    for (long f = 0; f < s->facets; ++f)
+        w.stops[f] = (stop){s->frame[f * FRAME + axis], f};
+    qsort(w.stops, s->facets, sizeof(stop), by_place);
+    for (long i = 0; i < s->facets; ++i)
+        w.rank[w.stops[i].facet] = i;
+    return w;
+}
+
+/* Largest distance along the axis at which a facet may be `close_by` to facet f. */
+static double window(const surface *s, const sweep *w, long f, double reach)
+{
+    return 1.05 * (s->frame[f * FRAME + 6] + w->radius) + reach * w->breadth;
+}
+
+static void release(sweep *w)
+{
+    free(w->stops);
+    free(w->rank);
+}
+
 /* Position of point q of facet f. */
 static void position(const surface *s, long f, int q, const double *x, double *at)
 {
@@ -162,18 +229,23 @@ static int any_enters(const surface *s, long f, long m, const double *x, double 
  * cosine of `maybe` or more do not face each other. x: positions of the nodes, [nodes][d]. */
 int meeting(const surface *s, const double *x, double reach, double maybe)
 {
-    for (long f = 0; f < s->facets; ++f)
-        framed(s, f, x);
-    for (long f = 0; f < s->soft; ++f)
-        for (long m = f + 1; m < s->facets; ++m)
+    sweep w = swept(s, x);
+    int met = 0;
+    for (long i = 0; i < s->facets && !met; ++i)
+    {
+        const double end = w.stops[i].at + window(s, &w, w.stops[i].facet, reach);
+        for (long j = i + 1; j < s->facets && w.stops[j].at <= end && !met; ++j)
         {
+            const long one = w.stops[i].facet, other = w.stops[j].facet;
+            const long f = one < other ? one : other, m = one < other ? other : one;
             const double deep = reach * span(s, f, m);
-            if (!close_by(s, f, m, deep, maybe))
+            if (f >= s->soft || !close_by(s, f, m, deep, maybe))
                 continue;
-            if (any_enters(s, f, m, x, deep, maybe) || (m < s->soft && any_enters(s, m, f, x, deep, maybe)))
-                return 1;
+            met = any_enters(s, f, m, x, deep, maybe) || (m < s->soft && any_enters(s, m, f, x, deep, maybe));
         }
-    return 0;
+    }
+    release(&w);
+    return met;
 }
 
 /* Pairs of soft facets that face each other at less than their breadth, (f, m) and (m, f). Returns how many; writes

@@ -128,11 +128,11 @@ class Search:
         integers = [np.ascontiguousarray(one, dtype=np.int64) for one in (b.facets, basis.powers, *folds(b))]
         numbers = (
             *(b.sign, b.breadth, basis.values(xi), basis.slopes(xi), centre, basis.slopes(centre[None])[0]),
-            *(basis.weights, np.array(basis.edges), b.X, np.zeros((len(b.facets), FRAME))),
+            *(basis.weights, np.array(basis.edges), basis.courses(), b.X, np.zeros((len(b.facets), FRAME))),
         )
         kept = [np.ascontiguousarray(one, dtype=np.float64) for one in numbers]
         near = np.zeros(len(b.facets), dtype=np.int64)
         sizes = (len(b.facets), b.soft, len(basis.nodes), b.X.shape[1], len(xi), len(basis.edges))
         rows = [*(pointer(one, "int64_t") for one in integers), *map(pointer, kept), pointer(near, "int64_t")]
-        given = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), *rows))
+        given = loops().ffi.new("surface *", (*sizes, int(basis.kind == "triangle"), basis.bow, *rows))
         return given, (*integers, *kept, near, *rows)

@@ -16,7 +16,9 @@ from bushcli.case import load_case
 from bushcli.errors import InputError
 from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.touching import parallel_contact, touched
+from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
+from cases.contact.facets import Basis
 from cases.contact.search import Search
 from cases.equilibrium import Equilibrium
 from cases.march import TOLERANCE, march
@@ -259,6 +261,35 @@ def test_points_inside_are_at_the_nearest_point_of_the_facet(case, request):
         assert np.allclose(point - at, found.r[i], rtol=0.0, atol=1e-12)
         # The error is of the order of the square of the last step of Newton's method (`inside.c`).
         assert np.linalg.norm(point - values @ nodes, axis=1).min() > found.depth[i] * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_facets_are_compared_with_all_that_are_near(dimension):
+    """Facets are sorted along an axis, and only near ones are compared: as if each were compared with all.
+
+    A rigid facet that is as large as all the others are apart makes the program compare all pairs.
+    """
+    rng = np.random.default_rng(5)
+    kind = {2: "interval", 3: "triangle"}[dimension]
+    basis, soft = Basis.of(kind, 2), 300
+    middle = rng.uniform(0.0, [12.0, 9.0, 6.0][:dimension], (soft, 1, dimension))
+    corners = rng.normal(0.0, 1.0, (soft, dimension, dimension)) + middle
+    flat = np.concatenate([1.0 - basis.nodes.sum(axis=1, keepdims=True), basis.nodes], axis=1)
+    X = (flat @ corners).reshape(-1, dimension)
+    large = 1e3 * flat @ np.eye(dimension) + 1e5
+    x = X + rng.normal(0.0, 0.05, X.shape)
+    found = []
+    for more in (np.empty((0, dimension)), large):
+        nodes = np.arange(len(X) + len(more)).reshape(-1, len(basis.nodes))
+        sign, names = np.ones(len(nodes)), np.repeat("free", len(nodes))
+        places = np.concatenate([X, more])
+        search = Search(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
+        assert search.meeting(np.concatenate([x, more]), 0.5)
+        found.append(search.inside(np.concatenate([x, more])))
+    alone, all_pairs = found
+    assert len(alone) > 30
+    for name in ("facet", "point", "other", "xi", "free", "r"):
+        assert np.array_equal(getattr(alone, name), getattr(all_pairs, name)), name
 
 
 def test_a_model_moved_to_another_shape_has_its_surfaces_there():
