@@ -1,7 +1,8 @@
 """Search for points that penetrate other facets, and for the nearest points on these facets.
 
-Every pair of facets is tested at every state (`near.c`), and the nearest points of the few pairs that are left are
-computed anew (`inside.c`): the distance is a function of the state alone, and its derivatives are exact.
+Facets are sorted along an axis at every state, and all pairs that are near along it are tested (`near.c`). The nearest
+points of the few pairs that are left are computed anew (`inside.c`): the distance is a function of the state alone, and
+its derivatives are exact.
 
 A point is inside if it lies behind the facet nearest to it, no deeper than `REACH`, and both surfaces face each other.
 Surfaces with rubber between them, as in a thin wall or at a sharp edge, do not meet, nor do facets within a fold of the
