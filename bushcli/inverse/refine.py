@@ -7,14 +7,13 @@ before, decides which of the others are hopeless.
 
 from __future__ import annotations
 
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -23,12 +22,12 @@ from numpy.typing import NDArray
 from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum, inside
-from bushcli.inverse.problem import Problem, Progress
+from bushcli.inverse.problem import Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.runtime.canonical import canonical
-from bushcli.runtime.executor import Died, Pool
+from bushcli.runtime.executor import Died, Pool, processes
 from bushcli.runtime.interrupt import unwrapped_interrupts
 
 Array = NDArray[np.float64]
@@ -178,8 +177,8 @@ def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Seq
         coarse, _ = task.problem(coarse=True)
         yield lambda points: [coarse.cost(x) for x in points]
         return
-    with _pool(task, coarse=True) as (executor, _):
-        yield lambda points: list(executor.map(_worker_cost, points))
+    with processes(task.workers) as own:
+        yield lambda points: [float(cost) for cost in _asked(own, _cost_there, task, points)]
 
 
 def refined(
@@ -225,15 +224,17 @@ def refined(
             if found.minimum.message == INTERRUPTED:
                 raise KeyboardInterrupt
         return
-    with _pool(task, coarse=False, most=len(given)) as (executor, stop):
-        futures = [executor.submit(_worker_refine, one) for one in given]
+    with processes(min(task.workers, len(given))) as own, TemporaryDirectory() as folder:
+        # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
+        stop = Path(folder) / "stop"
+        futures = [own.executor.submit(_refined_there, task, i, one, stop) for i, one in enumerate(given)]
         left = list(futures)
         try:
             while left:
                 _hand_over(left[0].result(), done, progress)
                 left.pop(0)
         except KeyboardInterrupt:
-            stop.set()
+            stop.touch()
             for future in left:
                 future.cancel()
             for future in left:
@@ -269,9 +270,10 @@ def _cost_there(task: Task, _: int, x: Array) -> float:
         return task.pose(_channels_there(task, coarse=True)).cost(x)
 
 
-def _refined_there(task: Task, _: int, given: Assignment) -> Refined:
+def _refined_there(task: Task, _: int, given: Assignment, stop: Path | None = None) -> Refined:
     with _one_at_a_time:
-        return refine(task, _channels_there(task, coarse=False), given)
+        stopped = stop.exists if stop is not None else lambda: False
+        return refine(task, _channels_there(task, coarse=False), given, None, stopped)
 
 
 def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:
@@ -284,35 +286,3 @@ def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progre
         for evaluation in found.evaluations:
             progress(evaluation)
     done(found)
-
-
-@contextmanager
-def _pool(task: Task, coarse: bool, most: int = 256) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
-    """Start processes that build their own models once; not forked, because MPI and PETSc do not survive a fork."""
-    context = get_context("spawn")
-    stop = context.Event()
-    with ProcessPoolExecutor(
-        min(task.workers, most), mp_context=context, initializer=_begin_worker, initargs=(task, coarse, stop)
-    ) as executor:
-        yield executor, stop
-
-
-_worker: dict[str, Any] = {}
-
-
-def _begin_worker(task: Task, coarse: bool, stop: Any) -> None:
-    from mpi4py import MPI
-
-    # Ctrl-C reaches the whole group of processes: the parent tells the workers when to stop.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    channels, _ = task.channels(coarse=coarse, comm=MPI.COMM_SELF)
-    _worker.update(task=task, channels=channels, problem=task.pose(channels), stop=stop)
-
-
-def _worker_cost(x: Array) -> float:
-    problem: Problem = _worker["problem"]
-    return problem.cost(x)
-
-
-def _worker_refine(given: Assignment) -> Refined:
-    return refine(_worker["task"], _worker["channels"], given, None, _worker["stop"].is_set)

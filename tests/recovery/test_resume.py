@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -130,3 +131,29 @@ def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, se
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert "interrupted" in json.dumps(result["problems"])
     assert list(journal.glob("*.npz"))
+
+
+def test_ctrl_c_ends_processes_that_refine_further_starts(experiment, tmp_path):
+    """A signal to the command alone: its processes are told to end, and the best of all starts is written."""
+    case, out = experiment("axial", "radial"), tmp_path / "out"
+    command = [sys.executable, "-m", "bushcli.cli", "inverse", str(case.path), "-o", str(out)]
+    command += ["--starts", "4", "--workers", "2"]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
+        end = time.monotonic() + 300
+        while time.monotonic() < end and process.poll() is None:
+            if len(list(out.glob("history-yeoh-start-*/*.npz"))) >= 2:
+                break
+            time.sleep(0.02)
+        assert process.poll() is None, process.stderr.read()
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"Traceback" not in said
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    assert "interrupted" in json.dumps(result["problems"])
+    assert len(children) >= 2
+    assert [one for one in children if Path(f"/proc/{one}").exists()] == []
