@@ -49,7 +49,9 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
         (fem.Function(cellwise, name="largest_principal_stretch"), None),
     ]
     expressions = [
-        None if expression is None else fem.Expression(expression, _points(function), jit_options=options())
+        None
+        if expression is None
+        else fem.Expression(expression, _points(function), jit_options=options(light=True))
         for function, expression in fields
     ]
     distinct = len(np.unique(displacements)) == len(displacements)

@@ -29,6 +29,11 @@ FLAGS = [
     "-fno-semantic-interposition",
 ]
 
+# For what is evaluated at few points or seldom: energies of surfaces, the place of the stress-free body, fields of the
+# results. The compiler takes 0.2 to 1.6 s for each form of a snubber in three dimensions, and 6 to 15 s with the flags
+# above; its march takes 5 % longer at most.
+LIGHT = ["-O1", *FLAGS[1:]]
+
 # Seconds after which a compilation without a result counts as killed; the longest take two minutes.
 ABANDONED = 900.0
 
@@ -102,15 +107,26 @@ def _clear_remains(folder: Path, oldest: float) -> None:
 
 
 @cache
-def options() -> dict[str, Any]:
-    """Keyword `jit_options` of DOLFINx forms and expressions."""
+def _entered() -> Path:
+    """Return the folder of the kernels, locked and cleared of remains."""
     _enter(cache_directory())
     _guard()
+    return cache_directory()
+
+
+def options(*, light: bool = False) -> dict[str, Any]:
+    """Keyword `jit_options` of DOLFINx forms and expressions.
+
+    Parameters
+    ----------
+    light : bool
+        Compile fast (`LIGHT`) what is evaluated at few points or seldom.
+    """
     # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
     return {
-        "cffi_extra_compile_args": FLAGS,
+        "cffi_extra_compile_args": LIGHT if light else FLAGS,
         "cffi_libraries": ["m"],
-        "cache_dir": cache_directory(),
+        "cache_dir": _entered(),
         "timeout": 300,
     }
 
@@ -159,7 +175,7 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
 
         import cffi
 
-        file = Path(options()["cache_dir"]) / file.name
+        file = _entered() / file.name
         builder = cffi.FFI()
         builder.cdef(declarations)
         builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])

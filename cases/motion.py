@@ -287,7 +287,7 @@ class Motion:
             block[parent] = np.arange(len(parent)) // 3
         function = fem.Function(space)
         points = interpolation_points(space.element)
-        expression = fem.Expression(bare(vector), points, jit_options=options())
+        expression = fem.Expression(bare(vector), points, jit_options=options(light=True))
 
         def values() -> Array:
             function.interpolate(expression)

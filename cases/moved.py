@@ -157,7 +157,7 @@ class _One:
         self._d = len(moved.displacement)
         own = self._components(moved)
         parts = own + [ufl.diff(part, v) for v in parameters.values() for part in own]
-        self._expression = fem.Expression(bare(ufl.as_vector(parts)), points, jit_options=options())
+        self._expression = fem.Expression(bare(ufl.as_vector(parts)), points, jit_options=options(light=True))
 
     def _components(self, moved: Moved) -> list[Any]:
         flat = [moved.displacement[i] for i in range(self._d)]

@@ -235,7 +235,7 @@ class SurfaceForms:
 
     def _compiled(self, form: Any) -> Any:
         form = without_literals(expand_derivatives(form), self._state.function_space.mesh)
-        return fem.form(form, jit_options=options())
+        return fem.form(form, jit_options=options(light=True))
 
 
 def surface_energies(

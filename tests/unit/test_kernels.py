@@ -99,7 +99,7 @@ def own_energy(strain, *, C1):
 def compiled(monkeypatch, tmp_path):
     """A function that was compiled in a new folder, and the records there; compiling it again is an error."""
     monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
-    jit.options.cache_clear()
+    jit._entered.cache_clear()
     function = answers.volumetric_slopes(SETTINGS["axisymmetric"])
     kernels.Kernel(function)
 
@@ -108,7 +108,7 @@ def compiled(monkeypatch, tmp_path):
 
     monkeypatch.setattr(compiling, "compiled_function", again)
     yield function, list(jit.cache_directory().glob("point-*.json"))
-    jit.options.cache_clear()
+    jit._entered.cache_clear()
 
 
 def test_a_compiled_kernel_is_found_by_its_note(compiled):
