@@ -107,53 +107,41 @@ def test_an_interruption_within_another_error_gives_the_best_too(experiment):
     assert fit.cost == min(e.cost for e in fit.evaluations)
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
-def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, sent):
-    case, out = experiment("axial", "radial"), tmp_path / "out"
-    journal = out / "history-yeoh"
-    command = [sys.executable, "-m", "bushcli.cli", "inverse", str(case.path), "-o", str(out)]
+def ended_by(sent: signal.Signals, case: Path, out: Path, saved: str, *options: str) -> list[str]:
+    """Send a signal to `bushcli inverse` after two evaluations in the files `saved`; return its child processes then.
+
+    The other evaluations take more than a second, and the signal comes within hundredths. The first may have to wait
+    for kernels that other tests are compiling.
+    """
+    command = [sys.executable, "-m", "bushcli.cli", "inverse", str(case), "-o", str(out), *options]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
-        # After two of six evaluations: the others take more than a second, the signal comes within hundredths. The
-        # first may have to wait for kernels that other tests are compiling.
         end = time.monotonic() + 300
-        while time.monotonic() < end and process.poll() is None:
-            if len(list(journal.glob("*.npz"))) >= 2:
-                break
+        while time.monotonic() < end and process.poll() is None and len(list(out.glob(saved))) < 2:
             time.sleep(0.02)
         assert process.poll() is None, process.stderr.read()
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         process.send_signal(sent)
         _, said = process.communicate(timeout=60)
     assert process.returncode == 130
     assert b"Traceback" not in said
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert "interrupted" in json.dumps(result["problems"])
-    assert list(journal.glob("*.npz"))
+    return children
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, sent):
+    out = tmp_path / "out"
+    ended_by(sent, experiment("axial", "radial").path, out, "history-yeoh/*.npz")
+    assert list(out.glob("history-yeoh/*.npz"))
 
 
 def test_ctrl_c_ends_processes_that_refine_further_starts(experiment, tmp_path):
     """A signal to the command alone: its processes are told to end, and the best of all starts is written."""
-    case, out = experiment("axial", "radial"), tmp_path / "out"
-    command = [sys.executable, "-m", "bushcli.cli", "inverse", str(case.path), "-o", str(out)]
-    command += ["--starts", "4", "--workers", "2"]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    with subprocess.Popen(
-        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    ) as process:
-        end = time.monotonic() + 300
-        while time.monotonic() < end and process.poll() is None:
-            if len(list(out.glob("history-yeoh-start-*/*.npz"))) >= 2:
-                break
-            time.sleep(0.02)
-        assert process.poll() is None, process.stderr.read()
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert b"Traceback" not in said
-    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
-    assert "interrupted" in json.dumps(result["problems"])
+    case, options = experiment("axial", "radial").path, ("--starts", "4", "--workers", "2")
+    children = ended_by(signal.SIGINT, case, tmp_path / "out", "history-yeoh-start-*/*.npz", *options)
     assert len(children) >= 2
     assert [one for one in children if Path(f"/proc/{one}").exists()] == []
