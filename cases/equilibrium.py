@@ -76,6 +76,7 @@ class Equilibrium:
         self._factorised = self._guessed = False
         self._drag: Drag | None = None
         self.floor = rounding(model)
+        # Free motions of the sleeve are unknowns beside those of the mesh.
         self.border = Border(model) if len(model.motion.free) else None
         self.snes = newton_solver(model.comm, self.limit.most, model.system.owned, self.border)
         self.snes.setFunction(self._function, self.b)
@@ -114,8 +115,7 @@ class Equilibrium:
         self.q, self.rate = q, self.model.rate(q)
         self._begin(guess)
         # The tangent nearly always bends there (19 of 20 guesses in the kidney STEP's void): this is not checked.
-        self._guessed = True
-        return self._newton(corrections)
+        return self._newton(corrections, guessed=True)
 
     def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
         """Bring the model's state into equilibrium, with contact included or left out (`SurfaceForms.resting`)."""
@@ -248,9 +248,9 @@ class Equilibrium:
         self._function(self.snes, self.x, self.b)
         return float(self.b.norm())
 
-    def _newton(self, corrections: int, factorised: bool = False) -> Outcome:
+    def _newton(self, corrections: int, factorised: bool = False, guessed: bool = False) -> Outcome:
         """Solve by SNES from `x`, after some corrections; `factorised`: the tangent there was factorised last."""
-        self._factorised, self._interrupt = factorised, None
+        self._factorised, self._guessed, self._interrupt = factorised, guessed, None
         try:
             self.snes.solve(None, self.x)
         except PETSc.Error:
