@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.model import Model
 from cases.parameters import Numbers
+from cases.predictor import Known
 from cases.ranks import summed
 from cases.rates import Found
 from cases.refinement import refined
@@ -65,7 +66,8 @@ class Sensitivity:
         self.memory: Sequence[Sequence[Array | None]] = [[None] * count for _ in self.names]
         self._rates: dict[str, Numbers] = {}
         self._rates_at: tuple[float, ...] = ()
-        self._last: Array | None = None
+        # Solutions of the last steps, shape (1 + names, n) each: along a branch they change smoothly.
+        self._last = Known()
         # dx/dq at the last step with memory, shape (n,).
         self.rate: Array | None = None
 
@@ -206,14 +208,14 @@ class Sensitivity:
             lifted[: model.system.owned] = b.array_r
             b.destroy()
             found = solved(model, solver.factor, np.vstack([lifted, right]))
-        self._last = found
+        self._last.add(solver.q, found)
         return found[0], found[1:].copy()
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
-        """Solve for both by refining those of the last step; None unless the step was short."""
-        if self._last is None or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
+        """Solve for both by refining those that the last steps lead to; None unless the step was short."""
+        if not self._last.q or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less
-        guess = self._last.copy()
+        guess = self._last.extrapolate(solver.q)
         dofs = self.model.motion.constrained.dofs
         guess[0, dofs] = solver.rate[dofs]
         at = Found(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
