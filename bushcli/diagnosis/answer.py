@@ -157,7 +157,7 @@ def searched(search: Search) -> Searched:
         search.ended,  # type: ignore[arg-type]
         tuple(search.rows),
         tuple(search.lost),
-        dict(search.untestable),
+        dict(search.derivatives.untestable),
     )
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
-from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
+from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities, unfitted
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.result import Diagnosis, Verdict
 from bushcli.errors import InputError
@@ -249,6 +249,10 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
     """Run the search; return a condition if it is interrupted."""
     try:
         search.run()
+        # The report shows the values of the most probable model, which therefore has to be fitted.
+        one = unfitted(posterior(search))
+        if one is not None and search.ended != "budget":
+            search.fit_anyway(one)
     except BaseException as error:
         if not is_interrupt(error) or not search.states:
             raise

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
 
+from bushcli.diagnosis.resemblance import resembling
 from bushcli.diagnosis.result import Group
 from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name, within
 from bushcli.selection.model import Key, Model
 from bushcli.selection.queue import Search
+from bushcli.selection.queued import Queued
 from bushcli.selection.state import State
 
 # Share of the posterior that the credible set holds.
@@ -92,27 +95,10 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     """All models, each with and without the unknown effect; first the most probable set of the most probable kind.
 
     A model with an effect whose size the recordings do not show counts as the model without it: the recordings cannot
-    distinguish the two, and "present" means present in a size that matters.
+    distinguish the two, and "present" means present in a size that matters. So does a model with an effect that is an
+    error of form of the others, with the probability of that (`resemblance`).
     """
-    total, fixed = search.total, search.plain.model.fixed
-    share: dict[tuple[Key, bool], float] = {}
-    for key, state in search.states.items():
-        for unknown, weight in zip((False, True), search.weights(state), strict=True):
-            at = search.seen_in(key), unknown
-            share[at] = share.get(at, 0.0) + float(np.exp(weight - total))
-    found = []
-    for queued in search.counted:
-        probability = float(np.exp(queued.predicted - total))
-        if queued.is_silent:
-            at = search.seen_in(queued.base.model.structure), False
-            share[at] = share.get(at, 0.0) + probability
-            continue
-        freed = fixed and not queued.model.fixed
-        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
-    for (key, unknown), probability in share.items():
-        state = search.states[key]
-        log = state.evidence.log_unknown if unknown else state.evidence.log
-        found.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
+    found = _weighed(search)
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
@@ -123,6 +109,70 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     fitted = [one for one in found if one.predicted is None]
     first = next((one for one in fitted if one.kind == kind), fitted[0]).effects
     return tuple(sorted(found, key=lambda one: one.effects != first))
+
+
+def _weighed(search: Search) -> list[Weighed]:
+    """All models, in no order."""
+    total, fixed = search.total, search.plain.model.fixed
+    share: dict[tuple[Key, bool], float] = {}
+    found = []
+
+    def add(key: Key, unknown: bool, probability: float) -> None:
+        at = search.seen_in(key), unknown
+        share[at] = share.get(at, 0.0) + probability
+
+    for key, state in search.states.items():
+        both = [float(np.exp(weight - total)) for weight in search.weights(state)]
+        for unknown, probability in enumerate(both):
+            add(key, bool(unknown), probability)
+        if search.seen_in(key) != key:
+            continue
+        for gone, log in resembling(state, len(search.catalogue), search.uniform):
+            less = state.without(gone).model
+            for unknown, probability in enumerate(both):
+                part = probability * math.exp(log)
+                if less.structure in search.states:
+                    add(less.structure, bool(unknown), part)
+                else:
+                    own = state.evidence.log_unknown if unknown else state.evidence.log
+                    found.append(Weighed(state, bool(unknown), part, own, fixed and not less.fixed, less))
+    for queued in search.counted:
+        probability = float(np.exp(queued.predicted - total))
+        if queued.is_silent:
+            add(queued.base.model.structure, False, probability)
+            continue
+        freed = fixed and not queued.model.fixed
+        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
+    for (key, unknown), probability in share.items():
+        state = search.states[key]
+        log = state.evidence.log_unknown if unknown else state.evidence.log
+        found.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
+    # Errors of form that resemble an effect add to the sum over models.
+    whole = sum(one.probability for one in found)
+    return [replace(one, probability=one.probability / whole) for one in found]
+
+
+def unfitted(models: Sequence[Weighed]) -> Queued | None:
+    """Return the most probable model that has the most probable effects, unless one that has them is fitted.
+
+    Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
+
+    Parameters
+    ----------
+    models : sequence of Weighed
+    """
+    kind = _kind(models)
+    sets: dict[tuple[str, ...], float] = {}
+    for one in models:
+        if one.kind == kind:
+            sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
+    same = [one for one in models if one.effects == max(sets, key=lambda names: sets[names])]
+    # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
+    fitted = [one.state for one in same if one.predicted is None]
+    if any(one.fitted.converged or not one.model.effects for one in fitted):
+        return None
+    best = max(same, key=lambda one: one.probability)
+    return Queued(best.model, best.state, best.log_evidence, best.log_evidence, best.log_evidence, 0.0)
 
 
 def _kind(models: Sequence[Weighed]) -> str:

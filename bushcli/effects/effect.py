@@ -183,6 +183,8 @@ class Effect:
     rigid : tuple of (str, tuple of str)
         Sleeves that must not be elastic, by their key in the case file, each with the choices for which that holds;
         an empty tuple means all choices.
+    has_memory : bool
+        Whether the force depends on the past or on time, and not on the displacement alone.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
     needs_fixed_law : bool
@@ -209,6 +211,7 @@ class Effect:
     needs_sleeves: bool = False
     adds_sleeves: bool = False
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    has_memory: bool = False
     needs_time: bool = False
     needs_fixed_law: bool = False
     needs_free_channel: bool = False

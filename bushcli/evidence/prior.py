@@ -45,6 +45,10 @@ ODDS: Mapping[str, float] = {
 }
 # Odds of an effect that is not in the catalogue.
 UNKNOWN = 0.01
+# Probability that the error of a formula is the change that another effect of the catalogue makes
+# (`diagnosis.resemblance`): of 0.05 to 0.4 the one that gives the right answers of 28 recordings of the development
+# deck the highest probability. Of their eleven foreign formulas, two leave what a second effect removes.
+RESEMBLES = 0.2
 # Odds of another law than the case's; and of a law identified from the recordings in place of the coupons', for rubber
 # whose curve differs in shape from that of its coupons: rare, because another batch usually differs in modulus only.
 OTHER_LAW, FREED_LAW = 0.03, 0.003

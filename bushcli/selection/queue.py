@@ -3,9 +3,9 @@
 Every fitted model that may still matter adds its neighbours to the queue: models with one effect more (or a branch
 more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
-reliable is the prediction, and a reliable one counts like a fit. The search ends when further fits could change no more
-than a few per cent of the posterior, or when the time allowed is over. Models are fitted in batches of one size, so
-that the answer does not depend on the number of workers.
+reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
+than a few per cent of the posterior, or when the time allowed is over. The number of workers does not matter: models
+are fitted in batches of one size.
 """
 
 from __future__ import annotations
@@ -97,11 +97,6 @@ class Search:
         self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress)
         self._enter(self.plain, float("nan"))
 
-    @property
-    def untestable(self) -> dict[str, str]:
-        """Effects that the recordings cannot show, and why."""
-        return self.derivatives.untestable
-
     def run(self) -> None:
         """Search until no model is left that matters, or the time limit is reached."""
         while True:
@@ -178,21 +173,28 @@ class Search:
         chosen = [self._first(order[0])]
         for key in order[1:BATCH]:
             # If the first one turns out as predicted, the search may end without the others.
-            known = float(np.logaddexp(self.total, chosen[0].predicted))
-            hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
+            known = np.logaddexp(self.total, chosen[0].predicted)
+            hoped = logsumexp([one.uncertain for one in self.waiting.values()])
             if key in self.waiting and hoped > known + math.log(LEFT):
                 chosen.append(self.waiting.pop(key))
+        self._fit(chosen)
+
+    def fit_anyway(self, one: Queued) -> None:
+        """Fit a model, whether or not its fit may change the posterior."""
+        self._fit([one], matters=True)
+
+    def _fit(self, chosen: Sequence[Queued], matters: bool = False) -> None:
         measured = Measured(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []
         for one in chosen:
             inside = [state for state in self.states.values() if one.model.contains(state.model)]
             inside.sort(key=lambda state: state.objective)
             least = inside[0].objective if inside else float("inf")
-            contained = tuple(state.model for state in inside[:1])
+            inner = tuple(state.model for state in inside[:1])
             odds = self.odds(one.model), self.odds(one.model, unknown=True)
-            # Other models are predicted beside a law alone, which therefore always matters.
-            needed = needed_of(self.total, *odds) if one.model.effects else None
-            questions.append((self.problem.case, one.model, measured, contained, least, needed))
+            # Other models are predicted beside a law alone, which always matters.
+            needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
+            questions.append((self.problem.case, one.model, measured, inner, least, needed))
 
         def notify(i: int, answer: Fitted | None) -> None:
             text = "cannot be solved" if answer is None else self._size(answer)
@@ -307,11 +309,10 @@ class Search:
         pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
         pool |= beside.grouped
         identities = state.model.identities
+        every = [one for points in pool.values() for one in points]
         for count in range(1, len(identities) + 1):
             for gone in combinations(identities, count):
-                others = [
-                    one for points in pool.values() for one in points if one.trial.active.identity not in gone
-                ]
+                others = [one for one in every if one.trial.active.identity not in gone]
                 known = set(identities) - set(gone)
                 other = Beside(
                     state.without(gone), [one for one in others if one.trial.active.identity not in known]
@@ -337,8 +338,7 @@ class Search:
         self, one: Prediction, base: State, slack: float, is_bound: bool = False, is_silent: bool = False
     ) -> None:
         """Queue a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
-        key, odds = one.model.structure, self.odds(one.model)
-        predicted = one.log_evidence + odds
+        key, predicted = one.model.structure, one.log_evidence + self.odds(one.model)
         # No model is better than one that leaves nothing but noise.
         room = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - one.log_likelihood
         optimistic = predicted + max(0.0, min(slack, room))

@@ -91,6 +91,7 @@ EFFECT = Effect(
     rivals=("offset", "viscoelasticity", "warming"),
     source="Stefanescu (2011), Handbook of Force Transducers, doi:10.1007/978-3-642-18296-9",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     needs_time=True,
     rig=RigChange(read=read, order=1),
 )

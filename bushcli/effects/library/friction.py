@@ -93,5 +93,6 @@ EFFECT = Effect(
     rivals=("mullins", "viscoelasticity"),
     source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     feature=feature,
 )

@@ -90,5 +90,6 @@ EFFECT = Effect(
     rivals=("friction", "viscoelasticity", "warming"),
     source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     feature=feature,
 )

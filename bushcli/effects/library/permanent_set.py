@@ -69,5 +69,6 @@ EFFECT = Effect(
     rivals=("offset",),
     source="Dorfmann and Ogden (2004), Mullins effect with permanent set, doi:10.1016/j.ijsolstr.2003.11.014",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     rig=RigChange(drive=drive, order=2),
 )

@@ -42,6 +42,7 @@ EFFECT = Effect(
     rivals=("viscoelasticity",),
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     needs_time=True,
     rig=RigChange(clock="lag"),
 )

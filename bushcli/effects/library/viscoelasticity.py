@@ -93,6 +93,7 @@ EFFECT = Effect(
     rivals=("drift", "friction", "mullins", "time_lag", "warming"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     needs_time=True,
     feature=feature,
 )

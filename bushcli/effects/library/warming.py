@@ -85,6 +85,7 @@ EFFECT = Effect(
     rivals=("drift", "mullins", "viscoelasticity"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),
+    has_memory=True,
     needs_time=True,
     rig=RigChange(parallel=parallel, order=0),
 )

@@ -15,7 +15,7 @@ ALL = list(effects())
 
 def state(*names, log=0.0, unknown=-5.0, fixed=False):
     return SimpleNamespace(
-        model=SimpleNamespace(identities=tuple(sorted(names)), fixed=fixed),
+        model=SimpleNamespace(identities=tuple(sorted(names)), fixed=fixed, effects=()),
         evidence=SimpleNamespace(log=log, log_unknown=unknown),
     )
 
@@ -30,6 +30,8 @@ def test_a_law_set_free_stands_among_the_effects():
         seen_in=lambda key: key,
         total=math.log(sum(math.exp(w) for one in states.values() for w in (one.evidence.log, -5.0))),
         plain=states[0],
+        catalogue=ALL,
+        uniform=False,
     )
     found = posterior(search)
     free = next(one for one in found if one.state is states[1] and not one.unknown)
@@ -77,6 +79,8 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
         seen_in=lambda key: key,
         total=total,
         plain=states[0],
+        catalogue=ALL,
+        uniform=False,
     )
     found = posterior(search)
     assert sum(one.probability for one in found) == pytest.approx(1.0, abs=1e-12)

@@ -277,14 +277,14 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
     world.columns["warming.slope" if "warming.slope" in world.columns else "time_lag.lag"] *= 0.0
     name = "warming" if "warming.slope" in world.columns else "time_lag"
     found = world.search(monkeypatch)
-    assert found.untestable[name] == "these recordings do not respond to it"
+    assert found.derivatives.untestable[name] == "these recordings do not respond to it"
 
 
 def test_what_the_law_does_itself_is_untestable(world, monkeypatch):
     world.columns["time_lag.lag"] = world.base.jacobians[0] @ np.ones(3)
     found = world.search(monkeypatch)
     assert (
-        found.untestable["time_lag"]
+        found.derivatives.untestable["time_lag"]
         == "the parameters of the law have the same influence on these recordings"
     )
     assert not any("time_lag" in state.model.identities for state in found.states.values())

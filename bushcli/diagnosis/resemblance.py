@@ -1,0 +1,132 @@
+"""Errors of form that resemble an effect: which share of a model's probability belongs to the model without it.
+
+The formula of a true effect leaves a share phi of what it explains, and a law leaves a share lambda of the force
+(`likelihood.form`), in any direction. But formulas of one rubber on one rig have much in common: what a wrong formula
+leaves is often what another effect does; where a fixture hardens, a linear one leaves what free play does. The fit with
+this second effect is much better then, although it is absent. Therefore an error of form resembles an effect of the
+catalogue with probability `RESEMBLES`, and is then the change that this effect makes, as large as an error of form.
+
+The likelihood of this is that of the model with the second effect; its prior differs: the odds are those of the
+resemblance, and the density of the effect's amplitude a follows from the size of its change, r, in proportion to a:
+
+    ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect) p(ln r) / (|a| pi(a))
+
+for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi with r relative
+to the misfit of the plain law, or about lambda with r relative to the force if no effect is left. r counts only what
+the other parameters cannot imitate. Two limits: an effect whose change is as large as what all effects explain is no
+error of form; and the force that a law or an effect without memory makes wrong depends on the displacement alone, so
+that its error resembles no effect with memory.
+
+References
+----------
+Brynjarsdóttir and O'Hagan (2014), Learning about physical parameters: the importance of model discrepancy, Inverse
+Probl. 30:114007, doi:10.1088/0266-5611/30/11/114007: parameters of a model without discrepancy, or with one of which
+nothing is known, become certain and wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from scipy.special import ndtr
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.evidence.prior import RESEMBLES, effect_odds
+from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
+from bushcli.selection.state import State
+
+
+def resembling(state: State, count: int, uniform: bool = False) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Yield sets of effects of a model, each with how probable it is that errors of form resemble them.
+
+    Parameters
+    ----------
+    state : State
+        The fitted model.
+    count : int
+        Number of effects in the catalogue.
+    uniform : bool
+        Whether all effects have the same prior odds.
+
+    Yields
+    ------
+    tuple of str
+        Identities of effects of the model that are errors of form of the rest.
+    float
+        Logarithm of the probability of this, over that of the model with all its effects; none is minus infinity.
+    """
+    active = {one.identity: one for one in state.model.effects}
+    if not active:
+        return
+    sizes = {name: _size(state, one) for name, one in active.items()}
+    odds = {name: _odds(state, one, count, uniform) for name, one in active.items()}
+    likelihood = state.problem.likelihood
+    explained, signal = (math.sqrt(float(one.sum())) for one in (likelihood.explained, likelihood.signal))
+    for length in range(1, len(active) + 1):
+        for gone in combinations(sorted(active), length):
+            left = active.keys() - set(gone)
+            if not any(active[name].effect.has_memory for name in left) and any(
+                active[name].effect.has_memory for name in gone
+            ):
+                continue
+            total = sum(odds[name] for name in gone)
+            for name in gone:
+                total += (
+                    _log_density(sizes[name], PHI * explained, PHI_SPREAD, PHI_MOST / PHI)
+                    if left
+                    else _log_density(sizes[name], LAMBDA * signal, LAMBDA_SPREAD)
+                )
+            if math.isfinite(total):
+                yield gone, total
+
+
+def _odds(state: State, active: ActiveEffect, count: int, uniform: bool) -> float:
+    """Logarithm of the odds that an error of form resembles an effect, over the effect's own odds and density.
+
+    The density is that of the logarithm of the size of its first amplitude; other parameters keep their priors.
+    """
+    parameter = active.effect.amplitudes[0]
+    known = state.priors.get(active.full_name(parameter))
+    value = float(active.values[parameter.name])
+    size = abs(value - float(parameter.off or 0.0))
+    if known is None or size == 0.0:
+        return -math.inf
+    density = known.prior.log_density(value, known.scales) + math.log(size)
+    density += 0.0 if known.one_sided else math.log(2.0)
+    return (
+        math.log(RESEMBLES / (1.0 - RESEMBLES) / count / effect_odds(active.effect.name, uniform)) - density
+    )
+
+
+def _size(state: State, active: ActiveEffect) -> float:
+    """Root of the sum of squares of the features that an effect changes, without what other parameters can imitate."""
+    own = {active.full_name(p) for p in active.parameters}
+    off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
+    names, slopes = state.fitted.names, np.vstack(state.slopes)
+    size = np.array([x - off[n] if n in off else 0.0 for n, x in zip(names, state.fitted.x, strict=True)])
+    change = slopes @ size
+    others = slopes[:, [n not in own for n in names]]
+    if others.shape[1]:
+        others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+        change = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
+    return float(np.linalg.norm(change))
+
+
+def _log_density(size: float, median: float, spread: float, most: float = math.inf) -> float:
+    """Logarithm of a log-normal density, of the logarithm of the size, cut off at `most` medians.
+
+    Parameters
+    ----------
+    size, median : float
+    spread : float
+        Standard deviation of the logarithm.
+    most : float
+    """
+    if not 0.0 < size < most * median:
+        return -math.inf
+    z = math.log(size / median) / spread
+    inside = math.log(ndtr(math.log(most) / spread)) if math.isfinite(most) else 0.0
+    return -0.5 * z * z - math.log(spread) - 0.5 * math.log(2.0 * math.pi) - inside
