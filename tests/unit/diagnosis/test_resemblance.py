@@ -1,0 +1,139 @@
+"""Errors of form that resemble an effect: their probability in closed form, its limits, and what follows from it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import lognorm
+
+from bushcli.diagnosis import resemblance
+from bushcli.diagnosis.posterior import posterior, probabilities, unfitted
+from bushcli.diagnosis.resemblance import resembling
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect, effects
+from bushcli.effects.rig import Travel, elastic_response
+from bushcli.evidence.prior import effect_odds
+from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
+from bushcli.selection.state import State
+from tests.linear import NAMES, World
+
+
+def pair(coupon, drift, set_):
+    """The fit of a drift and a permanent set, both concealed with these sizes over their priors' medians."""
+    world = World(coupon, **{"drift.rate": drift, "permanent_set.set": set_})
+    model = world.base.model
+    started = tuple(ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    both = type(model)(model.law, model.start, effects=started)
+    return State(world.problem, world.fit(world.one.case, both, None))
+
+
+def own_size(state, name):
+    """Norm of the change by an amplitude without what the other parameters can imitate, by the normal equations."""
+    J = state.slopes[0]
+    i = state.fitted.names.index(name)
+    others = np.delete(J, i, axis=1)
+    column = J[:, i] * state.fitted.x[i]
+    coefficients = np.linalg.solve(others.T @ others, others.T @ column)
+    return float(np.linalg.norm(column - others @ coefficients))
+
+
+def expected(state, name, median, spread, most=math.inf):
+    """Ratio of the module's docstring, with SciPy's log-normal density."""
+    known, value = state.priors[name], state.model.values[name]
+    size = own_size(state, name)
+    density = lognorm(spread, scale=median)
+    of_size = density.pdf(size) * size / density.cdf(most)
+    w = resemblance.RESEMBLES
+    # An amplitude of either sign: the density of its absolute value is twice as large.
+    signs = 1.0 if known.one_sided else 2.0
+    own = signs * abs(value) * math.exp(known.prior.log_density(value, known.scales))
+    return w / (1.0 - w) / len(NAMES) / effect_odds(name.split(".")[0]) * of_size / own
+
+
+def test_it_follows_the_closed_form(coupon):
+    state = pair(coupon, 3.0, 0.5)
+    found = dict(resembling(state, len(NAMES)))
+    explained = math.sqrt(state.problem.likelihood.explained.sum())
+    one = expected(state, "permanent_set.set", PHI * explained, PHI_SPREAD, PHI_MOST * explained)
+    assert math.exp(found["permanent_set",]) == pytest.approx(one, rel=1e-6)
+
+
+def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
+    state = pair(coupon, 0.2, 0.1)
+    both = "drift", "permanent_set"
+    assert both not in dict(resembling(state, len(NAMES)))
+    # Taken to be without memory, both are errors of the law, as large as a share of the force.
+    for one in state.model.effects:
+        monkeypatch.setitem(one.effect.__dict__, "has_memory", False)
+    signal = math.sqrt(state.problem.likelihood.signal.sum())
+    names = "drift.rate", "permanent_set.set"
+    ratio = math.prod(expected(state, name, LAMBDA * signal, LAMBDA_SPREAD) for name in names)
+    assert math.exp(dict(resembling(state, len(NAMES)))[both]) == pytest.approx(ratio, rel=1e-6)
+
+
+def test_the_error_of_an_effect_without_memory_resembles_none_that_has_one(coupon, monkeypatch):
+    state = pair(coupon, 3.0, 0.5)
+    assert ("permanent_set",) in dict(resembling(state, len(NAMES)))
+    drift = next(one for one in state.model.effects if one.effect.name == "drift")
+    monkeypatch.setitem(drift.effect.__dict__, "has_memory", False)
+    assert ("permanent_set",) not in dict(resembling(state, len(NAMES)))
+
+
+def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
+    found = dict(resembling(pair(coupon, 3.0, 3.0), len(NAMES)))
+    assert ("permanent_set",) not in found
+    assert ("drift",) not in found
+
+
+def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
+    """The same recording with and without such errors of form: certain, and probable at most."""
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
+    found = world.search(monkeypatch)
+    said = probabilities(posterior(found), NAMES)
+    assert said["drift"] > 0.95
+    assert said["permanent_set"] < 0.9
+    monkeypatch.setattr(resemblance, "RESEMBLES", 1e-9)
+    assert probabilities(posterior(found), NAMES)["permanent_set"] > 0.95
+
+
+def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon, monkeypatch):
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
+    found = world.search(monkeypatch)
+    for key, state in list(found.states.items()):
+        if state.model.identities == ("drift",):
+            del found.states[key]
+            found.waiting = {k: one for k, one in found.waiting.items() if one.base is not state}
+    models = posterior(found)
+    asked = unfitted(models)
+    assert asked is not None
+    assert asked.model.identities == ("drift",)
+    world.always = True
+    found.fit_anyway(asked)
+    again = posterior(found)
+    assert unfitted(again) is None
+    assert again[0].effects == ("drift",)
+    assert again[0].predicted is None
+    assert sum(one.probability for one in again) == pytest.approx(1.0, abs=1e-9)
+
+
+# Two cycles of unequal amplitude, at the same displacements on every branch.
+LOOPS = np.concatenate(
+    [np.linspace(a, b, 41)[1:] for a, b in [(0, 2), (2, -2), (-2, 2), (2, 0), (0, 4), (4, -4), (-4, 0)]]
+)
+
+
+@pytest.mark.parametrize("name", list(effects()))
+def test_memory_is_declared_where_the_force_depends_on_the_past(name):
+    one = effect(name)
+    if one.feature is not None:
+        words = {p.name: p.choices[0] for p in one.parameters if p.choices}
+        assert one.has_memory == (one.feature(**words).branches is not None)
+        return
+    path = np.concatenate([[0.0], LOOPS])
+    stiff = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 0)))  # noqa: E731
+    travel = Travel(path, np.arange(len(path), dtype=float))
+    force = elastic_response([ActiveEffect(one).started()], travel, stiff, ()).value
+    spread = max(np.ptp(force[np.isclose(path, q, atol=1e-9)]) for q in np.unique(np.round(path, 9)))
+    assert one.has_memory == (spread > 1e-6 * np.ptp(force))
