@@ -168,8 +168,9 @@ class Beside:
 
     @cached_property
     def _space(self) -> Array:
-        """Orthonormal basis of the changes that the fitted parameters can make."""
-        slopes = self._whole[1]
+        """Orthonormal basis of the changes that the fitted parameters can make, without those that a bound holds."""
+        misfit, slopes = self._whole
+        slopes = slopes[:, ~self.state.held(misfit, slopes)]
         if not slopes.shape[1]:
             return np.zeros((len(slopes), 0))
         size = np.linalg.norm(slopes, axis=0)

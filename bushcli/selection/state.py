@@ -20,6 +20,9 @@ from bushcli.selection.model import Fitted, Model
 
 Array = NDArray[np.float64]
 
+# A parameter nearer to a bound than this share of its size, or of the distance between its bounds, lies on it.
+AT_BOUND = 1e-6
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -100,6 +103,24 @@ class State:
     def off(self) -> list[float]:
         """Off value of each parameter, 0 where it has none."""
         return self.model.off_values(self.fitted.names)
+
+    def held(self, misfit: Array, slopes: Array) -> NDArray[np.bool_]:
+        """Return which parameters lie on a bound, shape (p,), beyond which the misfit would become smaller.
+
+        Parameters
+        ----------
+        misfit : (rows,) array
+            Weighted misfit and priors.
+        slopes : (rows, p) array
+            Their derivatives by the parameters.
+        """
+        task = self.model.task(self.problem.case)
+        _, lower, upper = task.vectors()
+        order = [task.names.index(name) for name in self.fitted.names]
+        low, high, x = lower[order], upper[order], self.fitted.x
+        near = AT_BOUND * np.minimum(high - low, 1.0 + np.abs(x))
+        downhill = -(slopes.T @ misfit)
+        return np.asarray(((x - low <= near) & (downhill < 0.0)) | ((high - x <= near) & (downhill > 0.0)))
 
     @cached_property
     def evidence(self) -> Evidence:
