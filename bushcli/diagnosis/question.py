@@ -23,6 +23,7 @@ from bushcli.recording import Recording, read_recording
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import Measured, fit
 from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import all_features
 from bushcli.selection.state import Problem, State
 from forms.law import law, laws
@@ -171,7 +172,12 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
 
 
 def posed(
-    case: Case, plain: Fitted, recordings: tuple[Recording, ...], used: tuple[Mask, ...], crew: Workers
+    case: Case,
+    plain: Fitted,
+    recordings: tuple[Recording, ...],
+    used: tuple[Mask, ...],
+    crew: Workers,
+    cache: ModelCache,
 ) -> tuple[Problem, State]:
     """Return the likelihood, and the plain law fitted under it.
 
@@ -188,15 +194,17 @@ def posed(
         Samples that count.
     crew : Workers
         Runs the fits.
+    cache : ModelCache
+        Of this process.
     """
     noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
-    features = all_features(case, plain.model, used, noises)
+    features = all_features(cache, case, plain.model, used, noises)
     left = [
         one.of(force - recording.force)
         for one, force, recording in zip(features, plain.simulated, recordings, strict=True)
     ]
     noises = all_levelled(noises, features, left)
-    features = all_features(case, plain.model, used, noises)
+    features = all_features(cache, case, plain.model, used, noises)
     fitted = plain
     for _ in range(2):
         empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
