@@ -18,6 +18,7 @@ from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Pool
+from bushcli.study.cache import DesignCache
 from bushcli.study.rates import rates
 from bushcli.study.search import MOST_EVALUATIONS, End, search
 from bushcli.study.target import Target
@@ -183,21 +184,25 @@ def design(
     """
     low, high = bounds_of(variables)
     begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
-    ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
+    cache = DesignCache()
+    ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
     return _result(
-        case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
+        cache, case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
     )
 
 
 def _ends(
-    pool: Pool, questions: Sequence[tuple[object, ...]], notify: Callable[[int, int, int], None] | None
+    pool: Pool,
+    cache: DesignCache,
+    questions: Sequence[tuple[object, ...]],
+    notify: Callable[[int, int, int], None] | None,
 ) -> list[End]:
     """Return the ends of the searches whose start could be simulated."""
     ends: list[End] = []
     lost, reason = 0, ""
-    for _, end in pool.answers(search, questions):
+    for _, end in pool.answers(search, questions, cache):
         if isinstance(end, End):
             ends.append(end)
         else:
@@ -220,6 +225,7 @@ def _starting_points(first: Array, low: Array, high: Array, count: int, seed: in
 
 
 def _result(
+    cache: DesignCache,
     case: Case,
     task: Task,
     variables: Sequence[Variable],
@@ -232,7 +238,7 @@ def _result(
     values = [float(value) for value in end.values]
     others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
     whole = replace(task, keys=(*task.keys, *others))
-    found = rates(whole, targets, [*values, *others.values()], whole.keys)
+    found = rates(cache, whole, targets, [*values, *others.values()], whole.keys)
     keys = {
         one.key: Dimension(value, one.low, one.high, float(begin))
         for one, value, begin in zip(variables, values, start, strict=True)

@@ -15,6 +15,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Died, Pool
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
+from bushcli.study.cache import DesignCache
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of
 from bushcli.study.task import (
@@ -177,10 +178,11 @@ def study(
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
     rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
     resumed = len(rows.done)
+    cache = DesignCache()
     with closing(rows):
         if resumed < len(plan.rows):
-            task = settled(task, values)
-        _solve(task, plan, pool, rows, notify)
+            task = settled(cache, task, values)
+        _solve(cache, task, plan, pool, rows, notify)
     return _summed_up(case, task, plan, rows, limits, resumed), rows
 
 
@@ -215,7 +217,7 @@ def _summed_up(
     )
 
 
-def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
+def _solve(cache: DesignCache, task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
     wrong = 0
     spent, solved = 0.0, 0
 
@@ -245,13 +247,13 @@ def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
             notify(len(rows.done), len(plan.rows), wrong)
 
     lost: list[tuple[Any, ...]] = []
-    for question, answer in pool.answers(evaluate, questions()):
+    for question, answer in pool.answers(evaluate, questions(), cache):
         if isinstance(answer, Died):
             lost.append(question)
         else:
             taken(answer)
     singles = ((task, first + i, [values]) for _, first, batch in lost for i, values in enumerate(batch))
-    for (_, number, batch), answer in pool.answers(evaluate, singles):
+    for (_, number, batch), answer in pool.answers(evaluate, singles, cache):
         if isinstance(answer, Died):
             answer = [failed(empty_row(task, number, batch[0]), "died", str(answer))]
         taken(answer)
