@@ -42,8 +42,8 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     recordings = tuple(read_recording(source) for source in case.recordings)
     used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
     bare = replace(case, effects=())
-    plain, _, _ = question._plain(bare, None)
     cache = ModelCache()
+    plain, _, _ = question._plain(bare, None, cache.tables)
     rough = begin(cache, bare, plain, used)
     if rough is None:
         return None

@@ -24,6 +24,7 @@ from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
@@ -73,6 +74,7 @@ def diagnose(
     resume: bool = False,
     maps: bool = True,
     progress: Progress | None = None,
+    tables: TableCache | None = None,
 ) -> Diagnosis:
     """Diagnose a case.
 
@@ -80,16 +82,12 @@ def diagnose(
     ----------
     case
         With recordings, to which the plain law is fitted; if there are coupons, it is fitted to these and kept.
-    model
-        Law to begin with; the case's where None.
-    effects
-        Names of the effects to be considered; all where None.
+    model, effects
+        Law to begin with, the case's where None; names of the effects to be considered, all where None.
     hold_out
         Channels that are left out of fits and evidence, and predicted at the end.
-    uniform
-        Give all effects the same prior odds.
-    budget
-        Seconds after which the search starts no further fits; no limit where None.
+    uniform, budget
+        Give all effects the same prior odds; seconds after which the search starts no further fits, or None.
     workers, executor
         Number of processes, or existing ones such as the ranks of `mpirun`; the answer does not depend on them.
     journal, resume
@@ -98,6 +96,8 @@ def diagnose(
         Whether to map the misfit in the bushing, too.
     progress
         Called with the stage, its subject, and a text about it.
+    tables
+        Cache of the binary files that the caller reads.
 
     Returns
     -------
@@ -111,10 +111,10 @@ def diagnose(
         law cannot be solved.
     """
     begin, notify = time.perf_counter(), progress or (lambda *_: None)
-    asked = question(case, model, effects, hold_out)
+    cache = ModelCache(tables)
+    asked = question(case, model, effects, hold_out, cache.tables)
     store = _opened(journal, resume, notify)
     deadline = float("inf") if budget is None else begin + budget
-    cache = ModelCache()
     with Workers(workers, store, executor, cache).open() as crew:
         found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
     said = _answer(asked, found, extras, cache, None if effects is None else tuple(effects))

@@ -20,6 +20,7 @@ from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.level import all_levelled
 from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import Measured, fit
 from bushcli.selection.model import Fitted, Model
@@ -76,7 +77,11 @@ class Question:
 
 
 def question(
-    case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str]
+    case: Case,
+    model: str | None,
+    effects: Sequence[str] | None,
+    hold_out: Sequence[str],
+    tables: TableCache,
 ) -> Question:
     """Read the recordings, find their faults, and choose the law to begin with.
 
@@ -89,15 +94,16 @@ def question(
         Names of the effects to be considered; all where None.
     hold_out : sequence of str
         Names of channels that are left out of fits and evidence.
+    tables : TableCache
 
     Raises
     ------
     InputError
         There are no recordings, one cannot be read, or a name is unknown.
     """
-    whole = _checked(case, model, effects, hold_out)
+    whole = _checked(case, model, effects, hold_out, tables)
     faults = find_faults(case, whole)
-    plain, source, material = _plain(case, model)
+    plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
     used = tuple(~masks(faults, one) for one in recordings)
     asked = Question(case, bare, whole, recordings, used, faults, plain, source, material, [])
@@ -105,13 +111,17 @@ def question(
 
 
 def _checked(
-    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str]
+    case: Case,
+    model: str | None,
+    only: Sequence[str] | None,
+    hold_out: Sequence[str],
+    tables: TableCache,
 ) -> tuple[Recording, ...]:
     """The recordings of the case, after all names have been checked."""
     if not case.recordings:
         wanted = "[[recordings]] with mode and file"
         raise InputError(Finding(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
-    recordings = tuple(read_recording(source) for source in case.recordings)
+    recordings = tuple(read_recording(source, tables=tables) for source in case.recordings)
     if model is not None and model not in laws():
         raise InputError(
             Finding("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
@@ -155,7 +165,9 @@ def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
     ]
 
 
-def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
+def _plain(
+    case: Case, name: str | None, tables: TableCache
+) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with that law."""
     material = (
         case.material
@@ -164,7 +176,7 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
     )
     chosen = law(material.law)
     if case.coupons:
-        fitted = fit_coupons(case, material.law).material
+        fitted = fit_coupons(case, material.law, tables=tables).material
         return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
     names = material.parameter_names
     start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)

@@ -25,6 +25,7 @@ from bushcli.inverse.problem import Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from bushcli.runtime.executor import Died, Pool, processes
 from bushcli.runtime.interrupt import unwrapped_interrupts
@@ -164,6 +165,7 @@ class ChannelCache:
 
     def __init__(self) -> None:
         self._channels: dict[bytes, list[Channel]] = {}
+        self._tables = TableCache()
 
     def channels(self, task: Task, coarse: bool) -> list[Channel]:
         """Return the channels of a task; those of another one are discarded.
@@ -179,18 +181,22 @@ class ChannelCache:
         key = canonical((task, coarse))
         if key not in self._channels:
             self._channels.clear()
-            self._channels[key] = task.channels(coarse=coarse, comm=MPI.COMM_SELF)[0]
+            self._channels[key] = task.channels(coarse, MPI.COMM_SELF, tables=self._tables)[0]
         return self._channels[key]
 
 
 @contextmanager
-def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
+def coarse_costs(
+    task: Task, tables: TableCache, pool: Pool | None = None
+) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool.
 
     Parameters
     ----------
     task : Task
         Definition of the identification.
+    tables : TableCache
+        Of this process.
     pool : Pool, optional
         Processes that may be on other machines; without it, the task's own workers.
     """
@@ -199,7 +205,7 @@ def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Seq
         yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]
         return
     if task.workers == 1:
-        coarse, _ = task.problem(coarse=True)
+        coarse, _ = task.problem(coarse=True, tables=tables)
         yield lambda points: [coarse.cost(x) for x in points]
         return
     with processes(task.workers) as own:

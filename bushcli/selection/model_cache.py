@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.task import Task
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from cases.feature import Installed
 from cases.mode import Mode
@@ -35,9 +36,16 @@ BODIES, SETS = 12, 6
 
 
 class ModelCache:
-    """Finite-element models of a diagnosis, those used least recently discarded; they serve one thread at a time."""
+    """Finite-element models of a diagnosis, those used least recently discarded; they serve one thread at a time.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
+    """
+
+    def __init__(self, tables: TableCache | None = None) -> None:
+        self.tables = TableCache() if tables is None else tables
         self._bodies: OrderedDict[bytes, Body] = OrderedDict()
         self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
         self._corrections: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
@@ -77,7 +85,8 @@ class ModelCache:
         def made() -> list[Channel]:
             modes: set[str] = set()
             # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
-            found, _ = task.channels(comm=MPI.COMM_SELF, prepared=self.bodies(task, coarse, modes))
+            prepared = self.bodies(task, coarse, modes)
+            found, _ = task.channels(comm=MPI.COMM_SELF, prepared=prepared, tables=self.tables)
             for number, channel in enumerate(found):
                 if channel.simulation is not None and fineness != 1.0:
                     channel.simulation.plan(fineness)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.measured import Measured
 
@@ -22,3 +23,8 @@ class DesignCache:
 
     bodies: Bodies = field(default_factory=Bodies)
     measured: Measured = field(default_factory=Measured)
+
+    @property
+    def tables(self) -> TableCache:
+        """Cache of the binary files that the recordings are read from."""
+        return self.measured.tables

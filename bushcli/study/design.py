@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Pool
+from bushcli.simulate.measured import Measured
 from bushcli.study.cache import DesignCache
 from bushcli.study.rates import rates
 from bushcli.study.search import MOST_EVALUATIONS, End, search
@@ -154,6 +156,7 @@ def design(
     seed: int = 0,
     tolerances: Mapping[str, Toleranced] | None = None,
     notify: Callable[[int, int, int], None] | None = None,
+    tables: TableCache | None = None,
 ) -> Design:
     """Find the design whose rates are nearest to the targets.
 
@@ -176,6 +179,8 @@ def design(
         By key; the nominal value of a key that is searched is ignored.
     notify : callable or None
         Called with the numbers of finished searches, of all searches, and of failed ones.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -184,7 +189,7 @@ def design(
     """
     low, high = bounds_of(variables)
     begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
-    cache = DesignCache()
+    cache = DesignCache(measured=Measured(tables))
     ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))

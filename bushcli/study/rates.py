@@ -84,11 +84,16 @@ def rates(
         The case is not valid with these values.
     NotConverged
     """
-    case, material = task.load(values)
+    case, material = task.load(values, cache.tables)
     value, slope = np.zeros(len(targets)), np.full((len(targets), len(by)), np.nan)
     for i, one in enumerate(targets):
         value[i], known = _rate(
-            cache.bodies, case, material, one, _shapes(task, case, one, values, by), _of_law(material, by)
+            cache.bodies,
+            case,
+            material,
+            one,
+            _shapes(cache, task, case, one, values, by),
+            _of_law(material, by),
         )
         for j, key in enumerate(by):
             slope[i, j] = known.get(key, np.nan)
@@ -106,7 +111,7 @@ def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
 
 
 def _shapes(
-    task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
+    cache: DesignCache, task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
 ) -> dict[str, tuple[Shape, Shape, float]]:
     """Return by key the shapes with slightly smaller and larger dimension, and the difference of the dimension."""
     if modes()[one.mode].rotational or plates(case.geometry):
@@ -116,7 +121,9 @@ def _shapes(
         if key.startswith("geometry."):
             i = task.keys.index(key)
             hair = HAIR * max(abs(values[i]), 1e-3)
-            sides = [task.load(_changed(values, i, step * hair))[0].geometry for step in (-1.0, 1.0)]
+            sides = [
+                task.load(_changed(values, i, step * hair), cache.tables)[0].geometry for step in (-1.0, 1.0)
+            ]
             found[key] = (sides[0], sides[1], 2.0 * hair)
     return found
 

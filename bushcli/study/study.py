@@ -11,8 +11,10 @@ from typing import Any
 
 from bushcli.case import Case, resolved
 from bushcli.errors import InputError, Problem, nearest
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Died, Pool
+from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
 from bushcli.study.cache import DesignCache
@@ -81,11 +83,12 @@ class Study:
 SHOWN = 1000
 
 
-def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
+def checked(cache: DesignCache, task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
     plan : Plan
 
@@ -101,7 +104,7 @@ def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
     first: Exception | None = None
     for values in plan.rows[:TRIED]:
         try:
-            return task.load(values)[0], values
+            return task.load(values, cache.tables)[0], values
         except (InputError, ValueError) as error:
             first = first or error
     if isinstance(first, InputError):
@@ -143,6 +146,7 @@ def study(
     limits: Mapping[str, Limits] | None = None,
     resume: bool = False,
     notify: Notify | None = None,
+    tables: TableCache | None = None,
 ) -> tuple[Study, Rows]:
     """Simulate all designs, and return their statistics, with the rows on disk.
 
@@ -162,6 +166,8 @@ def study(
         Continue with the rows of an earlier run.
     notify : Notify or None
         Called whenever designs are finished.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -173,12 +179,12 @@ def study(
     for name in (name for name in limits if name not in known):
         what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
-    first, values = checked(task, plan)
+    cache = DesignCache(measured=Measured(tables))
+    first, values = checked(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
     rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
     resumed = len(rows.done)
-    cache = DesignCache()
     with closing(rows):
         if resumed < len(plan.rows):
             task = settled(cache, task, values)

@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
 from bushcli.errors import InputError
+from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.kept import Kept
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
@@ -75,13 +76,14 @@ class Task:
     describe: Describe | None = None
     fineness: Mapping[str, float] = field(default_factory=dict)
 
-    def load(self, values: Sequence[Value]) -> tuple[Case, Material]:
+    def load(self, values: Sequence[Value], tables: TableCache) -> tuple[Case, Material]:
         """Return the case of a design, and its material.
 
         Parameters
         ----------
         values : sequence
             In the order of the keys.
+        tables : TableCache
 
         Raises
         ------
@@ -93,7 +95,7 @@ class Task:
         given = dict(zip(self.keys, values, strict=True))
         shore_a = given.pop(HARDNESS, None)
         changed = [f"{key}={written(value)}" for key, value in given.items()]
-        case = load_case(self.case, [*self.overrides, *changed])
+        case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
             material = hardened(material, self.hardness, float(shore_a))
@@ -110,7 +112,7 @@ def settled(cache: DesignCache, task: Task, values: Sequence[Value]) -> Task:
     values : sequence
         Values of a design that is a valid case, in the order of the keys.
     """
-    case, material = task.load(values)
+    case, material = task.load(values, cache.tables)
     if not case.effects or not case.recordings:
         return task
     try:
@@ -182,7 +184,7 @@ def _evaluated(cache: DesignCache, task: Task, number: int, values: Sequence[Val
 
 
 def _simulated(cache: DesignCache, task: Task, row: Row, values: Sequence[Value]) -> Row:
-    case, material = task.load(values)
+    case, material = task.load(values, cache.tables)
     kept = Kept(cache.bodies, cache.measured, task.fineness)
     response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)
     if task.curves:
