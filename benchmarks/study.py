@@ -118,6 +118,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     from bushcli.case import load_case
     from bushcli.study import task as module
     from bushcli.study.answers import default_answers
+    from bushcli.study.cache import DesignCache
     from bushcli.study.plan import plan
     from bushcli.study.task import SECONDS, Task, evaluate, settled
     from bushcli.study.variable import of_tolerance
@@ -132,11 +133,12 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
 
     case = load_case(file)
     chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
-    task = settled(Task(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
-    evaluate(task, 0, chosen.rows)
+    cache = DesignCache()
+    task = settled(cache, Task(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
+    evaluate(cache, task, 0, chosen.rows)
     module.predict = watched  # type: ignore[assignment]
     try:
-        rows = evaluate(task, 0, chosen.rows)
+        rows = evaluate(cache, task, 0, chosen.rows)
     finally:
         module.predict = predict
     whole, march = (float(np.median(times)) for times in ([row[SECONDS] for row in rows], marched))

@@ -20,6 +20,7 @@ from bushcli.faults import find_faults, masks
 from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import Measured, fit
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin
 from bushcli.selection.predict import Beside
 from bushcli.selection.queue import Search
@@ -41,11 +42,12 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     recordings = tuple(read_recording(source) for source in case.recordings)
     used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
     bare = replace(case, effects=())
-    plain, _, _ = question._plain(bare, None)
-    rough = begin(bare, plain, used)
+    cache = ModelCache()
+    plain, _, _ = question._plain(bare, None, cache.tables)
+    rough = begin(cache, bare, plain, used)
     if rough is None:
         return None
-    problem, state = question.posed(bare, rough, recordings, used, Workers(1))
+    problem, state = question.posed(bare, rough, recordings, used, Workers(1, cache=cache), cache)
     found = {
         "names": [one.name for one in recordings],
         "law": plain.law,
@@ -57,7 +59,13 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
         return found | {"left": found["plain"], "effective": _effective(state)}
     best: State | None = None
     search = Search(
-        problem, Workers(1), state, [effects()[name] for name in truth], False, float("inf"), lambda *_: None
+        problem,
+        Workers(1, cache=cache),
+        state,
+        [effects()[name] for name in truth],
+        False,
+        float("inf"),
+        lambda *_: None,
     )
     while len(truth) > len((best or state).model.effects):
         base = best or state
@@ -66,6 +74,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
         tried = []
         for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:
             fitted = fit(
+                cache,
                 bare,
                 one.model,
                 Measured(used, problem.likelihood.plain, problem.noises),

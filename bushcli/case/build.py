@@ -27,6 +27,7 @@ from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_unit
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
 from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Shape, shapes
@@ -51,8 +52,8 @@ class Builder:
     # Whether missing files are errors; a case that is rebuilt from a result may not need them.
     looks_for_files = True
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, tables: TableCache | None = None) -> None:
+        self.folder, self.tables = folder, tables or TableCache()
         self.findings: list[Finding] = []
 
     def case(self, data: dict[str, Any], path: Path) -> Case | None:
@@ -261,7 +262,7 @@ class Builder:
         tables: Iterator[tuple[RecordingTable, Keys]] = (
             self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
         )
-        builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files)
+        builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual)
 
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:

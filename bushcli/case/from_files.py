@@ -17,13 +17,13 @@ from pathlib import Path
 from bushcli.errors import CaseError, InputError, Problem, RecordingError
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.guess import mode_of_name
-from bushcli.recording.isolated import tables
 from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
 from bushcli.recording.reader import numbered, readers
 from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table import Table
+from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text import read_table
 from cases.mode import Mode, modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
@@ -81,9 +81,10 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
         raise InputError(Problem("--from", f"{len(files)} files are given", "", f"at most {MOST_FILES}"))
     entries: list[_Entry] = []
     problems: list[Problem] = []
+    tables = TableCache()
     for file in dict.fromkeys(files):
         try:
-            entries.append(_entry(file))
+            entries.append(_entry(file, tables))
         except RecordingError as error:
             problems += error.problems
     if problems:
@@ -116,18 +117,18 @@ def _reach(entry: _Entry) -> float:
     return 8.0 if modes()[entry.source.mode].rotational else min(max(largest, 2.0), 50.0)
 
 
-def _entry(file: Path) -> _Entry:
+def _entry(file: Path, tables: TableCache) -> _Entry:
     """Return how a file is to be read, or raise the error of the most likely way."""
-    path = _path(file)
+    path = _path(file, tables)
     if path is not None:
         return path
     first: RecordingError | None = None
     for kind, machine in _ordered(file):
         named = mode_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = named if named in kind else None
-        for source, remarks in _ways(Source(guessed or kind[0], file), machine):
+        for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
             try:
-                recording = read_recording(source)
+                recording = read_recording(source, tables=tables)
             except RecordingError as error:
                 first = first or error
                 continue
@@ -139,11 +140,11 @@ def _entry(file: Path) -> _Entry:
     raise first
 
 
-def _path(file: Path) -> _Entry | None:
+def _path(file: Path, tables: TableCache) -> _Entry | None:
     """Return how a file with named motions and reactions is to be read; None if it has no two of either."""
     source = Source("path", file)
     try:
-        motions, forces = columns_of(source, None, None)
+        motions, forces = columns_of(source, None, None, tables)
     except RecordingError:
         return None
     pairs = [k for k in range(6) if MOTIONS[k] in motions and REACTIONS[k] in forces]
@@ -154,7 +155,7 @@ def _path(file: Path) -> _Entry | None:
         }
         six, name = SixColumns(motions, (), "path"), f"path.{REACTIONS[k]}"
         try:
-            recording = read_recording(Source(PAIR_MODES[k], file, name, columns, six=six))
+            recording = read_recording(Source(PAIR_MODES[k], file, name, columns, six=six), tables=tables)
         except RecordingError:
             continue  # a motion that stands still
         known = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
@@ -185,7 +186,7 @@ def _kinds(specimen: str) -> list[tuple[str, ...]]:
     return [tuple(mode.name for mode in group) for group in ordered if group[0].is_usual]
 
 
-def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:
+def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
     """Yield ways to read a file in a mode: as it is, with a choice of columns and group, with units that it lacks."""
     remarks: tuple[str, ...] = ()
     if machine:
@@ -194,7 +195,7 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
             "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2",
         )
     yield source, remarks
-    chosen, choices = _with_choices(source)
+    chosen, choices = _with_choices(source, tables)
     if choices:
         yield chosen, (*remarks, *choices)
     unnamed = _without_header(source)
@@ -210,12 +211,14 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
         yield replace(chosen, units=units), (*remarks, *choices, what)
 
 
-def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
+def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
     name = format_of(source.file)
     found = (
-        [table for table, _ in tables(source.file, name, ()).tables] if name else [read_table(source.file)]
+        [table for table, _ in tables.tables(source.file, name, ()).tables]
+        if name
+        else [read_table(source.file)]
     )
     fitting: list[Table] = [t for t in found if has_columns(t, source, mode, ("displacement", "force"))]
     if not fitting:

@@ -16,11 +16,12 @@ from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_dee
 from bushcli.case.override import Override, apply
 from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.bounded import TooLarge, read_bounded
 from geometry.shape import shapes
 
 
-def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
+def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> Case:
     """Read a case file.
 
     Parameters
@@ -28,6 +29,8 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     path : path
     overrides : sequence of str
         ``KEY=VALUE`` with dotted keys as in the case file; values as in TOML.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -41,7 +44,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     data, deviating = nominal(data)
-    builder = Builder(path.parent)
+    builder = Builder(path.parent, tables)
     case = builder.case(data, path)
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))

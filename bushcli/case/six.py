@@ -15,6 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS, SixPath
 from geometry.shape import Shape
@@ -123,7 +124,7 @@ def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> li
 
 
 def channels(
-    source: Source, table: RecordingTable, keys: Keys, taken: Sequence[str]
+    source: Source, table: RecordingTable, keys: Keys, taken: Sequence[str], tables: TableCache
 ) -> tuple[list[Source], list[Finding]]:
     """Return the source of a recording, or one for each reaction of a recorded path whose own motion moves.
 
@@ -139,6 +140,7 @@ def channels(
         Its place in the case file.
     taken : sequence of str
         Names of other channels.
+    tables : TableCache
     """
     only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
     if modes()[source.mode].follow is None:
@@ -153,9 +155,9 @@ def channels(
 
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
-        motions, forces = columns_of(source, table.motions, table.forces)
+        motions, forces = columns_of(source, table.motions, table.forces, tables)
         whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
-        _, motion = read_motions(replace(source, six=whole))
+        _, motion = read_motions(replace(source, six=whole), tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]

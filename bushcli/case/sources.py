@@ -17,6 +17,7 @@ from bushcli.case.schema import FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import mode_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -84,6 +85,7 @@ class SourceBuilder:
         Keys of the table, mode, specimen ("coupon" or None) -> whether the case can have this mode.
     looks_for_files : bool
         Whether a missing file is an error.
+    tables : TableCache
     """
 
     def __init__(
@@ -91,8 +93,10 @@ class SourceBuilder:
         folder: Path,
         findings: list[Finding],
         known: Callable[[Keys, str, str | None], bool],
-        looks_for_files: bool = True,
+        looks_for_files: bool,
+        tables: TableCache,
     ) -> None:
+        self.tables = tables
         self.looks_for_files = looks_for_files
         self.folder = folder
         self.findings = findings
@@ -135,7 +139,9 @@ class SourceBuilder:
                 name = table.name or (file.stem if pattern else mode or file.stem)
                 source = self._source(table, keys, file, mode or "", known, _unused(name, taken))
                 found, wrong = (
-                    six.channels(source, table, keys, taken) if known and is_file(file) else ([source], [])
+                    six.channels(source, table, keys, taken, self.tables)
+                    if known and is_file(file)
+                    else ([source], [])
                 )
                 sources += found
                 self.findings += wrong

@@ -35,13 +35,13 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.standards.protocol import protocol
 
     case = run.load()
-    curves = [read_recording(source) for source in case.recordings]
-    coupons = [read_coupon(source) for source in case.coupons]
+    curves = [read_recording(source, tables=run.tables) for source in case.recordings]
+    coupons = [read_coupon(source, run.tables) for source in case.coupons]
     if not case.needs_fit:
         check_material(case, case.material)
     for curve in curves:
         check_play(case, curve.name, curve.mode, curve.displacement)
-    check_play_of_load_cases(case)
+    check_play_of_load_cases(case, run.tables)
     faults = find_faults(case, [*curves, *coupons])
     found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)
@@ -135,6 +135,8 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
+    from bushcli.simulate.kept import Kept
+    from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
 
@@ -153,6 +155,7 @@ def direct(
             progress=progress,
             stiffness=stiffness_matrix or stiffness_at is not None,
             stiffness_at=stiffness_at,
+            kept=Kept(measured=Measured(run.tables)),
         )
     compared = misfits(response)
     result = report.direct_json(response, compared, found, run.timings())

@@ -101,6 +101,7 @@ def design(
                 seed=seed,
                 tolerances=tolerances,
                 notify=progress,
+                tables=run.tables,
             )
     result = report.design_json(found, run.timings())
     run.show(report.design_text(found))

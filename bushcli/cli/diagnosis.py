@@ -115,6 +115,7 @@ def diagnose(
                     journal=journal,
                     resume=resume,
                     maps=not no_maps,
+                    tables=run.tables,
                     progress=_progress(run, None if budget is None else 60.0 * budget),
                 )
         except BaseException as error:

@@ -68,7 +68,7 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
         raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     if run.json and run.output is None:
         raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
-    source = read_source(run.path, run.overrides).without(without)
+    source = read_source(run.path, run.overrides, run.tables).without(without)
     if source.case.needs_fit and chosen.kind != "matrix":
         source = _identified(run, source)
     order = Order(source.case.title, source.where, units, density)
@@ -105,7 +105,7 @@ def _bushing(run: Run, chosen: Writer, source: Source) -> Bushing:
     from bushcli.export.bushing import bushing_of
 
     with run.timed("solve"), march_progress(run) as progress:
-        return bushing_of(source, chosen, progress)
+        return bushing_of(source, chosen, progress, run.tables)
 
 
 def _said(bushing: Bushing | None) -> list[str]:

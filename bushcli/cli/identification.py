@@ -79,7 +79,13 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     # A coupon is solved in milliseconds: its evaluations are printed only with --verbose.
     progress = search_progress(run, {}) if run.verbose else None
     with run.timed("fit"):
-        return fit_coupons(case, model, weighting=weighting, progress=progress)  # type: ignore[arg-type]
+        return fit_coupons(
+            case,
+            model,
+            weighting=weighting,  # type: ignore[arg-type]
+            progress=progress,
+            tables=run.tables,
+        )
 
 
 @click.command()
@@ -196,7 +202,9 @@ def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
-        return identify(task, journal=journal, resume=resume, progress=progress, pool=shared)
+        return identify(
+            task, journal=journal, resume=resume, progress=progress, pool=shared, tables=run.tables
+        )
 
 
 def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:

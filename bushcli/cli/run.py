@@ -22,6 +22,7 @@ from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
     from bushcli.case import Case
+    from bushcli.recording.table_cache import TableCache
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 # Characters in a line of piped output, and the least on a terminal.
@@ -51,13 +52,22 @@ class Run:
         from bushcli.case import load_case, load_part, shape_of_part
 
         with self.timed("case"):
-            read = load_part if parts and shape_of_part(self.path) else load_case
-            case = read(self.path, self.overrides)
+            if parts and shape_of_part(self.path):
+                case = load_part(self.path, self.overrides)
+            else:
+                case = load_case(self.path, self.overrides, self.tables)
         if self.output is not None:
             from bushcli.report import check_output
 
             check_output(self.output, case, self.command)
         return case
+
+    @functools.cached_property
+    def tables(self) -> TableCache:
+        """Cache of the binary files that the command reads."""
+        from bushcli.recording.table_cache import TableCache
+
+        return TableCache()
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:

@@ -109,7 +109,15 @@ def study(
             try:
                 with run.timed("study"), work_progress(run, "designs") as progress:
                     found, rows = simulate(
-                        case, task, plan, shared, folder, limits=limits, resume=resume, notify=progress
+                        case,
+                        task,
+                        plan,
+                        shared,
+                        folder,
+                        limits=limits,
+                        resume=resume,
+                        notify=progress,
+                        tables=run.tables,
                     )
             except BaseException as error:
                 if run.output is not None and is_interrupt(error):

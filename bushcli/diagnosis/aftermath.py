@@ -20,8 +20,8 @@ from bushcli.mismatch.maps import LocalMap
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.workers import Workers
-from bushcli.selection import model_cache
 from bushcli.selection.model import Fitted
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.queue import Progress
 from bushcli.selection.state import Problem, State
 from cases.march import NotConverged
@@ -41,6 +41,7 @@ class Extras:
         plain: Fitted,
         models: Sequence[Weighed],
         crew: Workers,
+        cache: ModelCache,
         maps: bool,
         notify: Progress,
     ) -> None:
@@ -54,6 +55,7 @@ class Extras:
         models : sequence of Weighed
             The most probable one first.
         crew : Workers
+        cache : ModelCache
         maps : bool
             Whether to make maps of the bushing.
         notify : callable
@@ -64,7 +66,7 @@ class Extras:
                 notify("next", "test", "which test would separate the rivals")
                 self.test = next_test(problem, models, crew, notify)
             if maps and models[0].effects:
-                self.maps = _maps(problem, plain, notify)
+                self.maps = _maps(problem, plain, cache, notify)
         except NotConverged as error:
             remedy = "no other result depends on the map; --no-maps leaves it out"
             self.conditions = (
@@ -78,14 +80,14 @@ class Extras:
             self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
 
 
-def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, ...]:
+def _maps(problem: Problem, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:
     from bushcli.mismatch.bushing import local_map
 
     if problem.case.geometry.specimen == "coupon":
         return ()
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
     one = local_map(
-        model_cache.channels(plain.model.task(problem.case)),
+        cache.channels(plain.model.task(problem.case)),
         plain.model.start,
         problem.compared(plain.simulated),
         plain.jacobians,
@@ -94,17 +96,20 @@ def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, 
     return (one,)
 
 
-def judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Compared, ...]:
+def judged(
+    cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
+) -> tuple[Compared, ...]:
     """Return the channels without the errors of their common factors, in which the misfit is located.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
         Without effects.
     plain : Fitted
     compared : sequence of Compared
     """
-    channels = model_cache.channels(plain.model.task(case))
+    channels = cache.channels(plain.model.task(case))
     return tuple(calibrated(one, factor_of(channel)) for one, channel in zip(compared, channels, strict=True))
 
 
@@ -123,12 +128,13 @@ def share_left(best: Weighed, plain: State) -> float:
 
 
 def before_and_after(
-    asked: Question, problem: Problem, plain: Fitted, best: Weighed
+    cache: ModelCache, asked: Question, problem: Problem, plain: Fitted, best: Weighed
 ) -> tuple[DiagnosedChannel, ...]:
     """Return every recording beside the plain law and the most probable model; those held out are predicted.
 
     Parameters
     ----------
+    cache : ModelCache
     asked : Question
     problem : Problem
     plain : Fitted
@@ -149,7 +155,7 @@ def before_and_after(
             for one in best.state.model.effects
         )
         for which, model in (("before", plain.model), ("after", replace(best.state.model, effects=bound))):
-            for channel in model_cache.channels(model.task(outside)):
+            for channel in cache.channels(model.task(outside)):
                 try:
                     force, _ = channel.at_samples(channel.solve(model.values, ()))
                 except NotConverged:

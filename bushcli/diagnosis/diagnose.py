@@ -24,6 +24,7 @@ from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
@@ -31,6 +32,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
 from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
@@ -72,6 +74,7 @@ def diagnose(
     resume: bool = False,
     maps: bool = True,
     progress: Progress | None = None,
+    tables: TableCache | None = None,
 ) -> Diagnosis:
     """Diagnose a case.
 
@@ -79,16 +82,12 @@ def diagnose(
     ----------
     case
         With recordings, to which the plain law is fitted; if there are coupons, it is fitted to these and kept.
-    model
-        Law to begin with; the case's where None.
-    effects
-        Names of the effects to be considered; all where None.
+    model, effects
+        Law to begin with, the case's where None; names of the effects to be considered, all where None.
     hold_out
         Channels that are left out of fits and evidence, and predicted at the end.
-    uniform
-        Give all effects the same prior odds.
-    budget
-        Seconds after which the search starts no further fits; no limit where None.
+    uniform, budget
+        Give all effects the same prior odds; seconds after which the search starts no further fits, or None.
     workers, executor
         Number of processes, or existing ones such as the ranks of `mpirun`; the answer does not depend on them.
     journal, resume
@@ -97,6 +96,8 @@ def diagnose(
         Whether to map the misfit in the bushing, too.
     progress
         Called with the stage, its subject, and a text about it.
+    tables
+        Cache of the binary files that the caller reads.
 
     Returns
     -------
@@ -110,18 +111,25 @@ def diagnose(
         law cannot be solved.
     """
     begin, notify = time.perf_counter(), progress or (lambda *_: None)
-    asked = question(case, model, effects, hold_out)
+    cache = ModelCache(tables)
+    asked = question(case, model, effects, hold_out, cache.tables)
     store = _opened(journal, resume, notify)
     deadline = float("inf") if budget is None else begin + budget
-    with Workers(workers, store, executor).open() as crew:
-        found, extras = _calculated(asked, crew, uniform, deadline, maps, notify)
-    said = _answer(asked, found, extras, None if effects is None else tuple(effects))
+    with Workers(workers, store, executor, cache).open() as crew:
+        found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
+    said = _answer(asked, found, extras, cache, None if effects is None else tuple(effects))
     said = replace(said, conditions=(*said.conditions, *_of_store(store)))
     return replace(said, seconds=time.perf_counter() - begin)
 
 
 def _calculated(
-    asked: Question, crew: Workers, uniform: bool, deadline: float, maps: bool, notify: Progress
+    asked: Question,
+    crew: Workers,
+    cache: ModelCache,
+    uniform: bool,
+    deadline: float,
+    maps: bool,
+    notify: Progress,
 ) -> tuple[_Found, Extras]:
     """Return what the search finds, and the next test and the maps.
 
@@ -129,6 +137,7 @@ def _calculated(
     ----------
     asked : Question
     crew : Workers
+    cache : ModelCache
     uniform : bool
         All effects have the same prior odds.
     deadline : float
@@ -138,12 +147,12 @@ def _calculated(
     """
     notify("fit", asked.plain.law, "the plain law")
     rough = _rough(asked, crew)
-    problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew)
+    problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
     found = _searched(asked, search, rough, crew)
     extras = Extras()
     if not found.interrupted and not asked.fatal:
-        extras.make(problem, found.plain, found.models, crew, maps, notify)
+        extras.make(problem, found.plain, found.models, crew, cache, maps, notify)
     return found, extras
 
 
@@ -171,14 +180,16 @@ def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> 
     return _Found(search, models, plain, interrupted)
 
 
-def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ...] | None) -> Diagnosis:
+def _answer(
+    asked: Question, found: _Found, extras: Extras, cache: ModelCache, names: tuple[str, ...] | None
+) -> Diagnosis:
     """Return the result that follows from the posterior."""
     search, models, best, plain = found.search, found.models, found.models[0], found.plain
     problem = search.problem
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
     probability = probabilities(models, [one.name for one in asked.effects])
-    channels = before_and_after(asked, problem, plain, best)
+    channels = before_and_after(cache, asked, problem, plain, best)
     says: Verdict = "faulty_data" if asked.fatal else answer.verdict(best, asked.plain)
     left = share_left(best, search.plain)
     unknown = probability["unknown"]
@@ -200,8 +211,8 @@ def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ..
         missing=None if says == "explained" else missing(after, problem.likelihood.features, unknown, left),
         searched=answer.searched(search),
         channels=channels,
-        location=locate(judged(asked.bare, plain, before)),
-        remaining=locate(judged(asked.bare, plain, after)),
+        location=locate(judged(cache, asked.bare, plain, before)),
+        remaining=locate(judged(cache, asked.bare, plain, after)),
         next_test=extras.test,
         maps=extras.maps,
         faults=asked.faults,

@@ -37,8 +37,8 @@ from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
-from bushcli.selection import model_cache
 from bushcli.selection.model import Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.state import Problem
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
@@ -139,23 +139,28 @@ def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
 
 
 def expected_curve(
-    case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal
+    cache: ModelCache,
+    case: Case,
+    model: Model,
+    known: tuple[tuple[str, ...], Array],
+    proposal: Proposal,
 ) -> ExpectedCurve | None:
     """Return the curve that a rival predicts for a recording; None where it cannot be solved.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
     known : tuple
         Names of the parameters, and a square root of their posterior covariance, shape (p, p).
     proposal : Proposal
     """
-    simulation = _simulation(case, model, proposal)
+    simulation = _simulation(cache, case, model, proposal)
     names, root = known
     try:
         answer = simulation.solve(model.values, names)
-        bare = _simulation(case, replace(model, effects=()), proposal).solve(model.start, ())
+        bare = _simulation(cache, case, replace(model, effects=()), proposal).solve(model.start, ())
     except (NotConverged, NoEquilibrium):
         return None
     law = answer.slope[:, [name in model.start for name in names]]
@@ -164,7 +169,7 @@ def expected_curve(
     return ExpectedCurve(answer.force, answer.slope @ root, effects)
 
 
-def _simulation(case: Case, model: Model, proposal: Proposal) -> Simulation:
+def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal) -> Simulation:
     """Return the simulation of a proposed recording by a model."""
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
@@ -181,7 +186,7 @@ def _simulation(case: Case, model: Model, proposal: Proposal) -> Simulation:
         q,
         None,
         comm=MPI.COMM_SELF,
-        prepared=model_cache.bodies(task, "always"),
+        prepared=cache.bodies(task, "always"),
     )
 
 

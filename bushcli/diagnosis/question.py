@@ -20,9 +20,11 @@ from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.level import all_levelled
 from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import Measured, fit
 from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import all_features
 from bushcli.selection.state import Problem, State
 from forms.law import law, laws
@@ -75,7 +77,11 @@ class Question:
 
 
 def question(
-    case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str]
+    case: Case,
+    model: str | None,
+    effects: Sequence[str] | None,
+    hold_out: Sequence[str],
+    tables: TableCache,
 ) -> Question:
     """Read the recordings, find their faults, and choose the law to begin with.
 
@@ -88,15 +94,16 @@ def question(
         Names of the effects to be considered; all where None.
     hold_out : sequence of str
         Names of channels that are left out of fits and evidence.
+    tables : TableCache
 
     Raises
     ------
     InputError
         There are no recordings, one cannot be read, or a name is unknown.
     """
-    whole = _checked(case, model, effects, hold_out)
+    whole = _checked(case, model, effects, hold_out, tables)
     faults = find_faults(case, whole)
-    plain, source, material = _plain(case, model)
+    plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
     used = tuple(~masks(faults, one) for one in recordings)
     asked = Question(case, bare, whole, recordings, used, faults, plain, source, material, [])
@@ -104,13 +111,17 @@ def question(
 
 
 def _checked(
-    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str]
+    case: Case,
+    model: str | None,
+    only: Sequence[str] | None,
+    hold_out: Sequence[str],
+    tables: TableCache,
 ) -> tuple[Recording, ...]:
     """The recordings of the case, after all names have been checked."""
     if not case.recordings:
         wanted = "[[recordings]] with mode and file"
         raise InputError(Finding(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
-    recordings = tuple(read_recording(source) for source in case.recordings)
+    recordings = tuple(read_recording(source, tables=tables) for source in case.recordings)
     if model is not None and model not in laws():
         raise InputError(
             Finding("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
@@ -154,7 +165,9 @@ def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
     ]
 
 
-def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
+def _plain(
+    case: Case, name: str | None, tables: TableCache
+) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with that law."""
     material = (
         case.material
@@ -163,7 +176,7 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
     )
     chosen = law(material.law)
     if case.coupons:
-        fitted = fit_coupons(case, material.law).material
+        fitted = fit_coupons(case, material.law, tables=tables).material
         return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
     names = material.parameter_names
     start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
@@ -171,7 +184,12 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
 
 
 def posed(
-    case: Case, plain: Fitted, recordings: tuple[Recording, ...], used: tuple[Mask, ...], crew: Workers
+    case: Case,
+    plain: Fitted,
+    recordings: tuple[Recording, ...],
+    used: tuple[Mask, ...],
+    crew: Workers,
+    cache: ModelCache,
 ) -> tuple[Problem, State]:
     """Return the likelihood, and the plain law fitted under it.
 
@@ -188,15 +206,17 @@ def posed(
         Samples that count.
     crew : Workers
         Runs the fits.
+    cache : ModelCache
+        Of this process.
     """
     noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
-    features = all_features(case, plain.model, used, noises)
+    features = all_features(cache, case, plain.model, used, noises)
     left = [
         one.of(force - recording.force)
         for one, force, recording in zip(features, plain.simulated, recordings, strict=True)
     ]
     noises = all_levelled(noises, features, left)
-    features = all_features(case, plain.model, used, noises)
+    features = all_features(cache, case, plain.model, used, noises)
     fitted = plain
     for _ in range(2):
         empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))

@@ -16,13 +16,16 @@ from bushcli.export.source import Source as Exported
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
 #: Effects whose force fades with time or is bounded at any displacement, so that a static curve excludes them.
 FADING = ("viscoelasticity", "friction")
 
 
-def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = None) -> Bushing:
+def bushing_of(
+    source: Exported, chosen: Writer, progress: Progress | None = None, tables: TableCache | None = None
+) -> Bushing:
     """Return the bushing's data for a writer of vehicle models.
 
     Parameters
@@ -33,6 +36,8 @@ def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = Non
         Of kind "bushing", "matrix" or "force_law".
     progress : callable or None
         As in `bushcli.simulate.predict.predict`.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -63,24 +68,29 @@ def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = Non
         load_cases=tuple(one for one in source.case.load_cases if one.six is None),
         recordings=tuple(one for one in source.case.recordings if one.six is None),
     )
+    tables = TableCache() if tables is None else tables
     if chosen.kind == "force_law":
-        channels = _ranges(source, kept)
+        channels = _ranges(source, kept, tables)
         if not channels:
             raise _nothing(source)
         return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
-    curves = source.curves if source.curves and not left else _simulated(source, kept, progress)
+    curves = source.curves if source.curves and not left else _simulated(source, kept, progress, tables)
     return Bushing(curves, source.stiffness_matrix, tuple(remarks))
 
 
-def _simulated(source: Exported, case: Case, progress: Progress | None) -> tuple[ForceCurve, ...]:
+def _simulated(
+    source: Exported, case: Case, progress: Progress | None, tables: TableCache
+) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
+    from bushcli.simulate.kept import Kept
+    from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
 
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing(source)
-    response = predict(case, progress=progress)
+    response = predict(case, progress=progress, kept=Kept(measured=Measured(tables)))
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"
@@ -104,25 +114,25 @@ def _nothing(source: Exported) -> InputError:
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _ranges(source: Exported, case: Case) -> list[tuple[str, str, float, float]]:
+def _ranges(source: Exported, case: Case, tables: TableCache) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
     # A result contains the paths; the files of its recordings may have moved.
     moved = [(one.name, one.mode, one.displacement) for one in source.curves]
-    for name, mode, q in moved or _moved(case):
+    for name, mode, q in moved or _moved(case, tables):
         found.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
     return list(found.values())
 
 
-def _moved(case: Case) -> Iterator[tuple[str, str, Array]]:
+def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
     """Yield name, mode and displacement of the channels that move a bushing in one direction."""
     channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
     for (name, mode), channel in zip(case.channels, channels, strict=True):
         if mode not in modes() or modes()[mode].specimen != "bushing":
             continue
         if isinstance(channel, Source):
-            yield name, mode, read_recording(channel).displacement
+            yield name, mode, read_recording(channel, tables=tables).displacement
         elif channel.source is not None:
-            yield name, mode, read_program(channel.source)[1]
+            yield name, mode, read_program(channel.source, tables)[1]
         else:
             yield name, mode, np.array(channel.path, dtype=float)

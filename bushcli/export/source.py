@@ -18,6 +18,7 @@ from bushcli.effects.active import require_values
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
 RESULT = "result.json"
@@ -72,7 +73,7 @@ class Source:
         return replace(self, case=replace(self.case, effects=kept), curves=curves)
 
 
-def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
+def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> Source:
     """Read a case file, or a folder of results.
 
     Parameters
@@ -81,6 +82,8 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
         Case file, or the folder that a command wrote with -o, or its result.json.
     overrides : sequence of str
         ``KEY=VALUE`` for a case file.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -89,7 +92,7 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
     """
     file = path / RESULT if path.is_dir() else path
     if file.name != RESULT:
-        case = load_case(path, overrides)
+        case = load_case(path, overrides, tables)
         source = Source(case, str(path))
     elif overrides:
         what = "changes a case file, but a result is given"

@@ -24,8 +24,6 @@ from bushcli.recording import (
     displacement_noise,
     force_noise,
     matching,
-    read_coupon,
-    read_recording,
 )
 from bushcli.recording.curve import Curve
 from bushcli.simulate.simulation import Simulation
@@ -36,7 +34,7 @@ from cases.mode import modes
 from cases.model import Model
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
-from geometry.shape import Shape, shapes
+from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
@@ -271,57 +269,6 @@ class Channel:
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
-
-
-def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Channel]:
-    """Return the channels of the case's material tests; every rank of a parallel run solves these small models itself.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    rubber : Rubber
-        Law, parameters and bulk modulus to begin with.
-    weighting : Weighting
-        What the misfit of a coupon is divided by.
-    """
-    shape = shapes()["coupon"]()
-    return [
-        Channel(read_coupon(source), shape, rubber, case, weighting, MPI.COMM_SELF) for source in case.coupons
-    ]
-
-
-def bushing_channels(
-    case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
-) -> list[Channel]:
-    """Return the channels of the case's recordings; `prepared` makes their finite-element models.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    rubber : Rubber
-        Law, parameters and bulk modulus to begin with.
-    comm : MPI.Comm
-        Ranks that share each model.
-    prepared : Prepare
-        Makes the finite-element model of a channel.
-    """
-    paths: dict[str, SixSimulation] = {}
-    return [
-        Channel(
-            read_recording(source),
-            case.geometry,
-            rubber,
-            case,
-            "relative",
-            comm,
-            read_recording(source, whole=True) if case.effects else None,
-            prepared,
-            paths,
-        )
-        for source in case.recordings
-    ]
 
 
 def _coupon_targets(q: Array) -> Array:

@@ -30,6 +30,7 @@ from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from bushcli.simulate.play import check_play
@@ -47,6 +48,7 @@ def fit_coupons(
     *,
     weighting: Weighting = "relative",
     progress: Progress | None = None,
+    tables: TableCache | None = None,
 ) -> Fit:
     """Identify a law on all coupon tests of a case together.
 
@@ -62,6 +64,8 @@ def fit_coupons(
         "absolute": it is divided by the coupon's largest stress.
     progress
         Called after each evaluation.
+    tables
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -69,7 +73,7 @@ def fit_coupons(
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
     task = Task(replace(case, effects=()), model or case.material.law, "coupons", weighting=weighting)
-    return identify(task, progress=progress)
+    return identify(task, progress=progress, tables=tables)
 
 
 def identify(
@@ -79,6 +83,7 @@ def identify(
     resume: bool = False,
     progress: Progress | None = None,
     pool: Pool | None = None,
+    tables: TableCache | None = None,
 ) -> Fit:
     """Identify a law's parameters from the recordings or the coupons of a case.
 
@@ -86,14 +91,14 @@ def identify(
     ----------
     task
         Definition of the identification.
-    journal
-        Folder in which every evaluation is saved.
-    resume
-        Continue from the evaluations that the journal holds.
+    journal, resume
+        Folder in which every evaluation is saved; whether to continue from those that it holds.
     progress
         Called after each evaluation.
     pool
         Processes that share the starts, in place of the task's workers.
+    tables
+        Cache of the binary files that the caller reads.
 
     Returns
     -------
@@ -105,15 +110,15 @@ def identify(
     InputError
         A file cannot be read, an option makes no sense, or the start cannot be solved at all.
     """
-    begin = time.perf_counter()
+    begin, tables = time.perf_counter(), TableCache() if tables is None else tables
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start, lower, upper = (task.law, task.vectors())[1]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
-    problem, held_out = task.problem(journal=saved, progress=progress)
+    problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
     for channel in problem.channels:
         recording = channel.recording
         check_play(task.case, recording.name, recording.mode, recording.displacement)
-    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool)
+    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -155,6 +160,7 @@ class _Run:
     resume: bool
     progress: Progress | None
     pool: Pool | None
+    tables: TableCache
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
 
@@ -178,7 +184,7 @@ class _Run:
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
-        points = _further_starts(task, problem, first.initial, self.lower, self.upper, self.pool)
+        points = _further_starts(task, problem, first.initial, self.lower, self.upper, self.pool, self.tables)
         given = [
             Assignment(number, point, first.states, self.minima[0].cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
@@ -260,7 +266,13 @@ def _best(minima: Sequence[Minimum]) -> int:
 
 
 def _further_starts(
-    task: Task, problem: Problem, initial: Array, lower: Array, upper: Array, pool: Pool | None
+    task: Task,
+    problem: Problem,
+    initial: Array,
+    lower: Array,
+    upper: Array,
+    pool: Pool | None,
+    tables: TableCache,
 ) -> list[Array]:
     """Return further starts, found on a coarse mesh; none if only one start is requested."""
     if task.starts <= 1 and not task.globally:
@@ -268,7 +280,7 @@ def _further_starts(
     shear = task.law.shear_modulus(**problem.law_parameters(initial))
     low, high = starts.box(initial, lower, upper, abs(shear))
     found: list[Array] = []
-    with coarse_costs(task, pool) as costs:
+    with coarse_costs(task, tables, pool) as costs:
         if task.globally:
             found.append(starts.evolved(costs, low, high, task.seed))
         if task.starts > 1:

@@ -7,7 +7,6 @@ before, decides which of the others are hopeless.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -26,9 +25,11 @@ from bushcli.inverse.problem import Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from bushcli.runtime.executor import Died, Pool, processes
 from bushcli.runtime.interrupt import unwrapped_interrupts
+from bushcli.runtime.process_cache import with_cache
 
 Array = NDArray[np.float64]
 
@@ -159,26 +160,56 @@ def _least(costs: Sequence[float]) -> float:
 # -- shared among processes ----------------------------------------------------------------------------------------
 
 
+class ChannelCache:
+    """Channels of one task, coarse or fine, in a process that shares its starts."""
+
+    def __init__(self) -> None:
+        self._channels: dict[bytes, list[Channel]] = {}
+        self._tables = TableCache()
+
+    def channels(self, task: Task, coarse: bool) -> list[Channel]:
+        """Return the channels of a task; those of another one are discarded.
+
+        Parameters
+        ----------
+        task : Task
+        coarse : bool
+            Use a coarse mesh.
+        """
+        from mpi4py import MPI
+
+        key = canonical((task, coarse))
+        if key not in self._channels:
+            self._channels.clear()
+            self._channels[key] = task.channels(coarse, MPI.COMM_SELF, tables=self._tables)[0]
+        return self._channels[key]
+
+
 @contextmanager
-def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
+def coarse_costs(
+    task: Task, tables: TableCache, pool: Pool | None = None
+) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
     """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool.
 
     Parameters
     ----------
     task : Task
         Definition of the identification.
+    tables : TableCache
+        Of this process.
     pool : Pool, optional
         Processes that may be on other machines; without it, the task's own workers.
     """
+    cache = ChannelCache()
     if pool is not None:
-        yield lambda points: [float(cost) for cost in _asked(pool, _cost_there, task, points)]
+        yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]
         return
     if task.workers == 1:
-        coarse, _ = task.problem(coarse=True)
+        coarse, _ = task.problem(coarse=True, tables=tables)
         yield lambda points: [coarse.cost(x) for x in points]
         return
     with processes(task.workers) as own:
-        yield lambda points: [float(cost) for cost in _asked(own, _cost_there, task, points)]
+        yield lambda points: [float(cost) for cost in _asked(own, cache, _cost_there, task, points)]
 
 
 def refined(
@@ -211,9 +242,10 @@ def refined(
     KeyboardInterrupt
         After `done` has been called with the results of the running starts.
     """
+    cache = ChannelCache()
     if pool is not None:
         alone = [replace(one, journal=None, resume=False) for one in given]
-        for found in _asked(pool, _refined_there, task, alone):
+        for found in _asked(pool, cache, _refined_there, task, alone):
             if isinstance(found, Refined):
                 _hand_over(found, done, progress)
         return
@@ -226,8 +258,8 @@ def refined(
         return
     with processes(min(task.workers, len(given))) as own, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
-        stop = Path(folder) / "stop"
-        futures = [own.executor.submit(_refined_there, task, i, one, stop) for i, one in enumerate(given)]
+        stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, here=False)
+        futures = [own.executor.submit(work, task, i, one, stop) for i, one in enumerate(given)]
         left = list(futures)
         try:
             while left:
@@ -242,38 +274,26 @@ def refined(
             raise
 
 
-def _asked(pool: Pool, work: Callable[..., Any], task: Task, given: Sequence[Any]) -> list[Any]:
+def _asked(
+    pool: Pool, cache: ChannelCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
+) -> list[Any]:
     """Return the answers in the order of the questions; nan where the process has died."""
     found: dict[int, Any] = {}
-    for (_, number, _), answer in pool.answers(work, [(task, i, one) for i, one in enumerate(given)]):
+    questions = [(task, i, one) for i, one in enumerate(given)]
+    for (_, number, _), answer in pool.answers(work, questions, cache):
         found[number] = float("nan") if isinstance(answer, Died) else answer
     return [found[i] for i in range(len(given))]
 
 
-# Channels that this process has made for a pool: of one task, coarse or fine.
-_there: dict[bytes, list[Channel]] = {}
-_one_at_a_time = threading.Lock()
+def _cost_there(cache: ChannelCache, task: Task, _: int, x: Array) -> float:
+    return task.pose(cache.channels(task, coarse=True)).cost(x)
 
 
-def _channels_there(task: Task, coarse: bool) -> list[Channel]:
-    from mpi4py import MPI
-
-    key = canonical((task, coarse))
-    if key not in _there:
-        _there.clear()
-        _there[key] = task.channels(coarse=coarse, comm=MPI.COMM_SELF)[0]
-    return _there[key]
-
-
-def _cost_there(task: Task, _: int, x: Array) -> float:
-    with _one_at_a_time:
-        return task.pose(_channels_there(task, coarse=True)).cost(x)
-
-
-def _refined_there(task: Task, _: int, given: Assignment, stop: Path | None = None) -> Refined:
-    with _one_at_a_time:
-        stopped = stop.exists if stop is not None else lambda: False
-        return refine(task, _channels_there(task, coarse=False), given, None, stopped)
+def _refined_there(
+    cache: ChannelCache, task: Task, _: int, given: Assignment, stop: Path | None = None
+) -> Refined:
+    stopped = stop.exists if stop is not None else lambda: False
+    return refine(task, cache.channels(task, coarse=False), given, None, stopped)
 
 
 def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:

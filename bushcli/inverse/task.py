@@ -17,11 +17,13 @@ from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
-from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.channels import bushing_channels, coupon_channels
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.result import Weighting
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
@@ -155,7 +157,11 @@ class Task:
         return start, lower, upper
 
     def channels(
-        self, coarse: bool = False, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
+        self,
+        coarse: bool = False,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+        prepared: Prepare = prepare,
+        tables: TableCache | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
 
@@ -167,6 +173,8 @@ class Task:
             Ranks that share each model.
         prepared : Prepare
             Makes the finite-element model of a channel.
+        tables : TableCache, optional
+            Cache of the binary files that the caller reads.
 
         Raises
         ------
@@ -182,13 +190,13 @@ class Task:
         if self.source == "coupons":
             if not case.coupons:
                 raise InputError(Finding(case.path.name, "there are no [[coupons]] to fit a law to"))
-            found = coupon_channels(case, rubber, self.weighting)
+            found = coupon_channels(case, rubber, self.weighting, tables)
         else:
             if not case.recordings:
                 raise InputError(
                     Finding(case.path.name, "there are no [[recordings]] to identify a law from")
                 )
-            found = bushing_channels(case, rubber, comm, prepared)
+            found = bushing_channels(case, rubber, comm, prepared, tables)
         known = [channel.name for channel in found]
         for name in self.hold_out:
             if name not in known:
@@ -205,6 +213,7 @@ class Task:
         journal: Journal | None = None,
         progress: Progress | None = None,
         comm: MPI.Comm = MPI.COMM_WORLD,
+        tables: TableCache | None = None,
     ) -> tuple[Problem, list[Channel]]:
         """The least-squares problem and the channels held out of it.
 
@@ -218,8 +227,10 @@ class Task:
             Called after each evaluation, unless None.
         comm : MPI.Comm
             Ranks that share each model.
+        tables : TableCache, optional
+            Cache of the binary files that the caller reads.
         """
-        fitted, held_out = self.channels(coarse, comm)
+        fitted, held_out = self.channels(coarse, comm, tables=tables)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(

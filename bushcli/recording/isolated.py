@@ -39,9 +39,6 @@ MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
 _FAILED = "bushcli failed: "
 _ROOT = Path(__file__).resolve().parents[2]
-# Contents of the file that was read last, if it is not large: channels of one file are read one after the other, and
-# each process would take a second to load the library.
-_last: dict[tuple[str | int, ...], Found] = {}
 
 
 @dataclass(frozen=True)
@@ -62,8 +59,13 @@ class Found:
     failed: Mapping[str, RecordingError]
     one_clock: bool = False
 
+    @property
+    def numbers(self) -> int:
+        """Number of numbers in all tables."""
+        return sum(len(table) * len(table.names) for table, _ in self.tables)
 
-def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
+
+def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
     """Return the tables of a binary file.
 
     Parameters
@@ -79,26 +81,6 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found
     RecordingError
         When the library is not installed, or the file is damaged or too large.
     """
-    key = (*_state(path), format_name, *wanted)
-    if key not in _last:
-        found = _read(path, format_name, wanted)
-        _last.clear()
-        if sum(len(table) * len(table.names) for table, _ in found.tables) > _MOST_NUMBERS:
-            return found
-        _last[key] = found
-    return _last[key]
-
-
-def _state(path: Path) -> tuple[str, int, int, int]:
-    """Return properties of a file that change when its contents change."""
-    try:
-        of = path.stat()
-    except OSError:
-        return str(path), 0, 0, 0
-    return str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size
-
-
-def _read(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
     reader = readers()[format_name]
     if not reader.library:
         try:

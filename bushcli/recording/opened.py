@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.isolated import Found, tables
+from bushcli.recording.isolated import Found
 from bushcli.recording.match import has_columns
 from bushcli.recording.rasters import on_one_raster
 from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
+from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text import read_table
 from bushcli.runtime.bounded import TooLarge, read_beginning
 from cases.mode import Mode
@@ -30,7 +31,7 @@ _FOREIGN = (
 _LISTED = 12
 
 
-def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Table:
+def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
     """Return the table of a file that holds the columns of a recording.
 
     Parameters
@@ -40,17 +41,18 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Ta
         It determines the meaning of the columns.
     quantities : sequence of Quantity
         The quantities that the table must have.
+    tables : TableCache
 
     Raises
     ------
     RecordingError
         When the file cannot be read, or it is not clear which of its tables is meant.
     """
-    found = opened(source, list(source.columns.values()))
+    found = opened(source, list(source.columns.values()), tables)
     return found if isinstance(found, Table) else _meant(source, mode, quantities, found)
 
 
-def opened(source: Source, wanted: Sequence[str | int]) -> Table | Found:
+def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> Table | Found:
     """Return the table of a text file, or the table that the case file names, or else all tables of the file.
 
     Parameters
@@ -58,6 +60,7 @@ def opened(source: Source, wanted: Sequence[str | int]) -> Table | Found:
     source : Source
     wanted : sequence of str or int
         Names or numbers, from 1, of columns that the case file chooses.
+    tables : TableCache
 
     Raises
     ------
@@ -70,7 +73,7 @@ def opened(source: Source, wanted: Sequence[str | int]) -> Table | Found:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
         return read_table(source.file, source.delimiter, source.decimal)
-    found = tables(source.file, name, wanted)
+    found = tables.tables(source.file, name, wanted)
     return found if source.group is None else _named(source, found)
 
 

@@ -17,6 +17,7 @@ from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table import Table
+from bushcli.recording.table_cache import TableCache
 from cases.mode import Mode, modes
 from cases.six import REACTIONS
 
@@ -29,7 +30,7 @@ _FEWEST_PROGRAM = 2
 _SMALLEST = 1e-12
 
 
-def read_recording(source: Source, whole: bool = False) -> Recording:
+def read_recording(source: Source, whole: bool = False, tables: TableCache | None = None) -> Recording:
     """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
 
     Parameters
@@ -38,6 +39,8 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     whole : bool
         Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends
         on the path needs the earlier cycles.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -46,12 +49,12 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         remain (3 of a coupon), the time does not increase, or displacement or force never change. A row that
         repeats the one before it in time, displacement and force is left out instead, see ``repeated``.
     """
-    mode = _mode(source)
+    mode, tables = _mode(source), TableCache() if tables is None else tables
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
     if source.six is None:
-        table = open_table(source, mode, ("displacement", "force"))
+        table = open_table(source, mode, ("displacement", "force"), tables)
     else:
-        table = six_table(source, source.six.chosen)
+        table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
@@ -70,9 +73,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
             raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
         displacement, force = displacement[kept], force[kept]
         time = None if time is None else time[kept]
-    machine = (
-        source.measured("force", mode.specimen, mode.rotational) == "force" and mode.specimen == "coupon"
-    )
+    machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     said = [*table.remarks, *(text for one in (stamps, moved, forced) if one for text in one.remarks)]
     recording = Recording(
         mode.name,
@@ -85,7 +86,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         repeated=tuple(table.line(i) for i in samples.repeated),
         repairs=(*samples.repairs, *(Repair("columns", text) for text in said)),
         conditioning=source.conditioning,
-        six=None if source.six is None else _path(source, time, len(force)),
+        six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return recording if whole else _used(recording, source)
 
@@ -106,10 +107,10 @@ def _used(recording: Recording, source: Source) -> Recording:
     return select_cycles(recording, left)
 
 
-def _path(source: Source, time: Array | None, count: int) -> RecordedPath:
+def _path(source: Source, time: Array | None, count: int, tables: TableCache) -> RecordedPath:
     """Return the path of a recording of six motions, at its samples."""
     assert source.six is not None
-    stamps, motion = read_motions(source)
+    stamps, motion = read_motions(source, tables)
     if time is not None and stamps is not None:
         motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
     assert len(motion) == count
@@ -117,8 +118,14 @@ def _path(source: Source, time: Array | None, count: int) -> RecordedPath:
     return RecordedPath(time, motion, source.six.free, number, source.six.name)
 
 
-def read_coupon(source: Source) -> Recording:
+def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     """Read a material test: displacement is stretch - 1, force the nominal stress in MPa.
+
+    Parameters
+    ----------
+    source : Source
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -129,11 +136,17 @@ def read_coupon(source: Source) -> Recording:
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
         raise RecordingError(Problem(str(source.file), what, "", coupons))
-    return read_recording(source)
+    return read_recording(source, tables=tables)
 
 
-def read_program(source: Source) -> tuple[Array | None, Array]:
+def read_program(source: Source, tables: TableCache | None = None) -> tuple[Array | None, Array]:
     """Read the program of a load case: time (n,) in s or None, displacement (n,) in mm or rad.
+
+    Parameters
+    ----------
+    source : Source
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -141,7 +154,7 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
         As `read_recording` does, but two points are enough and a force is not needed.
     """
     mode = _mode(source)
-    table = open_table(source, mode, ("displacement",))
+    table = open_table(source, mode, ("displacement",), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, _FEWEST_PROGRAM)
     if stamps is None and source.sample_rate is not None:

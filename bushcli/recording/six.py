@@ -12,6 +12,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.columns import column
 from bushcli.recording.six_table import named_in, six_table
 from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
@@ -20,7 +21,7 @@ Columns = Mapping[str, str | int]
 
 
 def columns_of(
-    source: Source, motions: Columns | None, forces: Columns | None
+    source: Source, motions: Columns | None, forces: Columns | None, tables: TableCache
 ) -> tuple[dict[str, str | int], dict[str, str | int]]:
     """Return the columns of the motions and of the reactions, as given or else as named in the header.
 
@@ -30,13 +31,14 @@ def columns_of(
         The recording.
     motions, forces : mapping of str to str or int, or None
         Columns by "ux" to "rz" and "fx" to "mz".
+    tables : TableCache
 
     Raises
     ------
     RecordingError
         The file cannot be read, or names no motion.
     """
-    table = six_table(source, chosen(motions, forces))
+    table = six_table(source, chosen(motions, forces), tables)
     found: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
     own = {k: v for k, v in found.items() if k in MOTIONS} if motions is None else dict(motions)
     theirs = {k: v for k, v in found.items() if k in REACTIONS} if forces is None else dict(forces)
@@ -61,10 +63,15 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     return {key: name for key, name in given.items() if isinstance(name, str)}
 
 
-def read_motions(source: Source) -> tuple[Array | None, Array]:
+def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Array]:
     """Read the path of a recording or program: time (n,) in s or None, poses (n, 6) in mm and rad.
 
     Motions without a column are zero.
+
+    Parameters
+    ----------
+    source : Source
+    tables : TableCache
 
     Raises
     ------
@@ -72,7 +79,7 @@ def read_motions(source: Source) -> tuple[Array | None, Array]:
         A column is missing or cannot be read, or the time does not increase.
     """
     assert source.six is not None
-    table = six_table(source, source.six.chosen)
+    table = six_table(source, source.six.chosen, tables)
     poses: Array = np.zeros((0, 6))
     for k, name in enumerate(MOTIONS):
         if name not in source.six.motions:

@@ -20,6 +20,7 @@ from bushcli.recording.opened import listed, opened
 from bushcli.recording.rasters import TIME, Channel, known_at, raster_name, span_of, stamps_of
 from bushcli.recording.source import Source
 from bushcli.recording.table import ArrayTable, Table
+from bushcli.recording.table_cache import TableCache
 from cases.six import MOTIONS, REACTIONS
 
 # Names of motions and reactions in a header: "ux_mm", "Fx [N]", "rotz_deg", "rz".
@@ -42,7 +43,7 @@ def named_in(table: Table) -> dict[str, int]:
     return found
 
 
-def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
+def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions.
 
     Parameters
@@ -50,13 +51,14 @@ def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
     source : Source
     chosen : mapping of str to str
         Columns that the case file names, by "ux" to "mz".
+    tables : TableCache
 
     Raises
     ------
     RecordingError
         The file cannot be read, or it is not clear which of its columns are the motions and reactions.
     """
-    found = opened(source, list(chosen.values()))
+    found = opened(source, list(chosen.values()), tables)
     if isinstance(found, Table):
         return found
     if len(found.tables) == 1 and not found.failed:

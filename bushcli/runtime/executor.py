@@ -21,6 +21,7 @@ from typing import Any
 
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.extras import remedy
+from bushcli.runtime.process_cache import with_cache
 from bushcli.runtime.workers import Workers
 
 # Questions that are queued for each worker: enough that no worker waits, few enough that memory stays flat.
@@ -74,7 +75,7 @@ class Pool:
         self.executor, self.workers, self._again = executor, max(1, workers), again
 
     def answers(
-        self, work: Callable[..., Any], questions: Iterable[Question]
+        self, work: Callable[..., Any], questions: Iterable[Question], cache: object | None = None
     ) -> Iterator[tuple[Question, Any]]:
         """Yield each question with its answer, in the order in which answers become known.
 
@@ -85,13 +86,17 @@ class Pool:
         work : callable
             Function at module level, so that other processes can import it.
         questions : iterable of tuple
-            Arguments of each call; read when they are needed, so that there may be any number of them.
+            Arguments of each call, without the cache; read when they are needed, so that there may be any number of
+            them.
+        cache : object, optional
+            First argument of the work, if given; other processes use one of the same class (`process_cache`).
 
         Raises
         ------
         Exception
             What the work raises.
         """
+        work = with_cache(work, cache, here=isinstance(self.executor, Here))
         following = iter(questions)
         asked: dict[Future[Any], Question] = {}
         suspects: list[tuple[Question, int]] = []

@@ -18,6 +18,7 @@ from types import FrameType
 from typing import Any, cast
 
 from bushcli.runtime.interrupt import abandon_compilation, end_with_parent
+from bushcli.runtime.process_cache import with_cache
 from bushcli.runtime.store import Store
 
 Work = Callable[..., Any]
@@ -40,10 +41,18 @@ class Workers:
     executor
         Processes that the caller starts and ends (`ranks`), instead of `count` processes of our own. They may be on
         machines that do not see the store.
+    cache
+        First argument of all work, if given; other processes use one of the same class (`process_cache`).
     """
 
-    def __init__(self, count: int = 1, store: Store | None = None, executor: Executor | None = None) -> None:
-        self.count, self.store = max(1, count), store
+    def __init__(
+        self,
+        count: int = 1,
+        store: Store | None = None,
+        executor: Executor | None = None,
+        cache: object | None = None,
+    ) -> None:
+        self.count, self.store, self._cache = max(1, count), store, cache
         self._executor: Executor | None = executor
         self._others = frozenset(active_children())
 
@@ -102,10 +111,11 @@ class Workers:
         work : Work
             Function at module level, so that other processes can import it.
         questions : sequence of tuple
-            Arguments of each call.
+            Arguments of each call, without the cache.
         notify : callable or None
             Called with index and answer as each answer becomes known, unless None.
         """
+        bound = with_cache(work, self._cache, here=self._executor is None)
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):
@@ -114,11 +124,11 @@ class Workers:
                 (False, None) if file is None or self.store is None else self.store.read(file, question)
             )
             if there or self._executor is None:
-                answers[i] = answer if there else _answer(self.store, file, work, question)
+                answers[i] = answer if there else _answer(self.store, file, bound, question)
                 if notify is not None:
                     notify(i, answers[i])
             else:
-                waiting.append((i, self._submitted(self._executor, file, work, question)))
+                waiting.append((i, self._submitted(self._executor, file, bound, question)))
         for i, future in waiting:
             answers[i] = future.result()
             if notify is not None:

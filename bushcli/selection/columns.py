@@ -22,8 +22,8 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
-from bushcli.selection import model_cache
 from bushcli.selection.model import Model
+from bushcli.selection.model_cache import Coarse, ModelCache
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
@@ -212,11 +212,12 @@ def shear_modulus(model: Model, case: Case) -> float:
 # -- derivatives ---------------------------------------------------------------------------------------------------
 
 
-def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
+def columns(cache: ModelCache, case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     base : Model
         With its best-fitting values.
@@ -228,8 +229,8 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
     # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
-    coarse: model_cache.Coarse = "memory" if usual else "always"
-    channels = model_cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
+    coarse: Coarse = "memory" if usual else "always"
+    channels = cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
     for channel in channels:

@@ -29,8 +29,8 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
-from bushcli.selection import model_cache
 from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import Coarse, ModelCache, set_patience
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
@@ -103,6 +103,7 @@ class _End:
 
 
 def fit(
+    cache: ModelCache,
     case: Case,
     model: Model,
     measured: Measured,
@@ -114,6 +115,7 @@ def fit(
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
         With start values; those of its effects are the first-order amplitudes.
@@ -125,7 +127,7 @@ def fit(
     needed : Needed, optional
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
     """
-    task, problem = pose(case, model, measured)
+    task, problem = pose(cache, case, model, measured)
     start, lower, upper = task.vectors()
     promise = Promise(problem, lower, upper, model.off_values(problem.names), needed)
     problem.ends = promise.ends
@@ -143,7 +145,7 @@ def fit(
         best = best if own is None else min(best, _searched(problem, own, lower, upper))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         for channel in problem.channels:
-            model_cache.set_patience(channel, None)
+            set_patience(channel, None)
         at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
@@ -155,12 +157,13 @@ def fit(
 
 
 def pose(
-    case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
+    cache: ModelCache, case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
 ) -> tuple[Task, Posterior]:
     """Return the least-squares problem of a model.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
     measured : Measured
@@ -168,8 +171,8 @@ def pose(
         Failed steps after which a march is given up; no limit where None.
     """
     task = model.task(case)
-    coarse: model_cache.Coarse = "never" if model.anchor is None else "memory"
-    channels = model_cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
+    coarse: Coarse = "never" if model.anchor is None else "memory"
+    channels = cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
     plain = task.pose(channels)
     problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
@@ -183,16 +186,17 @@ def pose(
     return task, problem
 
 
-def exact(case: Case, fitted: Fitted) -> Fitted | None:
+def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
     """Return the fit with forces of the default mesh in place of a coarse one; None if that fails.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     fitted : Fitted
     """
     found = []
-    for channel, before in zip(model_cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):
+    for channel, before in zip(cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):
         try:
             force, _ = channel.at_samples(channel.solve(fitted.values, ()))
         except NotConverged:

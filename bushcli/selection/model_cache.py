@@ -1,4 +1,4 @@
-"""Cache of finite-element models in a process, from one run of a diagnosis to the next.
+"""Cache of finite-element models, from one run of a diagnosis to the next.
 
 A diagnosis runs the same few models many times with other values. Meshing a body and deriving its forms takes as long
 as half a march, so that models that differ only in values share one body. Effects of the rig change nothing in the
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.task import Task
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from cases.feature import Installed
 from cases.mode import Mode
@@ -33,56 +34,136 @@ Coarse = Literal["never", "memory", "always"]
 # Numbers of bodies and of sets of channels that are cached: of the law and of the current effect, for three channels.
 BODIES, SETS = 12, 6
 
-_bodies: OrderedDict[bytes, Body] = OrderedDict()
-_sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
-_brought: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
 
-
-def channels(
-    task: Task,
-    fineness: float = 1.0,
-    coarse: Coarse = "never",
-    anchor: Mapping[str, float] | None = None,
-    patience: int | None = None,
-) -> list[Channel]:
-    """Channels of a task, for any values of its parameters.
-
-    Every solution has to be given all values, because a cached model still has the values of its previous use.
+class ModelCache:
+    """Finite-element models of a diagnosis, those used least recently discarded; they serve one thread at a time.
 
     Parameters
     ----------
-    task : Task
-    fineness : float
-        Factor on the default number of steps of a march.
-    coarse
-        Which bodies get a coarse mesh: none, those with memory, or all. With "memory", half-plane bodies in which an
-        effect of assembly acts keep the default mesh, which costs little more there: it may act on a part of a bond.
-    anchor : mapping of str to float, optional
-        Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is corrected to that of
-        the default mesh.
-    patience
-        Failed steps after which a march is given up: some of the many models that are tried have absurd parameters,
-        and cutting their steps down to the smallest takes minutes in three dimensions. As `cases.march` where None.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
     """
-    whole = replace(task.case, effects=())
-    name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
 
-    def made() -> list[Channel]:
-        modes: set[str] = set()
-        # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
-        found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
-        for number, channel in enumerate(found):
-            if channel.simulation is not None and fineness != 1.0:
-                channel.simulation.plan(fineness)
-            if channel.model.mode.name in modes and anchor is not None:
-                plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
-                channel.share, channel.offset = mesh_correction(plain, anchor)[number]
+    def __init__(self, tables: TableCache | None = None) -> None:
+        self.tables = TableCache() if tables is None else tables
+        self._bodies: OrderedDict[bytes, Body] = OrderedDict()
+        self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
+        self._corrections: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
+
+    def channels(
+        self,
+        task: Task,
+        fineness: float = 1.0,
+        coarse: Coarse = "never",
+        anchor: Mapping[str, float] | None = None,
+        patience: int | None = None,
+    ) -> list[Channel]:
+        """Channels of a task, for any values of its parameters.
+
+        Every solution has to be given all values, because a cached model still has the values of its previous use.
+
+        Parameters
+        ----------
+        task : Task
+        fineness : float
+            Factor on the default number of steps of a march.
+        coarse
+            Which bodies get a coarse mesh: none, those with memory, or all. With "memory", half-plane bodies in which
+            an effect of assembly acts keep the default mesh, which costs little more there: it may act on a part of a
+            bond.
+        anchor : mapping of str to float, optional
+            Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is corrected to that
+            of the default mesh.
+        patience
+            Failed steps after which a march is given up: some of the many models that are tried have absurd
+            parameters, and cutting their steps down to the smallest takes minutes in three dimensions. As
+            `cases.march` where None.
+        """
+        whole = replace(task.case, effects=())
+        name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
+
+        def made() -> list[Channel]:
+            modes: set[str] = set()
+            # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
+            prepared = self.bodies(task, coarse, modes)
+            found, _ = task.channels(comm=MPI.COMM_SELF, prepared=prepared, tables=self.tables)
+            for number, channel in enumerate(found):
+                if channel.simulation is not None and fineness != 1.0:
+                    channel.simulation.plan(fineness)
+                if channel.model.mode.name in modes and anchor is not None:
+                    plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
+                    channel.share, channel.offset = self.mesh_correction(plain, anchor)[number]
+            return found
+
+        found = _kept(self._sets, SETS, name, made)
+        for channel in found:
+            set_patience(channel, patience)
         return found
 
-    found = _kept(_sets, SETS, name, made)
-    for channel in found:
-        set_patience(channel, patience)
-    return found
+    def mesh_correction(self, plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
+        """Return factor and remainder that correct the force of a coarse mesh to the default one, by channel.
+
+        They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
+        memory; the difference that the factor leaves is added as it is.
+
+        Parameters
+        ----------
+        plain : Task
+            Of the law without effects.
+        anchor : mapping of str to float
+            Parameters of the law (MPa or dimensionless) at which both meshes are compared.
+        """
+
+        def made() -> list[tuple[float, Array]]:
+            found = []
+            for usual, coarse in zip(
+                self.channels(plain), self.channels(plain, coarse="always"), strict=True
+            ):
+                exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
+                share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
+                found.append((share, exact - share * rough))
+            return found
+
+        return _kept(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
+
+    def bodies(self, task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
+        """Return a function like `cases.simulate.prepare` for the law and effects of a task, with cached bodies.
+
+        It adds the modes that get a coarse mesh to `modes`.
+
+        Parameters
+        ----------
+        task : Task
+        coarse : {"never", "memory", "always"}
+        modes : set of str, optional
+        """
+
+        def body(
+            shape: Shape,
+            mode: Mode,
+            rubber: Rubber,
+            refinement: Refinement,
+            comm: MPI.Comm,
+            features: Sequence[Installed] = (),
+        ) -> Body:
+            solid = mode.section is None or not shape.axisymmetric
+            remembers = any(item.feature.branches is not None for item in features)
+            acting = [one for one in task.effects if one.name in {item.name for item in features}]
+            assembled = any(one.effect.acts == "assembly" for one in acting)
+            if coarse == "always" or (coarse == "memory" and remembers and (solid or not assembled)):
+                refinement = shape.coarse
+                if modes is not None:
+                    modes.add(mode.name)
+            path = None if mode.solid.six is None else mode.solid.six.identity
+            what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
+            return _kept(
+                self._bodies,
+                BODIES,
+                canonical(what),
+                lambda: prepare(shape, mode, rubber, refinement, comm, features),
+            )
+
+        return body
 
 
 def set_patience(channel: Channel, patience: int | None) -> None:
@@ -95,71 +176,6 @@ def set_patience(channel: Channel, patience: int | None) -> None:
         Failed steps after which a march is given up; no limit where None.
     """
     channel.patience, channel.hardest = patience, None
-
-
-def mesh_correction(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
-    """Return factor and remainder that correct the force of a coarse mesh to the default one, by channel.
-
-    They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
-    memory; the difference that the factor leaves is added as it is.
-
-    Parameters
-    ----------
-    plain : Task
-        Of the law without effects.
-    anchor : mapping of str to float
-        Parameters of the law (MPa or dimensionless) at which both meshes are compared.
-    """
-
-    def made() -> list[tuple[float, Array]]:
-        found = []
-        for usual, coarse in zip(channels(plain), channels(plain, coarse="always"), strict=True):
-            exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
-            share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
-            found.append((share, exact - share * rough))
-        return found
-
-    return _kept(_brought, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
-
-
-def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
-    """Return a function like `cases.simulate.prepare` for the law and effects of a task, with cached bodies.
-
-    It adds the modes that get a coarse mesh to `modes`.
-
-    Parameters
-    ----------
-    task : Task
-    coarse : {"never", "memory", "always"}
-    modes : set of str, optional
-    """
-
-    def body(
-        shape: Shape,
-        mode: Mode,
-        rubber: Rubber,
-        refinement: Refinement,
-        comm: MPI.Comm,
-        features: Sequence[Installed] = (),
-    ) -> Body:
-        solid = mode.section is None or not shape.axisymmetric
-        remembers = any(item.feature.branches is not None for item in features)
-        acting = [one for one in task.effects if one.name in {item.name for item in features}]
-        assembled = any(one.effect.acts == "assembly" for one in acting)
-        if coarse == "always" or (coarse == "memory" and remembers and (solid or not assembled)):
-            refinement = shape.coarse
-            if modes is not None:
-                modes.add(mode.name)
-        path = None if mode.solid.six is None else mode.solid.six.identity
-        what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
-        return _kept(
-            _bodies,
-            BODIES,
-            canonical(what),
-            lambda: prepare(shape, mode, rubber, refinement, comm, features),
-        )
-
-    return body
 
 
 def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, made: Callable[[], T]) -> T:

@@ -12,9 +12,9 @@ from bushcli.evidence.density import features_of
 from bushcli.inverse.first import first_minimum
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
-from bushcli.selection import model_cache
 from bushcli.selection.fit import Measured, fitted, pose
 from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import ModelCache
 
 Mask = NDArray[np.bool_]
 
@@ -22,16 +22,17 @@ Mask = NDArray[np.bool_]
 UNKNOWN = 0.1
 
 
-def fit_plain(case: Case, model: Model) -> Fitted | None:
+def fit_plain(cache: ModelCache, case: Case, model: Model) -> Fitted | None:
     """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
     """
     task = model.task(case)
-    channels = model_cache.channels(task)
+    channels = cache.channels(task)
     problem = task.pose(channels)
     start, lower, upper = task.vectors()
     if not problem.names:
@@ -40,19 +41,20 @@ def fit_plain(case: Case, model: Model) -> Fitted | None:
     return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
 
 
-def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
     """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
 
     Every channel is weighted as if the law were wrong by `UNKNOWN` of its force.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
     used : tuple of (n,) array of bool
         Samples that count.
     """
-    task, problem = pose(case, model, Measured(used, (0.0,) * len(used)), patience=None)
+    task, problem = pose(cache, case, model, Measured(used, (0.0,) * len(used)), patience=None)
     problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
     start, lower, upper = task.vectors()
     if not problem.names:
@@ -63,16 +65,17 @@ def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
 
 
 def all_features(
-    case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
+    cache: ModelCache, case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
 ) -> tuple[Features, ...]:
     """Features of each channel.
 
     Parameters
     ----------
+    cache : ModelCache
     case : Case
     model : Model
     used : sequence of (n,) array of bool
         Samples that count.
     noises : sequence of NoiseModel
     """
-    return features_of(model_cache.channels(model.task(case)), used, noises)
+    return features_of(cache.channels(model.task(case)), used, noises)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, load_case_names
 from bushcli.recording import Recording
+from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.six import program_of
 from bushcli.simulate.six_schedule import six_schedule
 from cases.march import History, march
@@ -62,7 +63,7 @@ class Channel:
     path: SixPath | None = None
 
 
-def prescribed(case: Case, load: LoadCase, number: int) -> Channel:
+def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> Channel:
     """Return the channel of a load case.
 
     Parameters
@@ -72,13 +73,14 @@ def prescribed(case: Case, load: LoadCase, number: int) -> Channel:
         The load case.
     number : int
         Its number, from 0.
+    tables : TableCache
     """
     if load.six is not None:
         program = program_of(load.six, load.steps)
     elif load.source is not None:
         from bushcli.recording import read_program  # with the readers, which few load cases need
 
-        times, displacement = read_program(load.source)
+        times, displacement = read_program(load.source, tables)
         program = Program(displacement, times)
     else:
         program = path(load.path, load.steps, load.rate)

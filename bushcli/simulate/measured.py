@@ -16,6 +16,7 @@ from bushcli.effects.active import require_values
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
 
 # Largest number of recordings kept: those of a case, whole and in part, and of some more cases.
 CACHED_RECORDINGS = 64
@@ -35,9 +36,16 @@ class _Read:
 
 
 class Measured:
-    """Reads the recordings of cases, and keeps what it has read."""
+    """Reads the recordings of cases, and keeps what it has read.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
+    """
+
+    def __init__(self, tables: TableCache | None = None) -> None:
+        self.tables = TableCache() if tables is None else tables
         self._kept: OrderedDict[Hashable, _Read] = OrderedDict()
 
     def __call__(self, case: Case) -> tuple[list[Recording], list[Recording], tuple[DataFault, ...]]:
@@ -68,10 +76,10 @@ class Measured:
         try:
             state = source.file.stat()
         except OSError:
-            return read_recording(source, whole)  # which says what is wrong
+            return read_recording(source, whole, self.tables)  # which says what is wrong
         key = (repr(source), whole, state.st_mtime_ns, state.st_size, state.st_ino)
         if key not in self._kept:
-            self._kept[key] = _Read(read_recording(source, whole))
+            self._kept[key] = _Read(read_recording(source, whole, self.tables))
             if len(self._kept) > CACHED_RECORDINGS:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)

@@ -9,6 +9,7 @@ from bushcli.case import Case, load_case_names
 from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting
 from bushcli.errors import InputError, Problem
+from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
 
@@ -40,8 +41,13 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
             raise InputError(Problem(case.path.name, what, "", expected))
 
 
-def check_play_of_load_cases(case: Case) -> None:
+def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
     """Refuse free play as large as the travel of a load case, without the library that simulates it.
+
+    Parameters
+    ----------
+    case : Case
+    tables : TableCache
 
     Raises
     ------
@@ -54,7 +60,7 @@ def check_play_of_load_cases(case: Case) -> None:
         if load.source is not None:
             from bushcli.recording import read_program  # with the readers, which few load cases need
 
-            displacement = read_program(load.source)[1]
+            displacement = read_program(load.source, tables)[1]
         else:
             displacement = np.asarray(load.path, dtype=float)
         check_play(case, name, load.mode, displacement)

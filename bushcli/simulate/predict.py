@@ -116,7 +116,9 @@ def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[Data
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
-    channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
+    channels = [
+        prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
+    ]
     channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)

@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Pool
+from bushcli.simulate.measured import Measured
+from bushcli.study.cache import DesignCache
 from bushcli.study.rates import rates
 from bushcli.study.search import MOST_EVALUATIONS, End, search
 from bushcli.study.target import Target
@@ -153,6 +156,7 @@ def design(
     seed: int = 0,
     tolerances: Mapping[str, Toleranced] | None = None,
     notify: Callable[[int, int, int], None] | None = None,
+    tables: TableCache | None = None,
 ) -> Design:
     """Find the design whose rates are nearest to the targets.
 
@@ -175,6 +179,8 @@ def design(
         By key; the nominal value of a key that is searched is ignored.
     notify : callable or None
         Called with the numbers of finished searches, of all searches, and of failed ones.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -183,21 +189,25 @@ def design(
     """
     low, high = bounds_of(variables)
     begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
-    ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
+    cache = DesignCache(measured=Measured(tables))
+    ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
     return _result(
-        case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
+        cache, case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
     )
 
 
 def _ends(
-    pool: Pool, questions: Sequence[tuple[object, ...]], notify: Callable[[int, int, int], None] | None
+    pool: Pool,
+    cache: DesignCache,
+    questions: Sequence[tuple[object, ...]],
+    notify: Callable[[int, int, int], None] | None,
 ) -> list[End]:
     """Return the ends of the searches whose start could be simulated."""
     ends: list[End] = []
     lost, reason = 0, ""
-    for _, end in pool.answers(search, questions):
+    for _, end in pool.answers(search, questions, cache):
         if isinstance(end, End):
             ends.append(end)
         else:
@@ -220,6 +230,7 @@ def _starting_points(first: Array, low: Array, high: Array, count: int, seed: in
 
 
 def _result(
+    cache: DesignCache,
     case: Case,
     task: Task,
     variables: Sequence[Variable],
@@ -232,7 +243,7 @@ def _result(
     values = [float(value) for value in end.values]
     others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
     whole = replace(task, keys=(*task.keys, *others))
-    found = rates(whole, targets, [*values, *others.values()], whole.keys)
+    found = rates(cache, whole, targets, [*values, *others.values()], whole.keys)
     keys = {
         one.key: Dimension(value, one.low, one.high, float(begin))
         for one, value, begin in zip(variables, values, start, strict=True)

@@ -18,7 +18,6 @@ Haftka and Guerdal (1992), Elements of Structural Optimization, chapter 7, doi:1
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case, Material
 from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.predict import rubber_of
+from bushcli.study.cache import DesignCache
 from bushcli.study.target import Target
 from bushcli.study.task import Task
 from bushcli.study.variable import Value
@@ -53,9 +53,6 @@ STEPS = 8
 HAIR, NUDGE = 1e-5, 1e-3
 PARAMETERS = "material.parameters."
 
-_bodies = Bodies()
-_alone = threading.Lock()
-
 
 @dataclass(frozen=True)
 class Rates:
@@ -65,11 +62,14 @@ class Rates:
     slope: Array
 
 
-def rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str] = ()) -> Rates:
+def rates(
+    cache: DesignCache, task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str] = ()
+) -> Rates:
     """Return the rates of a design.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
         The case, and the keys to which `values` belong.
     targets : sequence of Target
@@ -84,23 +84,23 @@ def rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Se
         The case is not valid with these values.
     NotConverged
     """
-    with _alone:
-        return _rates(task, targets, values, by)
-
-
-def _rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str]) -> Rates:
-    case, material = task.load(values)
+    case, material = task.load(values, cache.tables)
     value, slope = np.zeros(len(targets)), np.full((len(targets), len(by)), np.nan)
     for i, one in enumerate(targets):
         value[i], known = _rate(
-            case, material, one, _shapes(task, case, one, values, by), _of_law(material, by)
+            cache.bodies,
+            case,
+            material,
+            one,
+            _shapes(cache, task, case, one, values, by),
+            _of_law(material, by),
         )
         for j, key in enumerate(by):
             slope[i, j] = known.get(key, np.nan)
     for j, key in enumerate(by):
         left = np.flatnonzero(np.isnan(slope[:, j]))
         if len(left):
-            slope[left, j] = _difference(task, [targets[i] for i in left], values, key)
+            slope[left, j] = _difference(cache, task, [targets[i] for i in left], values, key)
     return Rates(value, slope)
 
 
@@ -111,7 +111,7 @@ def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
 
 
 def _shapes(
-    task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
+    cache: DesignCache, task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
 ) -> dict[str, tuple[Shape, Shape, float]]:
     """Return by key the shapes with slightly smaller and larger dimension, and the difference of the dimension."""
     if modes()[one.mode].rotational or plates(case.geometry):
@@ -121,7 +121,9 @@ def _shapes(
         if key.startswith("geometry."):
             i = task.keys.index(key)
             hair = HAIR * max(abs(values[i]), 1e-3)
-            sides = [task.load(_changed(values, i, step * hair))[0].geometry for step in (-1.0, 1.0)]
+            sides = [
+                task.load(_changed(values, i, step * hair), cache.tables)[0].geometry for step in (-1.0, 1.0)
+            ]
             found[key] = (sides[0], sides[1], 2.0 * hair)
     return found
 
@@ -130,17 +132,20 @@ def _changed(values: Sequence[float], i: int, by: float) -> list[Value]:
     return [value + by if j == i else value for j, value in enumerate(values)]
 
 
-def _difference(task: Task, targets: Sequence[Target], values: Sequence[float], key: str) -> Array:
+def _difference(
+    cache: DesignCache, task: Task, targets: Sequence[Target], values: Sequence[float], key: str
+) -> Array:
     i = task.keys.index(key)
     step = NUDGE * max(abs(values[i]), 1e-3)
     low, high = (
-        _rates(task, targets, [float(v) for v in _changed(values, i, side * step)], ()).value
+        rates(cache, task, targets, [float(v) for v in _changed(values, i, side * step)], ()).value
         for side in (-1.0, 1.0)
     )
     return np.asarray((high - low) / (2.0 * step))
 
 
 def _rate(
+    bodies: Bodies,
     case: Case,
     material: Material,
     one: Target,
@@ -149,7 +154,7 @@ def _rate(
 ) -> tuple[float, dict[str, float]]:
     """Return a rate, and those derivatives by key that need no other march."""
     mode = modes()[one.mode]
-    model = _bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
+    model = bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
     q, steps = one.travel, STEPS
     if one.kind == "initial":
         gap = case.geometry.gap or USUAL_GAP
@@ -159,7 +164,7 @@ def _rate(
 
     def observe(solver: Equilibrium) -> None:
         if shapes and abs(solver.q - q) <= 1e-9 * abs(q):
-            slopes.update(_moved(model, solver, shapes, case))
+            slopes.update(_moved(bodies, model, solver, shapes, case))
 
     history = march(model, program, sensitivity=tuple(of_law.values()), observer=observe)
     over = 1.0 if one.kind == "force" else q
@@ -169,6 +174,7 @@ def _rate(
 
 
 def _moved(
+    bodies: Bodies,
     model: Model,
     solver: Equilibrium,
     shapes: Mapping[str, tuple[Shape, Shape, float]],
@@ -181,12 +187,12 @@ def _moved(
     for key, (low, high, distance) in shapes.items():
         works = []
         for other in (high, low):
-            if not _bodies.relocated(model, other, case.mesh.refinement):
+            if not bodies.relocated(model, other, case.mesh.refinement):
                 break
             model.system.residual(b)
             works.append(float(b.array_r @ v[: model.system.owned]))
         if len(works) == 2:
             found[key] = model.multiplicity * (works[0] - works[1]) / distance
-    _bodies.relocated(model, case.geometry, case.mesh.refinement)
+    bodies.relocated(model, case.geometry, case.mesh.refinement)
     b.destroy()
     return found

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError
+from bushcli.study.cache import DesignCache
 from bushcli.study.rates import Rates, rates
 from bushcli.study.target import Target
 from bushcli.study.task import Task
@@ -38,11 +39,14 @@ class End:
     converged: bool
 
 
-def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array) -> End | str:
+def search(
+    cache: DesignCache, task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array
+) -> End | str:
     """Search from one start, in any process; return the reason as text if the start cannot be simulated.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
     targets : sequence of Target
     begin, low, high : shape (keys,)
@@ -61,7 +65,7 @@ def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high
         if unit.tobytes() not in known:
             values = [float(v) for v in low + unit * scale]
             try:
-                known[unit.tobytes()] = rates(task, targets, values, task.keys)
+                known[unit.tobytes()] = rates(cache, task, targets, values, task.keys)
             except (InputError, GeometryError, NotConverged, ValueError) as error:
                 reason = str(error).splitlines()[0]
                 known[unit.tobytes()] = None

@@ -11,10 +11,13 @@ from typing import Any
 
 from bushcli.case import Case, resolved
 from bushcli.errors import InputError, Problem, nearest
+from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Died, Pool
+from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
+from bushcli.study.cache import DesignCache
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of
 from bushcli.study.task import (
@@ -80,11 +83,12 @@ class Study:
 SHOWN = 1000
 
 
-def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
+def checked(cache: DesignCache, task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
     plan : Plan
 
@@ -100,7 +104,7 @@ def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
     first: Exception | None = None
     for values in plan.rows[:TRIED]:
         try:
-            return task.load(values)[0], values
+            return task.load(values, cache.tables)[0], values
         except (InputError, ValueError) as error:
             first = first or error
     if isinstance(first, InputError):
@@ -142,6 +146,7 @@ def study(
     limits: Mapping[str, Limits] | None = None,
     resume: bool = False,
     notify: Notify | None = None,
+    tables: TableCache | None = None,
 ) -> tuple[Study, Rows]:
     """Simulate all designs, and return their statistics, with the rows on disk.
 
@@ -161,6 +166,8 @@ def study(
         Continue with the rows of an earlier run.
     notify : Notify or None
         Called whenever designs are finished.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
 
     Raises
     ------
@@ -172,15 +179,16 @@ def study(
     for name in (name for name in limits if name not in known):
         what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
-    first, values = checked(task, plan)
+    cache = DesignCache(measured=Measured(tables))
+    first, values = checked(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
     rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
     resumed = len(rows.done)
     with closing(rows):
         if resumed < len(plan.rows):
-            task = settled(task, values)
-        _solve(task, plan, pool, rows, notify)
+            task = settled(cache, task, values)
+        _solve(cache, task, plan, pool, rows, notify)
     return _summed_up(case, task, plan, rows, limits, resumed), rows
 
 
@@ -215,7 +223,7 @@ def _summed_up(
     )
 
 
-def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
+def _solve(cache: DesignCache, task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
     wrong = 0
     spent, solved = 0.0, 0
 
@@ -245,13 +253,13 @@ def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
             notify(len(rows.done), len(plan.rows), wrong)
 
     lost: list[tuple[Any, ...]] = []
-    for question, answer in pool.answers(evaluate, questions()):
+    for question, answer in pool.answers(evaluate, questions(), cache):
         if isinstance(answer, Died):
             lost.append(question)
         else:
             taken(answer)
     singles = ((task, first + i, [values]) for _, first, batch in lost for i, values in enumerate(batch))
-    for (_, number, batch), answer in pool.answers(evaluate, singles):
+    for (_, number, batch), answer in pool.answers(evaluate, singles, cache):
         if isinstance(answer, Died):
             answer = [failed(empty_row(task, number, batch[0]), "died", str(answer))]
         taken(answer)

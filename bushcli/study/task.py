@@ -1,10 +1,9 @@
-"""Simulation of one design in any process, which keeps its finite-element models."""
+"""Simulation of one design in any process, with the models and recordings of earlier ones."""
 
 from __future__ import annotations
 
 import json
 import math
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,12 +14,12 @@ from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
 from bushcli.errors import InputError
-from bushcli.simulate.bodies import Bodies
+from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.kept import Kept
-from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Answer, NoAnswer, answered, quantity_unit
+from bushcli.study.cache import DesignCache
 from bushcli.study.hardness import HARDNESS, hardened
 from bushcli.study.variable import Value
 from cases.mode import modes
@@ -39,11 +38,6 @@ DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS = (
     "seconds",
 )
 FIXED = (DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS)
-
-_bodies = Bodies()
-_measured = Measured()
-# A Dask worker may have several threads; PETSc and the cached models serve one at a time.
-_alone = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -82,13 +76,14 @@ class Task:
     describe: Describe | None = None
     fineness: Mapping[str, float] = field(default_factory=dict)
 
-    def load(self, values: Sequence[Value]) -> tuple[Case, Material]:
+    def load(self, values: Sequence[Value], tables: TableCache) -> tuple[Case, Material]:
         """Return the case of a design, and its material.
 
         Parameters
         ----------
         values : sequence
             In the order of the keys.
+        tables : TableCache
 
         Raises
         ------
@@ -100,27 +95,28 @@ class Task:
         given = dict(zip(self.keys, values, strict=True))
         shore_a = given.pop(HARDNESS, None)
         changed = [f"{key}={written(value)}" for key, value in given.items()]
-        case = load_case(self.case, [*self.overrides, *changed])
+        case = load_case(self.case, [*self.overrides, *changed], tables)
         material = self.material if case.needs_fit and self.material is not None else case.material
         if shore_a is not None and self.hardness is not None:
             material = hardened(material, self.hardness, float(shore_a))
         return replace(case, material=material), material
 
 
-def settled(task: Task, values: Sequence[Value]) -> Task:
+def settled(cache: DesignCache, task: Task, values: Sequence[Value]) -> Task:
     """Return the task with steps along recorded paths that are fine enough at one design.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
     values : sequence
         Values of a design that is a valid case, in the order of the keys.
     """
-    case, material = task.load(values)
+    case, material = task.load(values, cache.tables)
     if not case.effects or not case.recordings:
         return task
     try:
-        return replace(task, fineness=fineness_of(case, material, _measured))
+        return replace(task, fineness=fineness_of(case, material, cache.measured))
     except (InputError, GeometryError, ValueError):
         return task  # the row of that design will state the error
 
@@ -130,19 +126,19 @@ def written(value: Value) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def evaluate(task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
+def evaluate(cache: DesignCache, task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
     """Simulate designs one after the other; the row of a design that fails has the reason.
 
     Parameters
     ----------
+    cache : DesignCache
     task : Task
     first : int
         Number of the first design.
     rows : sequence of tuple
         The values of each.
     """
-    with _alone:
-        return [_evaluated(task, first + i, values) for i, values in enumerate(rows)]
+    return [_evaluated(cache, task, first + i, values) for i, values in enumerate(rows)]
 
 
 def empty_row(task: Task, number: int, values: Sequence[Value]) -> Row:
@@ -175,11 +171,11 @@ def failed(row: Row, kind: str, reason: str) -> Row:
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 
 
-def _evaluated(task: Task, number: int, values: Sequence[Value]) -> Row:
+def _evaluated(cache: DesignCache, task: Task, number: int, values: Sequence[Value]) -> Row:
     begin = time.perf_counter()
     row = empty_row(task, number, values)
     try:
-        row = _simulated(task, row, values)
+        row = _simulated(cache, task, row, values)
     except (InputError, GeometryError, ValueError) as error:
         row = failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
     except Exception as error:  # noqa: BLE001 - one design must not end the study
@@ -187,9 +183,9 @@ def _evaluated(task: Task, number: int, values: Sequence[Value]) -> Row:
     return row | {SECONDS: time.perf_counter() - begin}
 
 
-def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
-    case, material = task.load(values)
-    kept = Kept(_bodies, _measured, task.fineness)
+def _simulated(cache: DesignCache, task: Task, row: Row, values: Sequence[Value]) -> Row:
+    case, material = task.load(values, cache.tables)
+    kept = Kept(cache.bodies, cache.measured, task.fineness)
     response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)
     if task.curves:
         row |= curves(response)

@@ -47,7 +47,7 @@ def run(called: Any, diagnoses: ModuleType, monkeypatch: pytest.MonkeyPatch) -> 
     def command(*arguments: object, kind: str = "missing_physics") -> SimpleNamespace:
         asked: dict[str, Any] = {}
 
-        def diagnose(case: Any, *, progress: Any = None, **options: Any) -> Any:
+        def diagnose(case: Any, *, progress: Any = None, tables: Any = None, **options: Any) -> Any:
             asked.update(options)
             if progress is not None:
                 progress("fit", "mullins", "misfit 1.02")
@@ -318,7 +318,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
         monkeypatch.setattr(aftermath, stopped, stop)
     found = aftermath.Extras()
     nothing: Any = None
-    found.make(nothing, nothing, models, Workers(), True, lambda *_: None)
+    found.make(nothing, nothing, models, Workers(), nothing, True, lambda *_: None)
     return found
 
 

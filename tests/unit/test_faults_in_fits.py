@@ -3,7 +3,8 @@
 import numpy as np
 
 from bushcli.faults import bad_samples
-from bushcli.inverse.channel import Channel, bushing_channels
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.channels import bushing_channels
 from bushcli.recording import Recording
 
 

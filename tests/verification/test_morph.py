@@ -10,6 +10,7 @@ from bushcli.effects.library.mullins import feature as mullins
 from bushcli.effects.library.swaging import feature as swaging
 from bushcli.effects.library.viscoelasticity import feature as viscoelasticity
 from bushcli.simulate.bodies import Bodies
+from bushcli.study.cache import DesignCache
 from bushcli.study.rates import _difference, rates
 from bushcli.study.target import target
 from bushcli.study.task import Task
@@ -133,11 +134,11 @@ def test_derivatives_of_rates_are_differences_of_marches(case):
     keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius", "material.parameters.C10")
     values = [22.0, 40.0, 12.0, 0.5]
     targets = [target(text) for text in ("axial=1", "radial=1", "axial.secant@5=1", "radial.force@2=1")]
-    task = Task(case, (), keys, ())
-    found = rates(task, targets, values, keys)
+    cache, task = DesignCache(), Task(case, (), keys, ())
+    found = rates(cache, task, targets, values, keys)
     for j, key in enumerate(keys):
         # Central differences of step 1e-3 are off by some 1e-5 themselves.
-        assert found.slope[:, j] == pytest.approx(_difference(task, targets, values, key), rel=5e-5)
+        assert found.slope[:, j] == pytest.approx(_difference(cache, task, targets, values, key), rel=5e-5)
 
 
 def test_scaling_all_lengths_scales_stiffnesses_of_translation(case):
@@ -145,5 +146,5 @@ def test_scaling_all_lengths_scales_stiffnesses_of_translation(case):
     keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius")
     values = [22.0, 40.0, 12.0]
     targets = [target("axial=1"), target("radial=1")]
-    found = rates(Task(case, (), keys, ()), targets, values, keys)
+    found = rates(DesignCache(), Task(case, (), keys, ()), targets, values, keys)
     assert found.slope @ np.array(values) == pytest.approx(found.value, rel=1e-6)

@@ -12,8 +12,8 @@ from bushcli.case import load_case
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
-from bushcli.study import task as tasks
 from bushcli.study.answers import default_answers
+from bushcli.study.cache import DesignCache
 from bushcli.study.task import Task, evaluate, settled
 
 CASE = """
@@ -59,13 +59,13 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
     read, solve = recording.read_recording, Simulation.solve
     monkeypatch.setattr(recording, "read_recording", lambda *a: reads.append(a) or read(*a))
     monkeypatch.setattr(Simulation, "solve", lambda *a, **k: solved.append(a) or solve(*a, **k))
-    monkeypatch.setattr(tasks, "_measured", Measured())
+    cache = DesignCache()
     case = load_case(recorded)
     radii = [(17.9,), (18.0,), (18.1,)]
-    task = settled(Task(recorded, (), ("geometry.outer_radius",), default_answers(case)), radii[0])
+    task = settled(cache, Task(recorded, (), ("geometry.outer_radius",), default_answers(case)), radii[0])
     assert set(task.fineness) == ({"axial"} if effects else set())
     solved.clear()
-    rows = evaluate(task, 0, radii)
+    rows = evaluate(cache, task, 0, radii)
     assert [row["status"] for row in rows] == ["ok"] * 3
     assert len(reads) == (2 if effects else 1)  # with effects: the compared cycles, and the whole file
     assert len(solved) == (3 if effects else 0)
@@ -78,10 +78,11 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
 def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(recorded):
     """The recorded radial travel of 3 mm is more than a rubber thickness of 2 mm allows."""
     recorded.write_text((CASE + MEMORY).replace('mode = "axial"', 'mode = "radial"'))
+    cache = DesignCache()
     keys, answers = ("geometry.outer_radius",), default_answers(load_case(recorded))
-    task = settled(Task(recorded, (), keys, answers), (11.0,))
+    task = settled(cache, Task(recorded, (), keys, answers), (11.0,))
     assert task.fineness == {}
-    (row,) = evaluate(task, 0, [(11.0,)])
+    (row,) = evaluate(cache, task, 0, [(11.0,)])
     assert (row["status"], row["failure"]) == ("failed", "input")
 
 

@@ -15,6 +15,7 @@ from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import Measured, fit
 from bushcli.selection.model import Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin, fit_plain
 from bushcli.selection.state import State
 
@@ -64,11 +65,13 @@ class Coupon:
         self.case = load_case(folder / "case.toml", ())
         self.recordings = tuple(read_recording(source) for source in self.case.recordings)
         start = {"neo_hookean": {"C10": 0.4}, "yeoh": {"C10": 0.4, "C20": -0.01, "C30": 0.001}}[law]
-        self.plain = fit_plain(self.case, Model(law, start))
+        self.cache = ModelCache()
+        self.plain = fit_plain(self.cache, self.case, Model(law, start))
         self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
         # As in a diagnosis: the plain law at its best under the likelihood, whose units depend on it.
-        rough = begin(self.case, Model(law, start), self.used)
-        self.problem, self.state = posed(self.case, rough, self.recordings, self.used, Workers(1))
+        rough = begin(self.cache, self.case, Model(law, start), self.used)
+        crew = Workers(1, cache=self.cache)
+        self.problem, self.state = posed(self.case, rough, self.recordings, self.used, crew, self.cache)
 
     @property
     def measured(self):
@@ -85,7 +88,7 @@ class Coupon:
         """Fit a model, starting also from the states of models that it contains, and return its state."""
         inside = sorted(contained, key=lambda state: state.objective)
         least = inside[0].objective if inside else float("inf")
-        found = fit(self.case, model, self.measured, tuple(one.model for one in inside), least)
+        found = fit(self.cache, self.case, model, self.measured, tuple(one.model for one in inside), least)
         return State(self.problem, found)
 
 

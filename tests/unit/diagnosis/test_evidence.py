@@ -189,7 +189,7 @@ def test_a_parameter_of_the_law_pays_for_what_it_could_do_to_the_forces():
 
 def by_grid(coupon, state, sizes):
     """Evidence of neo-Hookean rubber with one permanent set by a grid over both: its stress is linear in C10."""
-    _, problem = pose(coupon.case, state.model, coupon.measured)
+    _, problem = pose(coupon.cache, coupon.case, state.model, coupon.measured)
     assert state.fitted.names == ("C10", "permanent_set.set")
     value, _ = state.fitted.x
     one = coupon.problem.likelihood.features[0]

@@ -11,6 +11,7 @@ from bushcli.case import load_case
 from bushcli.inverse import identify
 from bushcli.selection.fit import WORSE, pose
 from bushcli.selection.model import Model
+from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import fit_plain
 
 AXIAL = """
@@ -31,9 +32,9 @@ file = "axial.csv"
 """
 
 
-def same(case, law, start):
+def same(cache, case, law, start):
     found = identify(Model(law, start).task(case))
-    plain = fit_plain(case, Model(law, start))
+    plain = fit_plain(cache, case, Model(law, start))
     assert plain.names == tuple(found.parameters)
     for name, value in zip(plain.names, plain.x, strict=True):
         assert value == pytest.approx(found.parameters[name].value, rel=1e-12)
@@ -42,7 +43,7 @@ def same(case, law, start):
 @pytest.mark.parametrize("law", ["neo_hookean", "yeoh"])
 def test_the_plain_law_of_a_coupon_is_that_of_an_identification(coupon, law):
     one = coupon(law, set_=0.03)
-    same(one.case, law, dict.fromkeys(one.plain.names, 0.01) | {"C10": 0.3})
+    same(one.cache, one.case, law, dict.fromkeys(one.plain.names, 0.01) | {"C10": 0.3})
 
 
 def test_the_plain_law_of_a_bushing_is_that_of_an_identification(tmp_path):
@@ -51,7 +52,7 @@ def test_the_plain_law_of_a_bushing_is_that_of_an_identification(tmp_path):
     rows = [f"{i},{u:.6f},{f:.4f}" for i, (u, f) in enumerate(zip(q, force, strict=True))]
     (tmp_path / "axial.csv").write_text("\n".join(["time_s,displacement_mm,force_N", *rows]) + "\n")
     (tmp_path / "case.toml").write_text(AXIAL)
-    same(load_case(tmp_path / "case.toml", ()), "neo_hookean", {"C10": 0.3})
+    same(ModelCache(), load_case(tmp_path / "case.toml", ()), "neo_hookean", {"C10": 0.3})
 
 
 def no_worse(one, states):
@@ -80,7 +81,7 @@ def test_a_fit_minimises_what_a_state_is_judged_by(coupon):
     """Twice the negative log posterior is the same from the fit's rows and from the features of the result."""
     one = coupon("yeoh", set_=0.05)
     state = one.fit(one.model(permanent_set={"set": 0.03}))
-    _, problem = pose(one.case, state.model, one.measured)
+    _, problem = pose(one.cache, one.case, state.model, one.measured)
     assert problem.objective(state.fitted.x) == pytest.approx(state.objective, rel=1e-9)
     for step in (0.9, 1.1):
         moved = state.fitted.x * np.array([1.0] * 3 + [step])

@@ -1,4 +1,4 @@
-"""Models that a process keeps: a known model is not made again, and other data make another model."""
+"""Models that a diagnosis keeps: a known model is not made again, and other data make another model."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from bushcli.case import load_case
-from bushcli.selection import model_cache
+from bushcli.inverse.task import Task
 from bushcli.selection.model import Model
+from bushcli.selection.model_cache import ModelCache
 
 CASE = """\
 [geometry]
@@ -29,13 +30,18 @@ def record(folder: Path, stiffness: float) -> None:
     (folder / "axial.csv").write_text("\n".join(["displacement_mm,force_N", *rows]) + "\n")
 
 
-def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path) -> None:
+@pytest.fixture
+def task(tmp_path: Path) -> Task:
     (tmp_path / "case.toml").write_text(CASE)
     record(tmp_path, 300.0)
-    case = load_case(tmp_path / "case.toml")
+    return Model("neo_hookean", {"C10": 0.5}).task(load_case(tmp_path / "case.toml"))
+
+
+def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path, task: Task) -> None:
+    cache = ModelCache()
 
     def channel():
-        return model_cache.channels(Model("neo_hookean", {"C10": 0.5}).task(case))[0]
+        return cache.channels(task)[0]
 
     first = channel()
     assert channel() is first
@@ -45,3 +51,13 @@ def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path) 
     assert second.recording.force[-1] / first.recording.force[-1] == pytest.approx(400.0 / 300.0)
     # The body is the same.
     assert second.model is first.model
+
+
+def test_caches_are_independent(task: Task) -> None:
+    one, other = ModelCache(), ModelCache()
+    (mine,), (theirs,) = one.channels(task, patience=1), other.channels(task)
+    assert mine is not theirs
+    assert mine.model is not theirs.model
+    assert (mine.patience, theirs.patience) == (1, None)
+    theirs.model.set_parameters({"C10": 5.0}, 2000.0)
+    assert mine.model.parameters != theirs.model.parameters

@@ -149,7 +149,7 @@ def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     features = made.problem.likelihood.features[0]
     added = []
     for trial in some:
-        (column,) = columns(made.case, made.state.model, trial)
+        (column,) = columns(made.cache, made.case, made.state.model, trial)
         added.append(Addition(trial, (features.of(column),)))
     (found,) = Beside(made.state, added).singles()
     state = made.fit(found.model, made.state)

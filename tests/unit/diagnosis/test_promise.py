@@ -18,7 +18,7 @@ BEGUN = {"permanent_set": {"set": 0.6}, "drift": {"rate": 0.05}, "time_lag": {"l
 
 def ended(one, name, needed):
     model = one.model(**{name: BEGUN[name]})
-    return State(one.problem, fit(one.case, model, one.measured, needed=needed))
+    return State(one.problem, fit(one.cache, one.case, model, one.measured, needed=needed))
 
 
 @pytest.mark.parametrize("name", BEGUN)
@@ -52,7 +52,7 @@ def test_a_fit_ends_in_its_minimum_before_that_is_confirmed(coupon, name):
     """Compared with a search that goes on until nothing changes any more, with the variances at the end of the fit."""
     one = coupon("yeoh", set_=0.05)
     state = ended(one, name, None)
-    task, problem = pose(one.case, state.model, one.measured)
+    task, problem = pose(one.cache, one.case, state.model, one.measured)
     _, lower, upper = task.vectors()
     problem.rescale(state.fitted.x)
     problem.tolerance, problem.valley = 1e-10, (100, 0.0)
