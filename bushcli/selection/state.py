@@ -109,10 +109,10 @@ class State:
 
         Parameters
         ----------
-        misfit : (rows,) array
-            Weighted misfit and priors.
-        slopes : (rows, p) array
-            Their derivatives by the parameters.
+        misfit : array, shape (rows,)
+            Weighted misfit and priors, in standard deviations.
+        slopes : array, shape (rows, p)
+            Their derivatives by the parameters, per unit of these.
         """
         task = self.model.task(self.problem.case)
         _, lower, upper = task.vectors()
