@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -15,6 +18,8 @@ from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition
 from bushcli.selection.queued import SLACK
+from bushcli.selection.state import State
+from tests.linear import World
 
 
 @pytest.fixture(scope="module")
@@ -155,3 +160,25 @@ def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     state = made.fit(found.model, made.state)
     gained, predicted = (log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence))
     assert predicted == pytest.approx(gained, abs=max(SLACK, 0.3 * abs(gained)))
+
+
+def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bound(coupon, monkeypatch):
+    """A negative set is impossible: a drift is predicted beside no set, as the fit of both finds it."""
+    world = World(coupon, **{"permanent_set.set": -3.0, "drift.rate": 2.0})
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    drift, held = (ActiveEffect(effect(name)).started() for name in ("drift", "permanent_set"))
+    model = world.base.model
+
+    def fitted(*active):
+        return State(world.problem, world.fit(world.one.case, replace(model, effects=active), None))
+
+    alone, both = fitted(held), fitted(drift, held)
+    assert alone.model.values["permanent_set.set"] == pytest.approx(0.0, abs=1e-9)
+    beside = Beside(alone, found.derivatives.beside(alone, False))
+    predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
+    assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
+    # What the set would gain beyond its bound.
+    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: np.zeros(slopes.shape[1], dtype=bool))
+    free = Beside(alone, found.derivatives.beside(alone, False))
+    wrong = next(one for one in free.singles() if one.model.identities == ("drift", "permanent_set"))
+    assert wrong.log_likelihood > predicted.log_likelihood + 2.0
