@@ -170,7 +170,7 @@ class Task:
         coarse : bool
             Use a coarse mesh.
         comm : MPI.Comm
-            Ranks that share each model.
+            Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
             Makes the finite-element model of a channel.
         tables : TableCache, optional
@@ -196,6 +196,9 @@ class Task:
                 raise InputError(
                     Finding(case.path.name, "there are no [[recordings]] to identify a law from")
                 )
+            if case.geometry.meeting:
+                # Contact is modelled in one process: each one identifies the law by itself.
+                comm = MPI.COMM_SELF
             found = bushing_channels(case, rubber, comm, prepared, tables)
         known = [channel.name for channel in found]
         for name in self.hold_out:

@@ -33,7 +33,7 @@ from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
-from bushcli.simulate.touching import parallel_contact, touched
+from bushcli.simulate.touching import alone, met_unnoticed, not_shared, sharing, touched
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
@@ -76,10 +76,8 @@ def predict(
         Called after each step of the march.
     comm : MPI.Comm
         Ranks that share each model.
-    stiffness : bool
-        Take the 6 x 6 stiffness matrix at rest and at the end of every channel.
-    stiffness_at : float or None
-        Also at this displacement: mm or degrees, s of a path.
+    stiffness, stiffness_at : bool, float or None
+        Take the 6 x 6 stiffness matrix at rest and at the end of every channel, and at this displacement (mm, °; s).
     kept : Kept or None
         Models, recordings and steps of earlier predictions, which are reused.
     pictures : bool
@@ -100,12 +98,13 @@ def predict(
     kept = kept or Kept()
     channels, faults = _channels(case, kept.measured)
     check_state(channels, stiffness_at)
-    left_out = parallel_contact(case, comm)
     rubber = rubber_of(material)
     run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
+    run = run.shared_by(sharing(case, comm))
     simulated = tuple(run.simulate(channel) for channel in channels)
+    unshared = not_shared({one.name: one.touched for one in simulated}, comm)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
-    doubts = (*map(fault_condition, faults), *left_out, *found)
+    doubts = (*map(fault_condition, faults), *unshared, *found)
     return Response(case, material, simulated, doubts, faults)
 
 
@@ -181,6 +180,12 @@ class _Run:
     stiffness_at: float | None = None
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
+    def shared_by(self, comm: MPI.Comm) -> _Run:
+        """Return the run with meshes that these processes share; of several runs alone only the first writes files."""
+        if comm.size == self.comm.size:
+            return self
+        return replace(self, comm=comm, fields=self.fields if self.comm.rank == 0 else None, paths={})
+
     def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
@@ -223,6 +228,9 @@ class _Run:
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
+        own = self.shared_by(alone())
+        if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
+            return own.simulate(channel)
         done = time.perf_counter()
         six = None if channel.six is None else six_curve(history, channel.six)
         unwritten = ""

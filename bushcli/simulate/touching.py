@@ -1,13 +1,14 @@
-"""Contact in a prediction: where surfaces met, and where it cannot be modelled."""
+"""Contact in a prediction: where surfaces met, and what follows for a mesh that several processes share."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from cases.contact.touch import touches
+from cases.passing import passes_through
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -68,33 +69,67 @@ def touched(model: Model, history: History) -> tuple[Touched, ...]:
     return tuple(met.values())
 
 
-def parallel_contact(case: Case, comm: MPI.Comm) -> list[Condition]:
-    """Return the condition that contact is left out, if several processes share the mesh.
+def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
+    """Return the processes that share a mesh: only this one if the case file asks for contact.
+
+    Otherwise surfaces that can meet are shared at first, and solved again where they do (`met_unnoticed`).
 
     Parameters
     ----------
     case : Case
         The validated case.
     comm : MPI.Comm
-        Processes that share a mesh.
-
-    Raises
-    ------
-    InputError
-        The case file asks for contact.
+        Processes of the command.
     """
     shape = case.geometry
-    if comm.size == 1 or not shape.meeting:
+    if comm.size == 1 or not (shape.meeting and "contact" in shape.model_fields_set):
+        return comm
+    return alone()
+
+
+def alone() -> MPI.Comm:
+    """Return the communicator of this process alone."""
+    from mpi4py import MPI
+
+    return MPI.COMM_SELF
+
+
+def met_unnoticed(case: Case, model: Model, history: History, whole: Callable[[], Model]) -> bool:
+    """Whether surfaces passed through each other in a march on a mesh that several processes share.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    model : Model
+        Model of the march.
+    history : History
+        March with its states.
+    whole : callable
+        Returns the same model on a mesh of one process.
+    """
+    if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
+        return False
+    return passes_through(model, history.states, whole)
+
+
+def not_shared(met: Mapping[str, Sequence[Touched]], comm: MPI.Comm) -> list[Condition]:
+    """Return the condition that channels were solved by each process alone, if there are any.
+
+    Parameters
+    ----------
+    met : mapping of str to sequence of Touched
+        By channel, the surfaces that met.
+    comm : MPI.Comm
+        Processes of the command.
+    """
+    names = ", ".join(name for name, touched in met.items() if touched)
+    if comm.size == 1 or not names:
         return []
-    # Pairs of facets on different ranks have no place in a distributed matrix yet.
-    if "contact" in shape.model_fields_set:
-        what = f"contact = {shape.meeting!r} needs all of the mesh in one process".lower()
-        raise InputError(Problem("mpirun", what, "", "run it without mpirun, or with contact = false"))
     return [
         Condition(
-            "no_contact",
-            f"the mesh is shared by {comm.size} processes, where contact is not modelled: surfaces that meet pass "
-            "through each other",
-            "run without mpirun if surfaces can meet at this travel; contact = false in [geometry] acknowledges it",
+            "not_shared",
+            f"surfaces meet ({names}), and contact is modelled in one process only: each process solved the whole mesh",
+            "nothing to do; mpirun saves no time here",
         )
     ]

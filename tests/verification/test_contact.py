@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.case import load_case
-from bushcli.errors import InputError
 from bushcli.simulate.bodies import Bodies
-from bushcli.simulate.touching import parallel_contact, touched
+from bushcli.simulate.touching import touched
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
@@ -342,19 +340,6 @@ def test_what_met_is_told_with_its_force(touching):
     # The section's origin is at the bond of its lower end; its centre is at z = 10.
     assert found.height == pytest.approx(-5.35, abs=0.5)
     assert found.force > 0.0
-
-
-def test_a_mesh_shared_by_processes_has_no_contact_and_says_so(tmp_path):
-    class Two:
-        size = 2
-
-    case = load_case(Path(__file__).parents[2] / "examples" / "concealed" / "case.toml", [])
-    (said,) = parallel_contact(case, Two())
-    assert said.name == "no_contact"
-    asked = load_case(case.path, ["geometry.contact=true"])
-    with pytest.raises(InputError, match="without mpirun"):
-        parallel_contact(asked, Two())
-    assert parallel_contact(load_case(case.path, ["geometry.contact=false"]), Two()) == []
 
 
 def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():
