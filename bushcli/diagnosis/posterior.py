@@ -127,7 +127,7 @@ def _weighed(search: Search) -> list[Weighed]:
             add(key, bool(unknown), probability)
         if search.seen_in(key) != key:
             continue
-        for gone, log in resembling(state, len(search.catalogue), search.uniform):
+        for gone, log in resembling(state, search.uniform):
             less = state.without(gone).model
             for unknown, probability in enumerate(both):
                 part = probability * math.exp(log)

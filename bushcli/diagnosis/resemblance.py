@@ -13,9 +13,10 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi with r relative
 to the misfit of the plain law, or about lambda with r relative to the force if no effect is left. r counts only what
-the other parameters cannot imitate. Two limits: an effect whose change is as large as what all effects explain is no
-error of form; and the force that a law or an effect without memory makes wrong depends on the displacement alone, so
-that its error resembles no effect with memory.
+the other parameters cannot imitate. Three limits: an effect whose change is as large as what all effects explain is no
+error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
+law; and the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
+error resembles no effect with memory.
 
 References
 ----------
@@ -34,20 +35,19 @@ import numpy as np
 from scipy.special import ndtr
 
 from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.state import State
 
 
-def resembling(state: State, count: int, uniform: bool = False) -> Iterator[tuple[tuple[str, ...], float]]:
+def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield sets of effects of a model, each with how probable it is that errors of form resemble them.
 
     Parameters
     ----------
     state : State
         The fitted model.
-    count : int
-        Number of effects in the catalogue.
     uniform : bool
         Whether all effects have the same prior odds.
 
@@ -62,28 +62,35 @@ def resembling(state: State, count: int, uniform: bool = False) -> Iterator[tupl
     if not active:
         return
     sizes = {name: _size(state, one) for name, one in active.items()}
-    odds = {name: _odds(state, one, count, uniform) for name, one in active.items()}
+    odds = {name: _odds(state, one, uniform) for name, one in active.items()}
     likelihood = state.problem.likelihood
     explained, signal = (math.sqrt(float(one.sum())) for one in (likelihood.explained, likelihood.signal))
     for length in range(1, len(active) + 1):
         for gone in combinations(sorted(active), length):
-            left = active.keys() - set(gone)
-            if not any(active[name].effect.has_memory for name in left) and any(
-                active[name].effect.has_memory for name in gone
-            ):
-                continue
-            total = sum(odds[name] for name in gone)
+            left = [one for name, one in active.items() if name not in gone]
+            total = 0.0
             for name in gone:
-                total += (
+                beside = [one for one in left if _together(one, active[name])]
+                if active[name].effect.has_memory and not any(one.effect.has_memory for one in beside):
+                    total = -math.inf
+                    break
+                total += odds[name] + (
                     _log_density(sizes[name], PHI * explained, PHI_SPREAD, PHI_MOST / PHI)
-                    if left
+                    if beside
                     else _log_density(sizes[name], LAMBDA * signal, LAMBDA_SPREAD)
                 )
             if math.isfinite(total):
                 yield gone, total
 
 
-def _odds(state: State, active: ActiveEffect, count: int, uniform: bool) -> float:
+def _together(one: ActiveEffect, other: ActiveEffect) -> bool:
+    """Whether two effects act on a common channel: only there is an error of one a change by the other."""
+    if one.channels is None or other.channels is None:
+        return True
+    return not set(one.channels).isdisjoint(other.channels)
+
+
+def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     """Logarithm of the odds that an error of form resembles an effect, over the effect's own odds and density.
 
     The density is that of the logarithm of the size of its first amplitude; other parameters keep their priors.
@@ -96,9 +103,9 @@ def _odds(state: State, active: ActiveEffect, count: int, uniform: bool) -> floa
         return -math.inf
     density = known.prior.log_density(value, known.scales) + math.log(size)
     density += 0.0 if known.one_sided else math.log(2.0)
-    return (
-        math.log(RESEMBLES / (1.0 - RESEMBLES) / count / effect_odds(active.effect.name, uniform)) - density
-    )
+    # Any effect of the catalogue, whichever the user asks for.
+    odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects())
+    return math.log(odds / effect_odds(active.effect.name, uniform)) - density
 
 
 def _size(state: State, active: ActiveEffect) -> float:

@@ -149,8 +149,8 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     )
     assert found.verdict == "missing_physics"
     assert sorted(names(found)) == sorted(secret)
-    # Both change this recording equally; the misfit that either leaves alone exceeds the error of form.
-    assert min(found.probability[name] for name in secret) > 0.9
+    # Both change this recording equally: either is large for an error of form of the other, which keeps a tenth.
+    assert min(found.probability[name] for name in secret) > 0.8
     adds_up(found)
     assert found.channels[0].after_percent < 1.3 * 100 * NOISE < found.channels[0].before_percent
     # Within three standard deviations; the seed was not chosen to fit.
@@ -172,8 +172,9 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
         "outer_top",
         "outer_bottom",
     )
-    # With fewer than two hundred samples the noise is uncertain, which leaves 6 % for an offset.
-    assert found.probability["debonding"] > 0.9
+    # It changes the force by 0.18 % of its range. The error of a law may be as large and resemble it: a third.
+    assert found.probability["debonding"] > 0.5
+    assert found.probability["debonding"] + found.probability["nothing"] > 0.99
     assert 1.0 < found.effects[0].parameters["length"].value < 6.0
 
 

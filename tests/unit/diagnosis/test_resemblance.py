@@ -49,12 +49,12 @@ def expected(state, name, median, spread, most=math.inf):
     # An amplitude of either sign: the density of its absolute value is twice as large.
     signs = 1.0 if known.one_sided else 2.0
     own = signs * abs(value) * math.exp(known.prior.log_density(value, known.scales))
-    return w / (1.0 - w) / len(NAMES) / effect_odds(name.split(".")[0]) * of_size / own
+    return w / (1.0 - w) / len(effects()) / effect_odds(name.split(".")[0]) * of_size / own
 
 
 def test_it_follows_the_closed_form(coupon):
     state = pair(coupon, 3.0, 0.5)
-    found = dict(resembling(state, len(NAMES)))
+    found = dict(resembling(state))
     explained = math.sqrt(state.problem.likelihood.explained.sum())
     one = expected(state, "permanent_set.set", PHI * explained, PHI_SPREAD, PHI_MOST * explained)
     assert math.exp(found["permanent_set",]) == pytest.approx(one, rel=1e-6)
@@ -63,26 +63,35 @@ def test_it_follows_the_closed_form(coupon):
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
     state = pair(coupon, 0.2, 0.1)
     both = "drift", "permanent_set"
-    assert both not in dict(resembling(state, len(NAMES)))
+    assert both not in dict(resembling(state))
     # Taken to be without memory, both are errors of the law, as large as a share of the force.
     for one in state.model.effects:
         monkeypatch.setitem(one.effect.__dict__, "has_memory", False)
     signal = math.sqrt(state.problem.likelihood.signal.sum())
     names = "drift.rate", "permanent_set.set"
     ratio = math.prod(expected(state, name, LAMBDA * signal, LAMBDA_SPREAD) for name in names)
-    assert math.exp(dict(resembling(state, len(NAMES)))[both]) == pytest.approx(ratio, rel=1e-6)
+    assert math.exp(dict(resembling(state))[both]) == pytest.approx(ratio, rel=1e-6)
 
 
 def test_the_error_of_an_effect_without_memory_resembles_none_that_has_one(coupon, monkeypatch):
     state = pair(coupon, 3.0, 0.5)
-    assert ("permanent_set",) in dict(resembling(state, len(NAMES)))
+    assert ("permanent_set",) in dict(resembling(state))
     drift = next(one for one in state.model.effects if one.effect.name == "drift")
     monkeypatch.setitem(drift.effect.__dict__, "has_memory", False)
-    assert ("permanent_set",) not in dict(resembling(state, len(NAMES)))
+    assert ("permanent_set",) not in dict(resembling(state))
+
+
+def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch):
+    """Effects of two rigs: neither is the error of the other, whatever their sizes."""
+    state = pair(coupon, 3.0, 0.5)
+    assert ("permanent_set",) in dict(resembling(state))
+    for one, channel in zip(state.model.effects, ("axial", "radial"), strict=True):
+        monkeypatch.setitem(one.__dict__, "channels", (channel,))
+    assert dict(resembling(state)) == {}
 
 
 def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
-    found = dict(resembling(pair(coupon, 3.0, 3.0), len(NAMES)))
+    found = dict(resembling(pair(coupon, 3.0, 3.0)))
     assert ("permanent_set",) not in found
     assert ("drift",) not in found
 
