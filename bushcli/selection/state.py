@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import Known, known_parameters
+from bushcli.inverse.estimates import AT_BOUND
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
@@ -19,9 +20,6 @@ from bushcli.selection.columns import shear_modulus
 from bushcli.selection.model import Fitted, Model
 
 Array = NDArray[np.float64]
-
-# A parameter nearer to a bound than this share of its size, or of the distance between its bounds, lies on it.
-AT_BOUND = 1e-6
 
 
 @dataclass(frozen=True)
