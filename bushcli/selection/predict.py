@@ -284,7 +284,8 @@ class Beside:
             for k, name in enumerate(one.trial.amplitudes):
                 parameter = one.trial.effect.parameter(name)
                 start = float(one.trial.active.values[name])
-                low, high = parameter.lower - start, parameter.upper - start
+                lower, upper = parameter.bounds(self.state.problem.case.geometry)
+                low, high = lower - start, upper - start
                 if k == 0 and one.trial.size is not None:
                     low, high = one.trial.size / TRIED, one.trial.size * TRIED
                 prior = known[i]
