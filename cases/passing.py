@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 # Largest motion of a node from one state that is searched to the next, over the breadth of the narrowest facet:
 # penetration is sought down to more than this (`cases.contact.contact.BEYOND`).
 STRIDE = 0.5
-# Most states that are searched on the way from one state of the march to the next.
+# Most states that are searched on the way from one state of the march to the next: a limit of the time, some ten
+# milliseconds each, that only steps of 25 facets' breadth reach.
 MOST = 50
 
 

@@ -33,7 +33,7 @@ from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
-from bushcli.simulate.touching import alone, met_unnoticed, not_shared, sharing, touched
+from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
@@ -228,7 +228,7 @@ class _Run:
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
-        own = self.shared_by(alone())
+        own = self.shared_by(MPI.COMM_SELF)
         if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
             return own.simulate(channel)
         done = time.perf_counter()

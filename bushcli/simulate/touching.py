@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from mpi4py import MPI
+
 from bushcli.runtime.condition import Condition
 from cases.contact.touch import touches
 from cases.passing import passes_through
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
     from bushcli.case import Case
     from cases.march import History
     from cases.model import Model
@@ -84,13 +84,6 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
     shape = case.geometry
     if comm.size == 1 or not (shape.meeting and "contact" in shape.model_fields_set):
         return comm
-    return alone()
-
-
-def alone() -> MPI.Comm:
-    """Return the communicator of this process alone."""
-    from mpi4py import MPI
-
     return MPI.COMM_SELF
 
 
