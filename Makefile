@@ -17,11 +17,11 @@ SAY := @printf '\n== %s\n\n'
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
 
-setup: ## install what is missing (a second when nothing is)
+setup: ## install what is missing (takes a second if nothing is)
 	@bash setup/setup.sh
 
 demo: setup ## simulate one bundled example, diagnose the other: results and reports in out/
-	$(SAY) '1 of 2, seconds: a law from tests of the rubber; is the bushing as stiff as it says? ($(CASE))'
+	$(SAY) '1 of 2, seconds: a law from tests of the rubber; is the bushing as stiff as the law predicts? ($(CASE))'
 	$(IN) bushcli direct $(CASE) -q -o out/direct
 	$(SAY) '2 of 2, a minute or two: a recording with an effect that its maker concealed; which one? ($(CONCEALED))'
 	$(IN) bushcli diagnose $(CONCEALED) --workers 2 -o out/diagnosis

@@ -1,4 +1,4 @@
-"""The last results of a body, kept with it: a search asks again for what only the rig has changed."""
+"""Cache of a body's last results, which a search needs again where only effects of the rig have changed."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class SurfaceForms:
 
     @contextmanager
     def softened(self, share: float) -> Iterator[None]:
-        """Give contact this share of its stiffness; the depth of surfaces in each other is not limited meanwhile."""
+        """Reduce the contact stiffness to this share; meanwhile penetration is not limited."""
         assert self.contact is not None
         self.contact.share = share
         try:

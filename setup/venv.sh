@@ -39,7 +39,7 @@ install_locked() { # requirements...
         if [ ! -s "$list" ]; then rm "$list" && return; fi
         pip_install --no-deps --require-hashes --no-build-isolation -r "$list"
     done
-    fail "packages of the lock file ask for each other without end: see $list."
+    fail "packages of the lock file are still missing after four rounds of installation: see $list."
 }
 
 pip_install() {
@@ -48,7 +48,7 @@ pip_install() {
     PIP_RETRIES=${PIP_RETRIES:-2} logged "$venv/enter" "$venv/bin/python" -m pip install -q \
         --disable-pip-version-check "$@" ||
         fail "pip could not install what bushcli needs from PyPI: there is no network, or it wants a proxy" \
-            "(https_proxy) or another index (PIP_INDEX_URL). The whole story is in $log."
+            "(https_proxy) or another index (PIP_INDEX_URL). See $log for details."
 }
 
 quoted() { printf "'%s'" "${1//\'/\'\\\'\'}"; }

@@ -77,7 +77,7 @@ apt_install() { # packages...
     as_root "${install[@]}" "$@" >>"$log" 2>&1 </dev/null && return
     update_lists # lists older than the archive name files that it no longer has
     logged as_root "${install[@]}" "$@" ||
-        fail "apt-get could not install $*. Is there a network? The whole story is in $log."
+        fail "apt-get could not install $*. Is there a network? See $log for details."
 }
 
 prepare_python() { :; }
@@ -96,7 +96,7 @@ build_root() {
     3) exit 1 ;; # it has said why
     esac
     tail -n 5 "$log" | sed 's/^/    /' >&2
-    fail "the Debian root ($suite) could not be built. The whole story is in $log."
+    fail "the Debian root ($suite) could not be built. See $log for details."
 }
 
 prepare_root() {
@@ -106,7 +106,7 @@ prepare_root() {
     if [ ! -f "$root/complete" ] && [ -f "$shared_home/root-$key/complete" ]; then root=$shared_home/root-$key; fi
     python=/usr/bin/python3
     if [ ! -f "$root/complete" ]; then
-        [[ $root != *[[:space:]]* ]] || fail "debootstrap wants a path without blanks, and $root has one;" \
+        [[ $root != *[[:space:]]* ]] || fail "debootstrap needs a path without spaces, and $root has one;" \
             "choose another place with BUSHCLI_HOME=/path."
         ask_for_rights
         need_space "$home" 4000 "the Debian root ($suite)"
@@ -115,7 +115,7 @@ prepare_root() {
     command -v bwrap >/dev/null || apt_install bubblewrap
     bwrap --dev-bind / / true 2>>"$log" ||
         fail "bubblewrap cannot make a namespace here. A container has to be run with --privileged, or built from" \
-            "the Dockerfile; elsewhere unprivileged user namespaces are switched off. The whole story is in $log."
+            "the Dockerfile; elsewhere unprivileged user namespaces are switched off. See $log for details."
     if [ ! -f "$root/complete" ]; then
         say "building the Debian root ($suite) in $root (3 GB, about 3 minutes, once)"
         build_root

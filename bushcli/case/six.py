@@ -29,7 +29,7 @@ SMALLEST = 1e-9
 
 
 def is_meant(table: LoadCaseTable) -> bool:
-    """Whether a load case is a path of six motions, or says so."""
+    """Whether a load case is, or claims to be, a path of six motions."""
     raw: object = table.path
     return isinstance(raw, dict) or modes()[table.mode].follow is not None
 

@@ -93,7 +93,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     "--model",
     "models",
     metavar="LAW[,LAW...]",
-    help="Law or laws to identify instead of the case's; `all` for all.",
+    help="Law or laws to identify instead of the case's; `all` tries every law.",
 )
 @click.option(
     "--hold-out",

@@ -192,7 +192,7 @@ def doubts(
             Condition(
                 "loud_noise",
                 f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
-                "record more samples on every branch, or with less noise; neighbouring samples determine the noise",
+                "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
     return [*made, *_search_doubts(best, search)]

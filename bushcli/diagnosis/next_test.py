@@ -270,7 +270,7 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
     gain = "; ".join(f"{a} from {b}" for a, b in pairs)
     gain = (
-        f"it would separate {gain}"
+        f"it would distinguish {gain}"
         if gain
         else "it would not settle the question, but is the most informative of the possible tests"
     )

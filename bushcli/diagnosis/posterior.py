@@ -33,10 +33,10 @@ FAMILIES: Mapping[str, frozenset[str]] = {
     "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
     "softening in use": frozenset({"mullins", "permanent_set", "warming", "drift"}),
     "prestress": frozenset({"swaging", "cure_shrinkage", "dimension"}),
-    "lost stiffness of the confined rubber": frozenset(
+    "loss of stiffness in confined rubber": frozenset(
         {"compressibility", "rig_compliance", "sleeve_compliance", "debonding", "gain"}
     ),
-    "zero of the rig": frozenset({"offset", "free_play", "misalignment", "drift"}),
+    "zero error of the rig": frozenset({"offset", "free_play", "misalignment", "drift"}),
 }
 
 

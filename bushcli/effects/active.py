@@ -152,7 +152,7 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
             where,
             f"effects.{name} is not given",
             "",
-            "give every parameter of the effect a value; only a fit does not need one",
+            "give every parameter of the effect a value; only a fit can start without one",
         )
         for one in active
         for name in one.lacking

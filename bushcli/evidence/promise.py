@@ -1,4 +1,4 @@
-"""What a fit in progress can still reach, to first order: it ends where that is nothing, or nothing that matters.
+"""Predict to first order what a fit in progress can still gain, and end it where that is too little to matter.
 
 A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`selection.predict`). A fit
 ends in its minimum if the step would hardly lower the misfit: one more solution would only confirm this. It is given up
@@ -104,7 +104,7 @@ class Promise:
         slow = self._is_slow(x, gain)
         self._slow = self._slow + 1 if slow and rejected else 0
         if self._slow >= TWICE:
-            return HeldBack("the law's stability holds the search back")
+            return HeldBack("the law's stability limits the search")
         if gain < (NOTHING_AT_WALL if failed else NOTHING):
             return Settled("no step lowers the misfit")
         self._short = self._short + 1 if self._falls_short(x, step, gain) else 0
@@ -115,7 +115,7 @@ class Promise:
         return self._step(x)[1] > NOTHING_AT_WALL
 
     def _is_slow(self, x: Array, gain: float) -> bool:
-        """Whether the last step kept little of its promise; `gain` is the promise of the next."""
+        """Whether the last step gained much less than predicted; `gain` is the predicted gain of the next."""
         rows = self._problem.residual(x)
         now = (self._problem.variances, float(rows @ rows), gain)
         (variances, before, promised), self._last = self._last, now

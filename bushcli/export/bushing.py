@@ -57,7 +57,7 @@ def bushing_of(
     remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
     fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
     if fading:
-        remarks.append(f"after a long rest: without {' and '.join(one.name for one in fading)}")
+        remarks.append(f"fully relaxed force: without {' and '.join(one.name for one in fading)}")
     left += fading
     several = _several(source.case)
     if several:

@@ -213,7 +213,7 @@ def _exchanged(one: _Scale, other: _Scale) -> Iterator[DataFault]:
             this.recording.name,
             "swapped",
             f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
-            f'"{this.recording.name}" holds what "{that.recording.name}" should',
+            f'"{this.recording.name}" contains the data of "{that.recording.name}"',
             "exchange the file names (or the columns) of the two [[recordings]]",
             True,
             np.zeros(len(this.recording.force), dtype=bool),

@@ -76,7 +76,7 @@ class Stopped(Exception):
 
 
 class Hopeless(Stopped):
-    """Raised where the search can reach no misfit that matters."""
+    """Raised where the search cannot reach a misfit low enough to matter."""
 
 
 class Settled(Stopped):

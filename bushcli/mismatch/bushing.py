@@ -1,4 +1,4 @@
-"""Where in the rubber the misfit is: a map of where it would have to be stiffer or softer, and whether that is needed.
+"""Map where the rubber would have to be stiffer or softer to remove the misfit, and test whether that is needed.
 
 The derivatives of the curves by the stiffness of each cell (`cases.local`) are columns like those of any parameter;
 with a smooth field as the unknown (`bushcli.mismatch.field`) they give a map. Debonding appears at one end of a

@@ -91,7 +91,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
         return Clock(even, np.ones_like(kept), (what,))
     mended, count = _single(time)
     if mended is not None:
-        what = f"{label}: {count} single time stamps that break the equal intervals of the samples are interpolated"
+        what = f"{label}: {count} isolated time stamps that break the equal intervals of the samples are interpolated"
         return Clock(mended, kept, (what,))
     raise _refused(table, stamps.index, stamps.values, ~kept)
 

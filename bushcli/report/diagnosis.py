@@ -51,7 +51,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     parts += [Text(), Text("Where", "bold")]
     parts += _indented(points(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
-        parts += _indented(["What is left after the most probable model:"])
+        parts += _indented(["Misfit that the most probable model leaves:"])
         parts += [Padding(Text(line), _THIRD) for line in points(sentences(found.remaining))]
     parts += _indented(_ended(*map_lines(found)))
     if found.effects:
@@ -106,7 +106,9 @@ def untestable_lines(found: Diagnosis) -> list[str]:
     names = [phrase(name) for name in found.searched.untestable]
     if not names:
         return []
-    return [f"Cannot be seen in these recordings: {listed(names)} (why: result.json and report.html, -o DIR)"]
+    return [
+        f"Not detectable in these recordings: {listed(names)} (reasons: result.json and report.html, -o DIR)"
+    ]
 
 
 def _law_values(found: Diagnosis) -> str:

@@ -46,11 +46,11 @@ _HOW = (
 )
 _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
-    "form error is how wrong its formulas are taken to be, as a share of the misfit of the plain law."
+    "form error is the assumed error of its formulas, as a share of the misfit of the plain law."
 )
 _VALUES = (
-    "Before: 95 % interval of what was known of the value before the recordings. As far out: share of bushings whose "
-    "value was expected to lie as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
+    "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "
+    "value lies at least as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
     "same model without the effect."
 )
 
@@ -150,7 +150,7 @@ def _effect(effect: Named) -> str:
 
 
 def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
-    heading = "What is missing" if is_missing(found) else "What the most probable model leaves"
+    heading = "What is missing" if is_missing(found) else "Misfit that the most probable model leaves"
     note = "Recorded minus simulated force of the most probable model, without noise"
     note += ": the force that the unknown physics adds." if is_missing(found) else "."
     return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))

@@ -73,7 +73,7 @@ def _opening(found: Diagnosis) -> str:
             other = law_title(found.material.law)
             short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
             return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
-                f"{other} comes nearer without any further physics{best}, but not down to the noise."
+                f"{other} fits better without any further physics{best}, but not to within the noise."
                 if short
                 else f"{other} describes the same rubber without any further physics{best}."
             )

@@ -27,7 +27,7 @@ def probability_table(found: Diagnosis) -> Table:
     few = unlikely(found, SMALL)
     if few and rows:
         rows.append((f"{len(few)} others, each" if len(few) > 1 else few[0], bar(0.0), short_chance(0.0)))
-    return Table("Probability that it is there", ("", "", ""), tuple(rows), left=2)
+    return Table("Probability that the effect is present", ("", "", ""), tuple(rows), left=2)
 
 
 def bar(share: float, width: int = _BAR) -> str:
@@ -103,7 +103,7 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %")
     if not brief:
         heads = (*heads, "as far out", "that is", "evidence")
-    name = "" if brief else "Values with 95 % intervals, after the recordings and before them"
+    name = "" if brief else "Values with 95 % intervals: posterior and prior"
     return Table(name, heads, tuple(rows), left=2)
 
 
@@ -179,7 +179,7 @@ def _trial(order: int, one: Trial) -> Row:
 def untestable_table(found: Diagnosis) -> Table:
     """Return the effects that these recordings cannot show, with the reasons."""
     rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
-    return Table("Cannot be seen in these recordings", ("effect", "why"), tuple(rows), left=2)
+    return Table("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2)
 
 
 def fault_table(found: Diagnosis) -> Table:

@@ -221,14 +221,14 @@ def form_error_line(found: Diagnosis) -> str:
     if not found.models:
         return ""
     if not form.share > 0:
-        exact = "The formulas of the most probable model are taken to be exact"
+        exact = "The formulas of the most probable model are assumed to be exact"
         return exact if UNKNOWN in found.models[0].effects else f"{exact}: what it leaves is noise"
     by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items()]
     size = f" (of the force range: {listed(by_channel)})" if by_channel else ""
     only = "" if form.covers >= 0.5 else "only "
     return (
-        f"The formulas of the most probable model are taken to be wrong by {percent(100 * form.share)} of the misfit "
-        f"of the plain law{size}; that covers {only}{_share(form.covers)} of what is left above the noise"
+        f"The formulas of the most probable model are assumed to err by {percent(100 * form.share)} of the misfit "
+        f"of the plain law{size}; this explains {only}{_share(form.covers)} of the remaining misfit above the noise"
     )
 
 

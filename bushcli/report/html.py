@@ -139,7 +139,7 @@ def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable
 def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
     note = (
         "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
-        "Standard errors are from the misfit itself."
+        "Standard errors are estimated from the remaining misfit."
     )
     return Section(
         f"Law identified from {curves_of(fit)}",

@@ -37,7 +37,7 @@ def inverse_html(
         Section(
             f"Parameters identified from {curves_of(best)}",
             tables=[estimate_table(best)],
-            note="Standard errors are from the misfit that is left, its autocorrelation included; the 95 % interval is "
+            note="Standard errors follow from the remaining misfit, its autocorrelation included; the 95 % interval is "
             "given where a parameter is poorly determined, from its profile.",
         ),
         Section("Curves before and after", kinds.get("curve", []), [curve_table(best)]),

@@ -50,7 +50,7 @@ def _interval(estimate: Estimate) -> str:
 
 
 # What limits an interval, other than the misfit.
-_LIMITED = {"stability": "the law's stability", "unsolvable": "what can be solved", "bound": "the bound"}
+_LIMITED = {"stability": "the law's stability", "unsolvable": "failed simulations", "bound": "the bound"}
 
 
 def _flags(estimate: Estimate) -> str:

@@ -19,7 +19,7 @@ _NOTES = {
     "Answers": "Quantiles are of the designs that have a result. initial is the stiffness at rest, secant that from "
     "one end of the curve to the other.",
     "Worst cases": "Among the designs that were simulated; design is their number in designs.parquet, from 0. A sample "
-    "seldom has all limits at once: --sampling corners does.",
+    "seldom reaches all limits at once; --sampling corners does.",
     "Effect of each key alone": "At 5 % and at 95 %: the change of the answer from its mean when the key goes to that "
     "quantile and the others stay, by linear regression on all keys. Correlations are of values and of their ranks.",
 }

@@ -173,7 +173,7 @@ def _cache() -> Examination:
         names = ", ".join(file.name for file in broken[:3])
         problem = Condition(
             "damaged_kernels",
-            f"{len(broken)} compiled forms are cut short, such as {names}",
+            f"{len(broken)} compiled forms are truncated, such as {names}",
             "nothing to do: they are compiled again when needed; check whether the disk is full",
         )
         return Examination(facts, (problem,))

@@ -25,7 +25,7 @@ def untried_dolfinx(version: str | None) -> tuple[Condition, ...]:
     return (
         Condition(
             "untried_dolfinx",
-            f"DOLFINx {version} is {where} than those that bushcli was tried with, {first} to {last}: "
+            f"DOLFINx {version} is {where} than those that bushcli was tested with, {first} to {last}: "
             "commands may end with an internal error",
             "run `make setup` in the checkout, or create the conda environment of environment.yml: "
             f"both take a DOLFINx from {first} to {last}",

@@ -157,7 +157,7 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
         found.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: at {abs(strained.distorted) * factor:.4g} {unit} single elements of rubber are "
+                f"{channel.name}: at {abs(strained.distorted) * factor:.4g} {unit} some rubber elements are "
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",

@@ -96,7 +96,7 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
             known,
             "Mullins softening",
             "the first cycles condition the part, and the others go no further",
-            "drive later cycles further than the conditioning, or compare the first cycles too",
+            "take later cycles beyond the conditioning amplitude, or compare the first cycles too",
         )
     begun = tuple(one.channel for one in seen if not one.from_rest)
     if begun:
@@ -116,14 +116,14 @@ def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
         other = _another(modes()[next(iter(found))])
         yield Lack(
             tuple(one.channel for one in seen),
-            "whether the rubber is another batch, or geometry, compressibility or the rig differ",
+            "whether the rubber is from another batch, or the geometry, compressibility or rig differs",
             f"there is one mode only, {found.pop()}",
             f"record a second mode, such as {other}",
         )
 
 
 def _another(mode: Mode) -> str:
-    """Return the name of a mode that loads the rubber differently: sideways if this one does not, else not."""
+    """Return the name of a mode that loads the rubber differently: a radial one unless this one is radial."""
     others = [one for one in modes().values() if one.directions and one is not mode]
     return next(one.name for one in others if bool(one.sideways) != bool(mode.sideways))
 

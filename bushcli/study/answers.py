@@ -102,7 +102,7 @@ def answer(case: Case, text: str) -> Answer:
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
     if at and kind not in AT:
         raise InputError(
-            Problem(f"--answer {text}", f"{kind} cannot be asked for at a travel", "", ", ".join(AT))
+            Problem(f"--answer {text}", f"{kind} cannot be evaluated at a travel", "", ", ".join(AT))
         )
     try:
         travel = float(at[3]) if at else None

@@ -103,7 +103,7 @@ class Contact:
 
     @property
     def share(self) -> float:
-        """Share of the stiffness with which contact acts at present; 1 but on the way to an equilibrium."""
+        """Share of the contact stiffness in use; below 1 only on the way to an equilibrium."""
         return self._share
 
     @share.setter

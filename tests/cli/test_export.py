@@ -196,7 +196,7 @@ def test_a_property_file_has_the_curve_after_a_long_rest(cli, case):
     case.write_text(CASE + turns + SERIES)
     done = cli("export", case, "--to", "adams")
     assert done.returncode == 0, done.stderr
-    assert "$ after a long rest: without viscoelasticity" in done.stdout
+    assert "$ fully relaxed force: without viscoelasticity" in done.stdout
     rows = [line.split() for line in plain.splitlines() if line.startswith(" ")]
     found = [line.split() for line in done.stdout.splitlines() if line.startswith(" ")]
     assert [float(row[1]) for row in found] == pytest.approx([float(row[1]) for row in rows])

@@ -74,7 +74,7 @@ def test_softening_needs_a_travel_twice_and_cycles_that_grow():
 def test_further_questions():
     assert "damping, set and softening" in questions(ramps([0, 4], 0.5))
     assert "offset and permanent set" in questions(ramps([1.0, 4, 1.0, 4, 1.0], 0.5))
-    batch = "whether the rubber is another batch, or geometry, compressibility or the rig differ"
+    batch = "whether the rubber is from another batch, or the geometry, compressibility or rig differs"
     assert batch in questions(ramps([0, 4, 0, 4, 0], 0.5))
     assert batch not in questions(ramps([0, 4, 0], 0.5), ramps([0, 2, 0], 0.5, mode="radial"))
     shear = "the law in equibiaxial and planar deformation"

@@ -32,7 +32,7 @@ def test_another_release_is_named_with_those_that_were_tried(version, where):
     (found,) = tried.untried_dolfinx(version)
     assert found.name == "untried_dolfinx"
     assert (
-        f"DOLFINx {version} is {where} than those that bushcli was tried with, 0.9 to 0.11" in found.message
+        f"DOLFINx {version} is {where} than those that bushcli was tested with, 0.9 to 0.11" in found.message
     )
     assert "make setup" in found.remedy
 

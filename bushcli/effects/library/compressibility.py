@@ -31,7 +31,7 @@ def feature() -> Feature:
 EFFECT = Effect(
     name="compressibility",
     title="Compressibility of the rubber",
-    summary="The rubber changes its volume: confined directions are softer than those of pure shear.",
+    summary="The rubber changes its volume under pressure: directions in which it is confined become softer.",
     acts="rubber",
     parameters=(
         EffectParameter(

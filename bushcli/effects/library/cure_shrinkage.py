@@ -45,8 +45,8 @@ EFFECT = Effect(
             prior=Prior(
                 "half_t",
                 0.015,
-                source="engineering judgement: mould shrinkage of 1.5 to 3 %, of which metal takes a part, "
-                "and swaging more",
+                source="engineering judgement: mould shrinkage of 1.5 to 3 %, reduced in part by that of metal, "
+                "and more by swaging",
             ),
         ),
     ),

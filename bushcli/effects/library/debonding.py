@@ -84,7 +84,7 @@ EFFECT = Effect(
         EffectParameter(
             "length",
             "mm",
-            "of the free bond",
+            "length of the debonded part",
             1.0,
             0.0,
             1000.0,

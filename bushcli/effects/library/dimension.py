@@ -67,14 +67,14 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="dimension",
-    title="Dimensions other than drawn",
+    title="Off-nominal dimensions",
     summary="The rubber is thicker or longer than the case says.",
     acts="assembly",
     parameters=(
         EffectParameter(
             "thickness",
             "mm",
-            "of the rubber, more than the case's: the outer radius grows",
+            "actual minus nominal thickness of the rubber; the outer radius changes",
             0.2,
             -10.0,
             10.0,
@@ -89,7 +89,7 @@ EFFECT = Effect(
         EffectParameter(
             "length",
             "mm",
-            "of the bushing, more than the case's, along all of it",
+            "actual minus nominal length of the bushing, in proportion along it",
             0.3,
             -50.0,
             50.0,

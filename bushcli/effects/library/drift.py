@@ -49,14 +49,14 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
 
 EFFECT = Effect(
     name="drift",
-    title="Drift of the force's zero",
+    title="Zero drift of the force",
     summary="The zero of the force moves with time, whatever the displacement.",
     acts="rig",
     parameters=(
         EffectParameter(
             "rate",
             "N/s",
-            "by which the zero moves",
+            "rate at which the zero moves",
             0.1,
             -1e7,
             1e7,
@@ -66,7 +66,7 @@ EFFECT = Effect(
                 "t",
                 0.01,
                 of="force/duration",
-                source="engineering judgement: over a recording a zero drifts by as much as it is off at the beginning",
+                source="engineering judgement: over a recording a zero drifts by about as much as its initial error",
             ),
         ),
         EffectParameter(

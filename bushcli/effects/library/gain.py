@@ -34,7 +34,7 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
 
 EFFECT = Effect(
     name="gain",
-    title="Wrong scale of one channel's force",
+    title="Gain error of one channel's force",
     summary="The force of one channel reads high or low by a factor.",
     acts="rig",
     parameters=(

@@ -73,7 +73,7 @@ EFFECT = Effect(
             prior=Prior("t", 0.03, of="travel", source=ZERO),
         ),
     ),
-    needs="curvature that differs between + and - separates the two; two amplitudes, both from permanent set",
+    needs="curvature that differs between + and -, to separate the offsets; two amplitudes, to exclude permanent set",
     rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
     rig=RigChange(drive=drive, read=read, order=0),

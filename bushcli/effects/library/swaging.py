@@ -57,7 +57,7 @@ EFFECT = Effect(
         EffectParameter(
             "reduction",
             "mm",
-            "by which the outer sleeve's radius shrank",
+            "reduction of the outer sleeve's radius",
             0.2,
             0.0,
             10.0,

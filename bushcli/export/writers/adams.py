@@ -40,7 +40,7 @@ WRITER = Writer(
     static=True,
     remarks=(
         "the bushing's axis is z; angles in degrees",
-        "damping is zero: the losses of rubber are not a force proportional to speed",
+        "damping is zero: the losses of rubber are not proportional to speed",
     ),
     source="Adams/Car bushing property files, TeimOrbit format version 4",
 )

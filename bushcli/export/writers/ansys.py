@@ -79,7 +79,7 @@ WRITER = Writer(
     softening="TB,CDM,,,,PSE2",
     remarks=(
         "d = 0 is an incompressible rubber: use elements with mixed u-P formulation",
-        "with TB,PRONY the constants of TB,HYPER are those of a sudden step",
+        "with TB,PRONY the constants of TB,HYPER are the instantaneous ones",
     ),
     source="Ansys Mechanical APDL Material Reference: Hyperelasticity; Viscoelasticity; Mullins effect",
 )

@@ -106,7 +106,7 @@ WRITER = Writer(
     series_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "ogden"}),
     remarks=(
         "run it in Mentat; values that no public command sets are in comments at its end, to be typed in",
-        "with viscoelastic terms the law is that of a sudden step",
+        "with viscoelastic terms the law is the instantaneous one",
     ),
     source="Marc manual, volume A: Theory and User Information, Elastomer; Time-dependent behavior of elastomers; "
     "commands of Mentat in public scripts that run them",

@@ -49,7 +49,7 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         title = "Probability of each effect"
         drawn.append(picture("probabilities", "probabilities", title, probability_figure(found)))
     if strips(found):
-        title = "Values with 95 % intervals, after the recordings and before them"
+        title = "Values with 95 % intervals: posterior and prior"
         drawn.append(picture("priors", "priors", title, prior_figure(found)))
     for channel in found.channels:
         file, title = names[channel.name], diagnosed_title(channel)

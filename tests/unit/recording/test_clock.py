@@ -50,7 +50,7 @@ def test_single_stamps_out_of_line_are_interpolated(tmp_path):
     time[57], time[200] = 0.0, time[199]
     recording = record(tmp_path / "a.csv", time)
     np.testing.assert_allclose(recording.time, TIME, atol=1e-9)
-    assert "2 single time stamps" in recording.repairs[0].text
+    assert "2 isolated time stamps" in recording.repairs[0].text
 
 
 def test_a_clock_that_starts_again_is_refused(tmp_path):

@@ -322,7 +322,7 @@ def test_a_better_law_that_does_not_reach_the_noise_is_no_more_than_that(case, d
     doubt = Condition("misfit_above_noise", "the final model still misses", "see where it remains")
     found = diagnoses.diagnosis(case(), "law_too_poor", conditions=(doubt,))
     assert (
-        "Yeoh comes nearer without any further physics (more than 99 %), but not down to the noise"
+        "Yeoh fits better without any further physics (more than 99 %), but not to within the noise"
         in paragraph(found)
     )
 
@@ -404,12 +404,12 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
         "0.83 of the 1.05 bit of information that are still open, in about 8 minutes",
-        "taken to be wrong by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
-        "radial); that covers 96 % of what is left above the noise.",
+        "assumed to err by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
+        "radial); this explains 96 % of the remaining misfit above the noise.",
         "radial (held out)",
         "7 models were fitted, others predicted; to fit these as well could shift 12 % of the probability",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
-        f"Cannot be seen in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (why: result.json",
+        f"Not detectable in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (reasons:",
         "problem coarse_noise",
     ):
         assert words in text, words
@@ -438,7 +438,7 @@ def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
     hardly = diagnoses.rivalling(case())
     assert "What is missing" not in text_of(hardly)
     page = diagnosis_html(report.diagnosis_json(hardly, {}), hardly, ())
-    assert "What the most probable model leaves" in page
+    assert "Misfit that the most probable model leaves" in page
 
 
 def test_the_form_error_says_how_much_it_covers(case, diagnoses):
@@ -446,12 +446,12 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     assert "exact: what it leaves is noise" in form_error_line(
         replace(found, form_error=FormError(0.0, {}, 1.0))
     )
-    assert "that covers only 30 %" in form_error_line(replace(found, form_error=FormError(0.1, {}, 0.3)))
-    assert "that covers all of what is left" in form_error_line(
+    assert "this explains only 30 %" in form_error_line(replace(found, form_error=FormError(0.1, {}, 0.3)))
+    assert "this explains all of the remaining misfit" in form_error_line(
         replace(found, form_error=FormError(0.1, {}, 1.0))
     )
     # With unknown physics the remaining misfit is not noise.
-    assert form_error_line(diagnoses.diagnosis(case(), "unexplained")).endswith("are taken to be exact")
+    assert form_error_line(diagnoses.diagnosis(case(), "unexplained")).endswith("are assumed to be exact")
 
 
 def test_the_search_says_whether_it_was_complete(case, diagnoses):
@@ -499,7 +499,7 @@ def test_titles_of_narrow_tables_are_not_wrapped(case, diagnoses):
 def test_what_remains_is_told_only_when_there_is_something(case, diagnoses):
     assert "What is left" not in text_of(diagnoses.diagnosis(case()))
     partly = diagnoses.diagnosis(case(), channels=(diagnoses.channel(explained=False),))
-    assert "What is left after the most probable model" in text_of(partly)
+    assert "Misfit that the most probable model leaves" in text_of(partly)
 
 
 def test_a_fixed_law_is_told_with_its_source(case, diagnoses):
@@ -882,7 +882,7 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
         assert "How far the search went" in text
         # Each model that was fitted, and each effect that cannot be seen with the reason.
         assert text.count("cannot be solved from any start") == 1
-        assert "Cannot be seen in these recordings" in text
+        assert "Not detectable in these recordings" in text
         assert "one rate only: a lag looks like friction" in text
     # Each place of the misfit is named once beside the curves, besides the paragraph at the top.
     shown = text.replace(paragraph(found), "", 1)

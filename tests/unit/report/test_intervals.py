@@ -17,7 +17,7 @@ from bushcli.report.identification_tables import estimate_table
         ((0.11754, 0.11828), ("misfit", "misfit"), "0.11754 to 0.11828", ""),
         ((0.000732, 0.00217), ("misfit", "misfit"), "0.000732 to 0.00217", ""),
         ((0.1, 0.4), ("stability", "misfit"), "0.100 to 0.400", "lower end: limited by the law's stability"),
-        ((0.1, 0.4), ("misfit", "unsolvable"), "0.100 to 0.400", "upper end: limited by what can be solved"),
+        ((0.1, 0.4), ("misfit", "unsolvable"), "0.100 to 0.400", "upper end: limited by failed simulations"),
         ((float("-inf"), 0.4), ("open", "misfit"), "below 0.400", ""),
         ((0.1, float("inf")), ("misfit", "open"), "above 0.100", ""),
     ],
