@@ -167,10 +167,15 @@ class Beside:
         return misfit, slopes
 
     @cached_property
+    def _held(self) -> tuple[NDArray[np.bool_], Array]:
+        """Which of the fitted parameters bounds hold, and their steps to the bounds (`State.held`)."""
+        misfit, slopes = self._whole
+        return self.state.held(misfit, slopes)
+
+    @cached_property
     def _space(self) -> Array:
         """Orthonormal basis of the changes that the fitted parameters can make, without those that a bound holds."""
-        misfit, slopes = self._whole
-        slopes = slopes[:, ~self.state.held(misfit, slopes)]
+        slopes = self._whole[1][:, ~self._held[0]]
         if not slopes.shape[1]:
             return np.zeros((len(slopes), 0))
         size = np.linalg.norm(slopes, axis=0)
@@ -182,7 +187,8 @@ class Beside:
 
     @cached_property
     def _rest(self) -> Array:
-        return self._left(self._whole[0])
+        misfit, slopes = self._whole
+        return self._left(misfit + slopes @ self._held[1])
 
     def _split(self, rows: Array) -> list[Array]:
         """Features by channel from weighted rows."""
@@ -247,7 +253,7 @@ class Beside:
             gram, -(own.T @ self._rest), known, start, lambda found: self._bounded(point, found, known)
         )
         rest = self._rest + own @ amplitude
-        values = np.concatenate([self.state.fitted.x, start + amplitude])
+        values = np.concatenate([self.state.fitted.x + self._held[1], start + amplitude])
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from bushcli.case import Case
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import Known, known_parameters
-from bushcli.inverse.estimates import AT_BOUND
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
@@ -102,8 +102,8 @@ class State:
         """Off value of each parameter, 0 where it has none."""
         return self.model.off_values(self.fitted.names)
 
-    def held(self, misfit: Array, slopes: Array) -> NDArray[np.bool_]:
-        """Return which parameters lie on a bound, shape (p,), beyond which the misfit would become smaller.
+    def held(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
+        """Return which parameters bounds hold at the first-order optimum, shape (p,), and their steps to the bounds.
 
         Parameters
         ----------
@@ -111,14 +111,26 @@ class State:
             Weighted misfit and priors, in standard deviations.
         slopes : array, shape (rows, p)
             Their derivatives by the parameters, per unit of these.
+
+        Returns
+        -------
+        held : array of bool, shape (p,)
+        step : array, shape (p,)
+            Each in its parameter's unit; zero for those that no bound holds.
         """
         task = self.model.task(self.problem.case)
         _, lower, upper = task.vectors()
         order = [task.names.index(name) for name in self.fitted.names]
-        low, high, x = lower[order], upper[order], self.fitted.x
-        near = AT_BOUND * np.minimum(high - low, 1.0 + np.abs(x))
-        downhill = -(slopes.T @ misfit)
-        return np.asarray(((x - low <= near) & (downhill < 0.0)) | ((high - x <= near) & (downhill > 0.0)))
+        low, high = lower[order] - self.fitted.x, upper[order] - self.fitted.x
+        size = np.linalg.norm(slopes, axis=0)
+        size[size == 0.0] = 1.0
+        free = np.linalg.lstsq(slopes / size, -misfit)[0] / size
+        if np.all((low <= free) & (free <= high)):
+            return np.zeros(len(free), dtype=bool), np.zeros(len(free))
+        room = np.minimum(low * size, 0.0), np.maximum(high * size, 0.0)
+        found = lsq_linear(slopes / size, -misfit, room, method="bvls")
+        held = found.active_mask != 0
+        return held, np.where(held, found.x / size, 0.0)
 
     @cached_property
     def evidence(self) -> Evidence:

@@ -178,7 +178,25 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
     assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
     # What the set would gain beyond its bound.
-    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: np.zeros(slopes.shape[1], dtype=bool))
+    nothing = np.zeros(len(alone.fitted.x))
+    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: (nothing > 0.0, nothing))
     free = Beside(alone, found.derivatives.beside(alone, False))
     wrong = next(one for one in free.singles() if one.model.identities == ("drift", "permanent_set"))
     assert wrong.log_likelihood > predicted.log_likelihood + 2.0
+
+
+def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monkeypatch):
+    """The data ask for a negative set, which is impossible: from 0.3, first order arrives at the fit with none."""
+    world = World(coupon, **{"permanent_set.set": -3.0})
+    active = ActiveEffect(effect("permanent_set")).started()
+    best = world.fit(world.one.case, replace(world.base.model, effects=(active,)), None)
+    (i,) = (i for i, name in enumerate(best.names) if name.startswith("permanent_set"))
+    assert best.x[i] == pytest.approx(0.0, abs=1e-9)
+    step = np.zeros(len(best.x))
+    step[i] = 0.3
+    forces = zip(best.simulated, best.jacobians, strict=True)
+    off = replace(best, x=best.x + step, simulated=tuple(force + J @ step for force, J in forces))
+    beside = Beside(State(world.problem, off), ())
+    expected = State(world.problem, best).evidence.judged.log
+    assert State(world.problem, off).evidence.judged.log < expected - 0.1
+    assert beside.own == pytest.approx(expected, abs=0.05)
