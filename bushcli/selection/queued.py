@@ -11,7 +11,7 @@ from bushcli.selection.state import State
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
 # the fitted to the predicted model, without a limit: where the plain law is far from the recordings (practice p04),
 # predictions beside it were 5, 15, 16 and 21 % of their gains of 360 to 390 nats too low, the last that of the right
-# model (docs/diagnosis.md).
+# model (docs/diagnosis-details.md).
 SLACK, SHARE_SLACK = 0.5, 0.25
 # Predictions with no more slack than this are reliable: they count until the model is fitted.
 SURE = 1.5

@@ -132,7 +132,7 @@ def test_effects_are_those_of_the_code():
 
 
 def test_odds_and_priors_are_those_of_the_code():
-    text = page("diagnosis.md")
+    text = page("diagnosis-details.md")
     assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
     for name in effects():
         assert f"[`{name}`]" in text
