@@ -116,6 +116,7 @@ def apart_from_bonds(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[
     if facets:
         # Asks the other ranks for unknowns that lie on a bond of theirs.
         held[fem.locate_dofs_topological(space.sub(0), 2, np.unique(np.concatenate(facets)))] = True
+    mesh.mesh.topology.create_connectivity(3, 3)
     for name in mesh.sleeves:
         metal = mesh.cells.find(mesh.region[name])
         held[fem.locate_dofs_topological(space.sub(0), 3, metal)] = True

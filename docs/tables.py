@@ -1,4 +1,4 @@
-"""The tables of docs/case-file.md, effects.md, diagnosis-details.md and exports.md that list what there is, from the code.
+"""The tables of docs/{case-file,effects,diagnosis-details,exports}.md that list what there is, from the code.
 
 ``setup/enter python docs/tables.py`` brings the pages up to date after a shape, a law, a mode or an effect was added
 or changed; tests/unit/test_docs.py says when that has been forgotten.
@@ -23,7 +23,8 @@ from forms.law import laws
 from geometry.shape import Sleeve, Snubber, shapes
 
 PAGES = [
-    Path(__file__).with_name(name) for name in ("case-file.md", "effects.md", "diagnosis-details.md", "exports.md")
+    Path(__file__).with_name(name)
+    for name in ("case-file.md", "effects.md", "diagnosis-details.md", "exports.md")
 ]
 _ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
 _UNIT = re.compile(r", (mm|MPa|degrees)\b")

@@ -21,6 +21,7 @@ from geometry.cad.sampling import Sampled, sample
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
+from geometry.joined import refuse_loose
 from geometry.session import model, session
 from geometry.symmetry import balanced, moments, same_points
 from geometry.view import View
@@ -127,6 +128,9 @@ def find_part(wanted: Wanted) -> FoundPart:
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
         _require(bonds, faces, where)
+        groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
+        bodies = {tag: roles[tag] for tag in meshed}
+        refuse_loose(bodies, groups, 3, where, part.scale, view_of(bonds.labels))
         return _described(wanted, part, roles, meshed, faces, axis, how, bonds)
 
 

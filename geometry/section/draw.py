@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from geometry.blocks import Array
+from geometry.errors import GeometryError
 from geometry.section.crossing import polyline
 from geometry.section.outline import CLOSE, FREE, RUBBER, Curve, Loop
 from geometry.session import model, refusing
@@ -57,6 +58,42 @@ def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
     return Drawn(_regions(made, names), _boundaries(loops, half))
 
 
+def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
+    """Refuse bodies of rubber that cover each other in part, and likewise plates.
+
+    Parameters
+    ----------
+    loops : Sequence[Loop]
+        Closed outlines as they were drawn, in mm.
+    where : str
+        File or key of the case, for messages.
+
+    Raises
+    ------
+    GeometryError
+        Two outlines overlap; a hole crosses or touches the outline around it.
+    """
+    occ = model().occ
+    faces, names = _faces(loops, where)
+    if len(faces) < 2:
+        return
+    _, made = occ.fragment([(2, tag) for tag in faces], [])
+    owners: dict[int, str] = {}
+    for name, pieces in zip(names, made, strict=True):
+        for _, piece in pieces:
+            other = owners.setdefault(piece, "")
+            owners[piece] = name
+            # A plate that is drawn into the rubber takes its place (`_regions`).
+            if other and (other == RUBBER) == (name == RUBBER):
+                r, z, _ = occ.getCenterOfMass(2, piece)
+                both = f'"{name}"' if other == name else f'"{other}" and "{name}"'
+                raise GeometryError(
+                    where,
+                    f"two outlines of {both} overlap near ({r:.4g}, {round(z, 6) + 0.0:.4g})",
+                    "a hole inside the outline around it, without touching it; bodies side by side share edges only",
+                )
+
+
 def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
     """Faces with their regions, before they are cut at each other."""
     occ = model().occ
@@ -69,8 +106,10 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
             continue
         inside = [wires[hole] for hole, owner in holes.items() if owner == number]
         with refusing(where, "an outline encloses no area"):
-            faces.append(occ.addPlaneSurface([wires[number], *inside]))
-        names.append(loop.body)
+            face, *cut = [(2, occ.addPlaneSurface([wire])) for wire in (wires[number], *inside)]
+            # Wires of holes in one face would have to run the other way round: OpenCASCADE does not turn all of them.
+            faces.extend(tag for _, tag in (occ.cut([face], cut)[0] if cut else [face]))
+        names += [loop.body] * (len(faces) - len(names))
     return faces, names
 
 

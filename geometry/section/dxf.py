@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,12 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.section.outline import FREE, RUBBER, Curve, Loop
+from geometry.section.spline import pieces
 
 #: $INSUNITS -> mm; 0 is "no unit", which in drawings of parts means mm.
 UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
+#: Layers that name a bond, in any case.
+BONDS = ("inner", "outer")
 #: Layers that name no boundary.
 UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
 #: Largest gap that drawings leave between the ends of two entities, as a share of their size.
@@ -44,21 +47,34 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
         raise GeometryError(
             str(path), f"cannot be read: {error.strerror or 'it is not a DXF file'}"
         ) from None
-    except ezdxf.DXFError as error:
+    except (ezdxf.DXFError, ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+        # Damaged files: ezdxf's parser raises what it stumbles over.
         raise GeometryError(str(path), f"is not a readable DXF file: {error}") from None
     unit = int(drawing.header.get("$INSUNITS", 0))
     if unit not in UNITS:
         raise GeometryError(str(path), f"has unit number {unit} ($INSUNITS)", "mm, cm, m or inch")
-    curves = [curve for entity in drawing.modelspace() for curve in _curves(entity, UNITS[unit])]
+    hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
+    curves = [curve for entity in drawing.modelspace() for curve in _curves(entity, UNITS[unit], hidden)]
     if not curves:
-        raise GeometryError(str(path), "contains no lines, arcs, polylines or splines")
+        raise GeometryError(
+            str(path),
+            "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
+        )
     return _loops(curves, str(path))
 
 
-def _curves(entity: Any, scale: float) -> Iterator[Curve]:
+def _curves(entity: Any, scale: float, hidden: Set[str] = frozenset()) -> Iterator[Curve]:
     kind, layer = entity.dxftype(), str(entity.dxf.layer)
-    name = FREE if layer.lower() in UNNAMED else layer
-    if kind in ("LWPOLYLINE", "POLYLINE"):
+    name = FREE if layer.lower() in UNNAMED else layer.lower() if layer.lower() in BONDS else layer
+    if layer.lower() in hidden:
+        return
+    if kind == "INSERT":
+        for single in entity.multi_insert():
+            for part in single.virtual_entities():
+                # What a block draws on layer 0 takes the layer of the block.
+                part.dxf.layer = entity.dxf.layer if part.dxf.layer == "0" else part.dxf.layer
+                yield from _curves(part, scale, hidden)
+    elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
             yield from _curves(part, scale)
     elif kind == "LINE":
@@ -70,7 +86,7 @@ def _curves(entity: Any, scale: float) -> Iterator[Curve]:
         yield _arc(entity, 0.0, 180.0, scale, name)
         yield _arc(entity, 180.0, 180.0, scale, name)
     elif kind in ("SPLINE", "ELLIPSE"):
-        yield _spline(entity, kind, scale, name)
+        yield from _spline(entity, kind, scale, name)
 
 
 def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> Curve:
@@ -82,20 +98,15 @@ def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> Cu
     return Curve("arc", tuple((float(x) * scale, float(y) * scale) for x, y in points), name)
 
 
-def _spline(entity: Any, kind: str, scale: float, name: str) -> Curve:
+def _spline(entity: Any, kind: str, scale: float, name: str) -> list[Curve]:
     from ezdxf.math import rational_bspline_from_ellipse
 
     tool = entity.construction_tool()
     if kind == "ELLIPSE":
         tool = rational_bspline_from_ellipse(tool)
-    return Curve(
-        "nurbs",
-        _points(tool.control_points, scale),
-        name,
-        tool.degree,
-        tuple(map(float, tool.knots())),
-        tuple(map(float, tool.weights() or (1.0,) * len(tool.control_points))),
-    )
+    weights = tuple(map(float, tool.weights())) or (1.0,) * len(tool.control_points)
+    points = _points(tool.control_points, scale)
+    return pieces(Curve("nurbs", points, name, tool.degree, tuple(map(float, tool.knots())), weights))
 
 
 def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], ...]:
@@ -110,7 +121,7 @@ def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
     for layer in dict.fromkeys(curve.name for curve in curves):
         own = [curve for curve in curves if curve.name == layer]
         closed, left = _chained(own, gap)
-        body = RUBBER if layer in (FREE, "inner", "outer") else layer
+        body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
         rest += left
     closed, left = _chained(rest, gap)
@@ -119,7 +130,12 @@ def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
         lonely = next(
             (p for p in ends if sum(np.hypot(p[0] - q[0], p[1] - q[1]) <= gap for q in ends) == 1), ends[0]
         )
-        raise GeometryError(where, f"an outline is open at ({lonely[0]:g}, {lonely[1]:g})", "closed outlines")
+        layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
+        raise GeometryError(
+            where,
+            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}); left over are {len(left)} curves of {layers}",
+            "closed outlines only: no centre lines, no lines twice",
+        )
     return (*(Loop(loop) for loop in closed), *loops)
 
 

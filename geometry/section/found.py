@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
+from geometry.joined import refuse_loose
 from geometry.section.crossing import refuse_crossings
-from geometry.section.draw import Drawn, draw
+from geometry.section.draw import Drawn, draw, refuse_overlaps
 from geometry.section.outline import RUBBER, Loop
 from geometry.section.plates import with_plates
 from geometry.session import model, options, session
@@ -83,9 +84,11 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
     ------
     GeometryError
     """
-    loops = with_plates(loops, where)
+    drawn_loops, loops = loops, with_plates(loops, where)
     refuse_crossings(loops, where)
     with session():
+        refuse_overlaps(drawn_loops, where)
+        model().add("section")
         drawn = draw(loops, where)
         _require(drawn, where)
         if centre is None:
@@ -108,6 +111,8 @@ def _require(drawn: Drawn, where: str) -> None:
                 f'no edge on the outside is named "{bond}": the rubber would not be held',
                 f"edges are named {named}",
             )
+    bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
+    refuse_loose(bodies, drawn.boundaries, 2, where)
 
 
 def _shifted(loop: Loop, by: float) -> Loop:

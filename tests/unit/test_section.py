@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ezdxf
+import ezdxf.path
 import numpy as np
 import pytest
 from dolfinx.mesh import compute_midpoints
+from scipy.interpolate import BSpline
 
 from geometry.errors import GeometryError
 from geometry.mesh import build
@@ -23,6 +25,16 @@ RING = [
 def without(edge, **changed):
     """Return the ring with one edge changed."""
     return [item | changed if i == edge else item for i, item in enumerate(RING)]
+
+
+def box(low, high, bottom, top, left="free", right="free"):
+    """Return the outline of a rectangle."""
+    return [
+        {"from": [low, bottom], "to": [high, bottom]},
+        {"to": [high, top], "name": right},
+        {"to": [low, top]},
+        {"to": [low, bottom], "name": left},
+    ]
 
 
 @pytest.mark.parametrize(
@@ -43,6 +55,13 @@ def without(edge, **changed):
             "crosses itself at",
         ),
         (without(2, to=[-10.0, 20.0]), "has a negative radius at"),
+        ([*RING, *box(14, 20, -5, 5)], r'two outlines of "rubber" overlap near \(17, 0\)'),
+        ([*RING, *box(14, 22, -5, 5)], r'two outlines of "rubber" overlap near \(17, 0\)'),
+        ([*RING, *box(12, 14, 30, 34)], 'a body of "rubber" is held by no bond.*gap is 10 mm'),
+        (
+            [*box(10, 14, -20, 20, left="inner"), *box(16, 20, -20, 20, right="outer")],
+            r"nothing joins the inner bond to the outer one; the narrowest gap is 2 mm",
+        ),
     ],
 )
 def test_what_is_no_section_is_refused(outline, said):
@@ -164,5 +183,88 @@ def test_a_drawing_that_is_no_section_is_refused(tmp_path, changed, said):
 def test_a_file_that_is_no_drawing_is_refused(tmp_path):
     file = tmp_path / "part.dxf"
     file.write_text("no drawing\n")
+    with pytest.raises(GeometryError, match="DXF"):
+        SECTION(file=str(file)).found  # noqa: B018
+
+
+def with_void(path, draw):
+    """Write a ring 10/20/40 with what `draw` adds to the drawing's space."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    corners = [(10, 20), (10, -20), (20, -20), (20, 20)]
+    for i, name in enumerate(("INNER", "0", "Outer", "0")):
+        space.add_line(corners[i], corners[(i + 1) % 4], dxfattribs={"layer": name})
+    draw(document, space)
+    document.saveas(path)
+    return SECTION(file=str(path)).found.measures["rubber"]
+
+
+DIAMOND = [(13, -12), (15, -10), (17, -12), (15, -14)]
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+@pytest.mark.parametrize("kind", ["spline", "closed control polygon", "ellipse", "block"])
+def test_a_closed_curve_is_a_hole(tmp_path, kind, turn):
+    """Splines by themselves and in blocks, whichever way they run; their areas are those of a fine polygon."""
+
+    def draw(document, space):
+        points = DIAMOND[::turn]
+        if kind == "spline":
+            space.add_spline([*points, points[0]])
+        elif kind == "closed control polygon":
+            space.add_spline().set_closed([(*point, 0) for point in points])
+        elif kind == "ellipse":
+            space.add_ellipse((15, -12), (2, 0), 0.5)
+        else:
+            block = document.blocks.new("void")
+            block.add_lwpolyline(points, close=True)
+            space.add_blockref("void", (0, 0))
+
+    document = ezdxf.new()
+    draw(document, document.modelspace())
+    (entity,) = (
+        one
+        for item in document.modelspace()
+        for one in (item.virtual_entities() if item.dxftype() == "INSERT" else [item])
+    )
+    r, z = path_of(entity).T
+    cross = r * np.roll(z, -1) - np.roll(r, -1) * z
+    area = 0.5 * abs(cross.sum())
+    centre = ((r + np.roll(r, -1)) * cross).sum() / (6 * 0.5 * cross.sum())
+    whole = np.pi * (20**2 - 10**2) * 40
+    assert with_void(tmp_path / "void.dxf", draw) == pytest.approx(
+        whole - 2 * np.pi * centre * area, rel=2e-5
+    )
+
+
+def path_of(entity):
+    """Return points of a curve, shape (n, 2)."""
+    if entity.dxftype() == "SPLINE":
+        # By de Boor's formula: ezdxf's paths of splines that are not clamped leave the curve.
+        tool = entity.construction_tool()
+        knots, control = np.array(tool.knots()), np.array([(p.x, p.y) for p in tool.control_points])
+        domain = np.linspace(knots[tool.degree], knots[-1 - tool.degree], 4000, endpoint=False)
+        return BSpline(knots, control, tool.degree)(domain)
+    return np.array([(p.x, p.y) for p in ezdxf.path.make_path(entity).flattening(1e-4)][:-1])
+
+
+def test_hidden_layers_are_left_out_and_open_ones_named(tmp_path):
+    def hidden(document, space):
+        document.layers.add("notes").off()
+        space.add_line((0, -40), (0, 40), dxfattribs={"layer": "notes"})
+
+    assert with_void(tmp_path / "hidden.dxf", hidden) == pytest.approx(np.pi * (20**2 - 10**2) * 40)
+
+    def centre(document, space):
+        space.add_line((0, -40), (0, 40), dxfattribs={"layer": "CENTER"})
+
+    with pytest.raises(GeometryError, match=r'left over are 1 curves of "CENTER"'):
+        with_void(tmp_path / "centre.dxf", centre)
+
+
+def test_a_damaged_drawing_is_refused(tmp_path):
+    file = tmp_path / "part.dxf"
+    file.write_bytes(b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)))
     with pytest.raises(GeometryError, match="DXF"):
         SECTION(file=str(file)).found  # noqa: B018

@@ -1,0 +1,97 @@
+"""Whether all bodies of a part are held, and rubber joins the two bonds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from geometry.errors import GeometryError
+from geometry.session import model
+from geometry.view import View
+
+BONDS = ("inner", "outer")
+
+
+def refuse_loose(
+    bodies: Mapping[int, str],
+    bonds: Mapping[str, Sequence[int]],
+    dimension: int,
+    where: str,
+    scale: float = 1.0,
+    view: View | None = None,
+) -> None:
+    """Refuse a body that is held by no bond, and bonds that no chain of bodies joins.
+
+    Parameters
+    ----------
+    bodies
+        Face (of a section) or solid of the open session -> its region.
+    bonds
+        "inner" and "outer" -> their curves or faces.
+    dimension
+        2 for a section, 3 for a solid part.
+    where
+        File or key of the case, for messages.
+    scale
+        mm per unit of the session.
+    view
+        Contents of a picture.
+
+    Raises
+    ------
+    GeometryError
+    """
+    groups = _groups(list(bodies), dimension)
+    held = [
+        {name for name in BONDS if any(_bodies_at(tag, dimension) & group for tag in bonds[name])}
+        for group in groups
+    ]
+    for group, own in zip(groups, held, strict=True):
+        if not own:
+            names = " and ".join(f'"{name}"' for name in sorted({bodies[tag] for tag in group}))
+            others = [tag for tag in bodies if tag not in group]
+            raise GeometryError(
+                where,
+                f"a body of {names} is held by no bond: it touches neither bonded rubber nor metal that is held"
+                f"{_gap(group, others, dimension, scale)}",
+                "bodies that share an edge or a face with what holds them",
+                view,
+            )
+    if not any(own == set(BONDS) for own in held):
+        inner, outer = (
+            [tag for group, own in zip(groups, held, strict=True) if name in own for tag in group]
+            for name in BONDS
+        )
+        raise GeometryError(
+            where,
+            f"nothing joins the inner bond to the outer one{_gap(inner, outer, dimension, scale)}",
+            "rubber from one bond to the other, and plates that share edges or faces with it",
+            view,
+        )
+
+
+def _groups(tags: Sequence[int], dimension: int) -> list[set[int]]:
+    """Bodies that are connected through common boundaries."""
+    groups = [{tag} for tag in tags]
+    for _, side in model().getEntities(dimension - 1):
+        beside = _bodies_at(int(side), dimension)
+        touched = [group for group in groups if group & beside]
+        if len(touched) > 1:
+            groups = [group for group in groups if not group & beside] + [set().union(*touched)]
+    return groups
+
+
+def _bodies_at(side: int, dimension: int) -> set[int]:
+    return {int(tag) for tag in model().getAdjacencies(dimension - 1, side)[0]}
+
+
+def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int, scale: float) -> str:
+    """Words about the narrowest gap between bodies; none where there are no others."""
+    found = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
+    if not found:
+        return ""
+    distance, *place = min(found, key=lambda one: one[0])
+    middle = scale * 0.5 * (np.array(place[:3]) + np.array(place[3:]))
+    shown = ", ".join(f"{round(x, 3) + 0.0:g}" for x in middle[:dimension])
+    return f"; the narrowest gap is {scale * distance:.3g} mm, at ({shown})"

@@ -1,0 +1,61 @@
+"""NURBS curves as Gmsh takes them: clamped, and not closed by themselves.
+
+References
+----------
+Piegl and Tiller (1997), The NURBS Book, Springer, doi:10.1007/978-3-642-59223-2, section 5.2: knot insertion.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from geometry.section.outline import CLOSE, Curve
+
+
+def pieces(curve: Curve) -> list[Curve]:
+    """Return a NURBS curve with its ends at its first and last control points; a closed one in two halves.
+
+    Parameters
+    ----------
+    curve
+        Of kind "nurbs", with any knots.
+    """
+    from scipy.interpolate import BSpline, insert  # 0.1 s: only where it is needed
+
+    degree, knots = curve.degree, np.array(curve.knots)
+    weights = np.array(curve.weights)
+    # In homogeneous coordinates a rational spline is an ordinary one.
+    whole = BSpline(knots, np.column_stack([np.array(curve.points) * weights[:, None], weights]), degree)
+    low, high = float(knots[degree]), float(knots[-1 - degree])
+    ends = np.array([at[:2] / at[2] for at in (whole(low), whole(high))])
+    size = float(np.ptp(np.array(curve.points), axis=0).max())
+    closed = float(np.linalg.norm(ends[1] - ends[0])) <= CLOSE * size
+    cuts = [low, 0.5 * (low + high), high] if closed else [low, high]
+    for cut in cuts:
+        missing = degree - int(
+            np.count_nonzero(np.isclose(whole.t, cut, rtol=0.0, atol=1e-12 * (high - low)))
+        )
+        if missing > 0:
+            whole = insert(cut, whole, m=missing)
+    # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
+    first = [int(np.searchsorted(whole.t, cut - 1e-12 * (high - low))) for cut in cuts]
+    first[0] += int(np.count_nonzero(np.isclose(whole.t, low, rtol=0.0, atol=1e-12 * (high - low)))) - degree
+    found = []
+    for (begin, end), (start, stop) in zip(pairwise(first), pairwise(cuts), strict=True):
+        control = np.asarray(whole.c)[begin - 1 : end]
+        inner = whole.t[begin + degree : end]
+        t = [start] * (degree + 1) + [float(knot) for knot in inner] + [stop] * (degree + 1)
+        points = control[:, :2] / control[:, 2:]
+        found.append(
+            Curve(
+                "nurbs",
+                tuple((float(r), float(z)) for r, z in points),
+                curve.name,
+                degree,
+                tuple(t),
+                tuple(float(w) for w in control[:, 2]),
+            )
+        )
+    return found
