@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
-from geometry.shape import Metal, Mirrors, Shape
+from geometry.metal import Metal
+from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Scalar]

@@ -26,7 +26,7 @@ from cases.feature import Installed
 from forms.law import Law
 from forms.potential import Attached
 from geometry.mesh import NamedMesh
-from geometry.shape import Metal
+from geometry.metal import Metal
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,9 @@ from mpi4py import MPI
 
 from geometry.dolfinx_api import model_to_mesh
 from geometry.errors import GeometryError
+from geometry.metal import Metal
 from geometry.session import model, session
-from geometry.shape import Metal, Mirrors, Names, Refinement, Shape
+from geometry.shape import Mirrors, Names, Refinement, Shape
 
 DEFAULT = Refinement()
 

@@ -13,7 +13,8 @@ from pydantic import Field, model_validator
 from typing_extensions import override
 
 from geometry.blocks import Array, Blocks, Interval
-from geometry.shape import Meets, Metal, Mirrors, Refinement, Shape, Sleeve, Snubber, Stops
+from geometry.metal import Metal
+from geometry.shape import Meets, Mirrors, Refinement, Shape, Sleeve, Snubber, Stops
 from geometry.wall import Annulus, Wall
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).

@@ -13,23 +13,21 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from typing_extensions import override
 
 from geometry.blocks import Blocks
-from geometry.errors import GeometryError
+from geometry.metal import Metal
 from geometry.structured import mesh_blocks
 from geometry.view import View
 from geometry.wall import Annulus, Wall
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
-#: Young's modulus of bodies that do not deform, MPa.
-RIGID = 1e7
 Names = dict[int, dict[str, int]]
 """Dimension -> name -> tag of the physical group in Gmsh."""
 
@@ -47,62 +45,6 @@ class Sleeve(BaseModel):
         description="where the rig holds the sleeve: over its free cylinder (bolt in the bore, pressed into an eye), "
         "or at its two end faces only (clamped between brackets)",
     )
-
-
-class Plate(BaseModel):
-    """An elastic metal body of any form, inside the rubber or on its side."""
-
-    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
-
-    youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
-    poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
-    rigid: bool = Field(default=False, description="true = does not deform, whatever its modulus")
-
-    @property
-    def metal(self) -> Plate:
-        """Metal used in the computation: a rigid plate is fifty times as stiff as steel."""
-        return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
-
-
-def metals(
-    plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
-) -> dict[str, Metal]:
-    """Return the metal of each region other than the rubber.
-
-    Parameters
-    ----------
-    plates
-        Plates of the case, by name.
-    regions
-        Meshed regions.
-    known
-        Names that the case may give a metal, meshed or not.
-    where
-        File or key of the case, for messages.
-
-    Raises
-    ------
-    GeometryError
-        The case gives a metal to a body that does not exist.
-    """
-    names = [name for name in known if name != "rubber"]
-    for name in plates:
-        if name not in names:
-            there = ", ".join(names) or "there are none"
-            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
-    return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}
-
-
-class Metal(Protocol):
-    """Elastic constants of a metal body."""
-
-    @property
-    def youngs_modulus(self) -> float:
-        """Young's modulus of the metal, MPa."""
-
-    @property
-    def poissons_ratio(self) -> float:
-        """Poisson's ratio of the metal."""
 
 
 class Snubber(BaseModel):
@@ -241,8 +183,8 @@ class Shape(BaseModel):
 
     @property
     def gap(self) -> float | None:
-        """Radial travel of the inner sleeve until it touches the outer one, mm; None if unknown."""
-        return None
+        """Radial travel at which the inner sleeve has reached the outer one, mm; None if unknown."""
+        return None if self.wall is None else self.wall.reach
 
     @property
     def wall(self) -> Wall | None:
@@ -300,7 +242,13 @@ class Shape(BaseModel):
         return False
 
 
-Meeting = bool | Literal["sleeves"]
+def _meeting(value: Any) -> Any:
+    if value is not True and value is not False and value != "sleeves":
+        raise ValueError('must be true, false or "sleeves"')
+    return value
+
+
+Meeting = Annotated[bool | Literal["sleeves"], BeforeValidator(_meeting)]
 
 
 class Meets(Shape):

@@ -24,6 +24,9 @@ class Wall:
         Least and largest z of each bond, mm.
     straight : bool
         Whether all rubber lies between these two radii.
+    reach : float or None
+        From the least radius of the inner bond to the largest one of the outer bond, mm: no radial motion is larger
+        between rigid sleeves, whatever their form. None where the bonds do not face each other.
     """
 
     inner_radius: float
@@ -31,6 +34,7 @@ class Wall:
     inner: Span
     outer: Span
     straight: bool = False
+    reach: float | None = None
 
     @property
     def thickness(self) -> float:
@@ -99,7 +103,10 @@ def wall_of(bonds: Mapping[str, Array], spans: Mapping[str, Span] | None = None)
     lengths = [ends[name][1] - ends[name][0] for name in ("inner", "outer")]
     if high - low <= 1e-3 * high or min(lengths) <= 1e-3 * high:
         return None
-    return Wall(low, high, ends["inner"], ends["outer"])
+    (bottom, top), (below, above) = ends["inner"], ends["outer"]
+    facing = min(top, above) > max(bottom, below)
+    reach = float(outer[:, 0].max() - inner[:, 0].min()) if facing else None
+    return Wall(low, high, ends["inner"], ends["outer"], reach=reach)
 
 
 def cylindrical(points: Array) -> Array:

@@ -104,6 +104,13 @@ def plate() -> None:
     ring(15.5, 16.5, 30)
 
 
+def layers(gap: float = 0.0, press: float = 0.0) -> None:
+    """Two rings of rubber with a tube between them, the tube drawn smaller by a gap or larger for a press fit."""
+    ring(10, 15)
+    ring(16, 22)
+    ring(15 - press, 16 - gap, 44)
+
+
 def cone() -> None:
     """A conical bore."""
     hole = _occ().addCone(0, 0, -20, 0, 0, 40, 9, 12)
@@ -173,6 +180,17 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
         None,
     ),
     "plate": (plate, _named("rubber", "tube"), None),
+    "layers": (layers, _named("rubber", "rubber", "tube"), None),
+    "gap": (
+        lambda: layers(gap=0.05),
+        _named("rubber", "rubber", "tube"),
+        "nothing joins the inner bond to the outer one; the narrowest gap is 0.05 mm",
+    ),
+    "press_fit": (
+        lambda: layers(press=0.1),
+        _named("rubber", "rubber", "tube"),
+        r'solids 1 \("rubber"\) and 3 \("tube"\) overlap near',
+    ),
     "sleeves": (sleeves, _named("bolt", "rubber", "housing"), None),
     "nameless_sleeves": (sleeves, None, "no name says which one is the rubber"),
     "tiny_faces": (lambda: chamfered(0.05), None, None),

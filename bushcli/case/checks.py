@@ -10,6 +10,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.errors import nearest
 from cases.mode import modes
 from forms.law import Law, Parameter, laws
+from geometry.errors import LARGEST
 from geometry.shape import Shape, Sleeve
 
 _PARAMETERS: Keys = ("material", "parameters")
@@ -101,6 +102,9 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         what = f"geometry.{name} = {shown(largest)} is the largest dimension: no bushing is so small"
         expected = f"dimensions are in mm; if this one is in metres, write {1e3 * largest:g}"
         yield Finding(("geometry", name), what, expected=expected)
+    elif abs(largest) > LARGEST:
+        what = f"geometry.{name} = {shown(largest)}: no bushing is so large"
+        yield Finding(("geometry", name), what, expected=f"dimensions are in mm, at most {LARGEST:g}")
 
 
 def _terms(material: Material) -> Iterator[Finding]:

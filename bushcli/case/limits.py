@@ -79,7 +79,10 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     GeometryError
         An outline or a CAD file is not that of a bushing.
     """
-    names = set(used) or {mode.name for mode in modes().values() if mode.specimen == shape.specimen}
+    # A path of six motions, which needs the whole part, is not what a case without loads is about.
+    names = set(used) or {
+        m.name for m in modes().values() if m.specimen == shape.specimen and m.follow is None
+    }
     if not shape.structured:
         yield from _free_mesh_size(shape, mesh, names)
         return
@@ -112,8 +115,9 @@ def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> It
         if about > most:
             what = f"the mesh for mode {name} would have about {about:.2g} elements"
             expected = (
-                f"at most {most}: set smaller elements_... in [mesh], or check that all dimensions are in mm (a "
-                "dimension in another unit makes the part long and thin) and that the part has no tiny edges and faces"
+                f"at most {most}: set smaller elements_... in [mesh] (or --set mesh.elements_across=2), or check that "
+                "all dimensions are in mm (a dimension in another unit makes the part long and thin) and that the part "
+                "has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)
             return

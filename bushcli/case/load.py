@@ -86,6 +86,10 @@ def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
 
 def _read(path: Path) -> dict[str, Any]:
     text = ""
+    if path.is_file() and path.suffix.lower() != ".toml" and shape_of_part(path) is not None:
+        what = "is a part, and this command needs a case file"
+        expected = f"bushcli mesh {path} -o DIR writes DIR/case.toml to start from"
+        raise CaseError(Problem(str(path), what, "", expected))
     try:
         text = read_bounded(path, LARGEST_CASE).decode("utf-8-sig")
         deep = too_deep_line(text)
@@ -106,10 +110,10 @@ def _read(path: Path) -> dict[str, Any]:
         raise CaseError(Problem(str(path), f"cannot be read: {error.strerror or error}")) from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise CaseError(
-            Problem(f"{path}:{line}", "is not UTF-8 text", expected="a case file in TOML")
-        ) from None
+        raise CaseError(Problem(f"{path}:{line}", "is not UTF-8 text", expected=_WANTED)) from None
     except tomllib.TOMLDecodeError as error:
+        if path.suffix.lower() != ".toml" and not _is_like_toml(text):
+            raise CaseError(Problem(str(path), "is not a case file", "", _WANTED)) from None
         raise CaseError(_syntax(path, text, str(error))) from None
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
@@ -117,6 +121,14 @@ def _read(path: Path) -> dict[str, Any]:
         # A name with a null byte, numbers of thousands of digits, thousands of nested brackets.
         what = "is not valid TOML" if text else "cannot be read"
         raise CaseError(Problem(str(path), f"{what}: {error}")) from None
+
+
+_WANTED = "a case file in TOML; bushcli mesh also reads .step, .stp, .brep, .brp, .dxf, .msh and .inp files"
+
+
+def _is_like_toml(text: str) -> bool:
+    """Whether a text has a table's head or a key somewhere: a case file with a mistake, rather than another format."""
+    return re.search(r"^\s*(\[+[\w.]+\]+|\w+\s*=)", text, re.MULTILINE) is not None
 
 
 def _syntax(path: Path, text: str, message: str) -> Problem:

@@ -52,8 +52,13 @@ def load_case(
     """
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
-        what = f"{dotted(at)} and mode {shown(table.mode)} cannot be combined"
-        expected = f'mode = "{PATH}" with a table [load_cases.path], or points with another mode'
+        if isinstance(raw, dict):
+            what = f"{dotted(at)} is a table of six motions, and mode {shown(table.mode)} has one"
+        else:
+            what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; amplitude, points and file give one"
+        expected = (
+            f'mode = "{PATH}" with a table [load_cases.path], or amplitude, points or file with another mode'
+        )
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     wrong = []
     if table.rate is not None:

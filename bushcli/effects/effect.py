@@ -289,7 +289,7 @@ def unsuited(
     if shape.specimen != "bushing":
         return ()
     if effect.needs_sleeves and shape.wall is None:
-        what = f"a {type(shape).name} has no coaxial sleeves"
+        what = f"between the bonds of this {type(shape).name} there is no cylinder about the axis"
         return ((what, "use another shape, or leave this effect out"),)
     if effect.adds_sleeves and shape.sleeved(_SLEEVE, _SLEEVE) is None:
         what = f"sleeves cannot be added to a {type(shape).name}: it has only those that are drawn"

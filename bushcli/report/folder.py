@@ -18,6 +18,8 @@ from bushcli.runtime.bounded import read_bounded
 RESULT = "result.json"
 #: Key of `result.json` with the names of all files that bushcli wrote into the folder.
 FILES = "files"
+#: Names of files that a run may leave behind if it ends before `result.json` lists them.
+CLAIMED = ".bushcli-files"
 #: Bytes of a result.json; larger ones are not bushcli's.
 _LARGEST = 200_000_000
 _FOLDER = "a folder for the results"
@@ -99,17 +101,61 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none, empty if they are not listed."""
-    file = directory / RESULT
-    try:
-        found = {} if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
-    except (OSError, ValueError, RecursionError):
-        return None
+    claimed = _claimed(directory)
+    found = _read(directory / RESULT)
     if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
-        return None
+        return claimed or None
     listed = found.get(FILES, [])
     if not isinstance(listed, list):
+        return claimed or None
+    return claimed | {str(name) for name in listed} | {RESULT} if FILES in found else frozenset()
+
+
+def claim(directory: Path, names: Iterable[str]) -> None:
+    """Note files that are about to be written, so that a later run may replace them even if this one is interrupted.
+
+    Parameters
+    ----------
+    directory : Path
+        Created if necessary.
+    names : iterable of str
+        Files that `refuse_others` has accepted.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to.
+    """
+    text = json.dumps(sorted({*_claimed(directory), *names}))
+
+    def write(path: Path) -> None:
+        path.write_text(text, encoding="utf-8")
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        _replace(directory / CLAIMED, write)
+    except OSError as error:
+        raise _unwritable(directory, error) from None
+
+
+def _claimed(directory: Path) -> frozenset[str]:
+    found = _read(directory / CLAIMED)
+    return frozenset(map(str, found)) if isinstance(found, list) else frozenset()
+
+
+def _read(file: Path) -> Any:
+    """Contents of a JSON file; None if it cannot be read, or is a link."""
+    try:
+        return None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+    except (OSError, ValueError, RecursionError):
         return None
-    return frozenset({str(name) for name in listed} | {RESULT}) if FILES in found else frozenset()
+
+
+def _unwritable(directory: Path, error: OSError) -> InputError:
+    what = f"cannot be written: {error.strerror or error}"
+    return InputError(
+        Problem(str(error.filename or directory), what, "", "free some space, or give another -o")
+    )
 
 
 def write_files(
@@ -147,10 +193,10 @@ def write_files(
         listed = [name for name in listed if name in files or os.path.lexists(directory / name)]
         for name, content in files.items():
             _replace(directory / name, _writer(content, listed))
+        if RESULT in files:
+            (directory / CLAIMED).unlink(missing_ok=True)
     except OSError as error:
-        place = str(error.filename or directory)
-        what = f"cannot be written: {error.strerror or error}"
-        raise InputError(Problem(place, what, "", "free some space, or give another -o")) from None
+        raise _unwritable(directory, error) from None
     return tuple(directory / name for name in files)
 
 

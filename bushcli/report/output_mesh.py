@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.contents import drawn, geometry_pictures, text_file
-from bushcli.report.folder import RESULT, Content, write_files
+from bushcli.report.folder import RESULT, Content, claim, refuse_others, write_files
 from bushcli.report.output import FIELDS
 
 if TYPE_CHECKING:
@@ -68,11 +68,12 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     InputError
         The folder cannot be written.
     """
-    return (
-        ()
-        if error.view is None
-        else write_files(directory, geometry_pictures(error.view, str(error), {}), [])
-    )
+    if error.view is None:
+        return ()
+    pictures = geometry_pictures(error.view, str(error), {})
+    refuse_others(directory, pictures, [])
+    claim(directory, pictures)
+    return write_files(directory, pictures, [])
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:

@@ -80,11 +80,14 @@ def _path_table(name: str, six: SixCurve) -> Table:
     heads = ["time, s"]
     heads += [f"{MOTIONS[k]}{' (free)' if k in six.free else ''}, {_MOTION_UNITS[k]}" for k in moving]
     heads += [f"{force}, {unit}" for force, unit in zip(REACTIONS, _FORCE_UNITS, strict=True)]
-    largest = [float(np.abs(six.force[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]
+    largest, widest = (
+        [float(np.abs(values[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]
+        for values in (six.force, motion)
+    )
     rows: list[Row] = []
     for i in chosen:
         forces = [_force(six.force[i, k], largest[k // 3]) for k in range(6)]
-        moved = [_force(motion[i, k], float(np.abs(motion[:, k]).max())) for k in moving]
+        moved = [_force(motion[i, k], widest[k // 3]) for k in moving]
         rows.append((number(six.time[i]), *moved, *forces))
     title = f"{name}: motions of the inner sleeve, and the reactions (moments about its centre)"
     return Table(title, tuple(heads), tuple(rows), left=0)

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 # A motion whose range is less than this many standard deviations of its noise stands still: 10,000 samples reach 8.
 MOVES = 10.0
+# Fewer samples than this do not show their noise: all of them are taken as they are.
+FEW = 20
 # Steps of a line on which a motion goes over its whole range; others get proportionally fewer, at least FEWEST.
 STEPS, FEWEST = 12, 3
 # A path that does not begin at rest is preceded by a motion from rest to its beginning, in this share of its time.
@@ -40,8 +42,12 @@ def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
     found = np.ones(6, dtype=bool)
     for k in range(6):
         span = float(np.ptp(motion[:, k]))
-        found[k] = span < 1e-9 or span < MOVES * displacement_noise(motion[:, k], time)
+        found[k] = span < 1e-9 or span < MOVES * _noise(motion[:, k], time)
     return found
+
+
+def _noise(motion: Array, time: Array | None) -> float:
+    return displacement_noise(motion, time) if len(motion) >= FEW else 0.0
 
 
 def six_schedule(
@@ -85,7 +91,7 @@ def _quiet(motion: Array, time: Array | None) -> tuple[Array, Array]:
     """Return motions and tolerances (6,); a motion that stands still is set to its mean, or zero if that is noise."""
     values, tolerance = np.array(motion), np.ones(6)
     for k, stands in enumerate(still(motion, time)):
-        noise = displacement_noise(motion[:, k], time)
+        noise = _noise(motion[:, k], time)
         if stands:
             mean = float(motion[:, k].mean())
             values[:, k] = 0.0 if abs(mean) <= max(WITHIN * noise, 1e-9) else mean

@@ -12,6 +12,8 @@ from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
 from geometry.cad.rules import Rule, selected
 from geometry.cad.sampling import Sampled
+from geometry.cad.triangles import view_of
+from geometry.errors import GeometryError
 from geometry.session import model
 
 FREE = "free"
@@ -54,11 +56,24 @@ def find_bonds(
         Axis of the bushing.
     rules
         Rules of the case, by bond.
+
+    Raises
+    ------
+    GeometryError
+        A rule selects no face beside others that do, or a face belongs to both bonds.
     """
     labels = {face.tag: FREE for face in faces}
     how: dict[str, str] = {}
     for bond in BONDS:
         found, words = _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ()))
+        twice = [tag for tag in found if labels[tag] != FREE]
+        if twice:
+            raise GeometryError(
+                "geometry.bonds",
+                f"the inner and the outer bond have {len(twice)} face{'s' * (len(twice) > 1)} in common",
+                "rules of which each selects the faces of one bond",
+                view_of({tag: "both" if tag in twice else label for tag, label in labels.items()}),
+            )
         if found:
             labels |= dict.fromkeys(found, bond)
             how[bond] = words
@@ -76,7 +91,16 @@ def _bond(
 ) -> tuple[list[int], str]:
     """Faces of a bond, and how they were found."""
     if rules:
-        return selected(rules, faces, axis, part.size, part.face_names, part.colours), "by the case's rules"
+        each = [selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules]
+        found = sorted({tag for tags in each for tag in tags})
+        if found and [] in each:
+            raise GeometryError(
+                f"geometry.bonds.{bond}",
+                f"rule {each.index([]) + 1} of {len(each)} selects no face",
+                "rules that each select a face",
+                view_of({face.tag: bond if face.tag in found else FREE for face in faces}),
+            )
+        return found, "by the case's rules"
     sleeve = INNER if bond == "inner" else OUTER
     solids = [tag for tag, role in roles.items() if role == sleeve]
     if solids:

@@ -327,6 +327,7 @@ def _notes(
         notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
     notes.append(
         f"axis {how}: direction {_vector(frame.rows[2])} through {_vector(frame.centre)} mm, the bushing's centre"
+        + (", given" if wanted.origin is not None else "")
     )
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())

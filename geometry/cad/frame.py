@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.blocks import Array
+from geometry.errors import GeometryError
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,22 @@ def frame_of(axis: Array, centre: Array, direction: Array | None) -> Frame:
         Origin of the frame, shape (3,), mm.
     direction : Array | None
         Vector whose part normal to the axis becomes x, shape (3,); None for the file's own x.
+
+    Raises
+    ------
+    GeometryError
+        The direction is along the axis, or no direction.
     """
     z = axis / np.linalg.norm(axis)
     if direction is None:
         direction = np.eye(3)[0] if abs(z[0]) < 0.9 else np.eye(3)[1]
     x = direction - (direction @ z) * z
+    if not np.linalg.norm(x) > 1e-3 * np.linalg.norm(direction):
+        raise GeometryError(
+            "geometry.direction",
+            "is along the axis: a radial load acts across it",
+            "a vector normal to the axis",
+        )
     x /= np.linalg.norm(x)
     rows = np.array([x, np.cross(z, x), z])
     return Frame(

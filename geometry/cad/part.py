@@ -10,14 +10,16 @@ import numpy as np
 
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, refuse_size
 from geometry.session import model, options, refusing, silent
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-#: Least and largest size of a bushing, mm; beyond them the unit must be wrong.
-SMALLEST, LARGEST = 2.0, 3000.0
+#: Remedy for a part of impossible size.
+UNITS = 'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states'
+#: Solids may overlap by this share of the smaller one's volume: files have tolerances.
+OVERLAP = 1e-6
 #: Colour that Gmsh returns for a face without one.
 NO_COLOUR = (0, 0, 255, 0)
 
@@ -77,7 +79,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
         named = [own or last for own, last in zip(text.solids, named, strict=True)]
     names, colours = _faces(text)
     if len(solids) > 1:
-        solids_now = _fragmented(solids, named)
+        solids_now = _fragmented(solids, named, str(path))
         return Part(solids_now, size=size, scale=scale)
     return Part(dict(zip(solids, named, strict=True)), names, colours, size, scale)
 
@@ -123,12 +125,7 @@ def _place(*point: float) -> str:
 def _size(path: Path, scale: float) -> float:
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
     size = scale * float(np.max(box[1] - box[0]))
-    if not SMALLEST <= size <= LARGEST:
-        raise GeometryError(
-            str(path),
-            f"is {size:.4g} mm in size, which is impossible for a bushing",
-            'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states',
-        )
+    refuse_size(size, str(path), UNITS)
     for _, tag in model().getEntities(3):
         if model().occ.getMass(3, tag) <= 0:
             raise GeometryError(
@@ -159,13 +156,35 @@ def _faces(text: StepText) -> tuple[dict[int, str], dict[int, tuple[int, int, in
     }
 
 
-def _fragmented(solids: list[int], names: list[str]) -> dict[int, str]:
+def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, str]:
     """Cut the solids at each other, so that they share faces where they touch."""
+    volumes = [float(model().occ.getMass(3, tag)) for tag in solids]
     _, made = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])
     model().occ.synchronize()
     found: dict[int, str] = {}
+    owners: dict[int, int] = {}
     for number, pieces in enumerate(made):
         for dimension, tag in pieces:
-            if dimension == 3 and tag not in found:
+            if dimension != 3:
+                continue
+            other = owners.setdefault(tag, number)
+            common = float(model().occ.getMass(3, tag))
+            if other != number and common > OVERLAP * min(volumes[other], volumes[number]):
+                both = " and ".join(f'{i + 1} ("{names[i] or "no name"}")' for i in (other, number))
+                raise GeometryError(
+                    where,
+                    f"solids {both} overlap near {_place(*model().occ.getCenterOfMass(3, tag))}, in {common:.4g} of "
+                    f"{volumes[other]:.4g} and {volumes[number]:.4g} mm3",
+                    "solids that touch; draw rubber as moulded, up to the sleeve, and give a press fit as the effect "
+                    "swaging",
+                    view_of(
+                        {
+                            int(face): "overlap" if solid == tag else "free"
+                            for solid in owners
+                            for _, face in model().getBoundary([(3, solid)], oriented=False)
+                        }
+                    ),
+                )
+            if tag not in found:
                 found[int(tag)] = names[number]
     return found

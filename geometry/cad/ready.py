@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from geometry.blocks import Array
 from geometry.cad.axis import Axis
 from geometry.cad.frame import frame_of
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, refuse_size
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of
@@ -26,6 +26,8 @@ from geometry.wall import Wall, cylindrical, wall_of
 Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 SUFFIXES = (".msh", ".inp")
+#: Remedy for a mesh of impossible size.
+UNIT = 'unit = "mm", "cm", "m" or "inch": that of the numbers in the file; absent = mm'
 #: Types of cells by meshio's names.
 KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
 #: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
@@ -94,10 +96,12 @@ def read_mesh(
             str(path), f"holds {there}", "tetrahedra of 4 or 10 nodes or hexahedra of 8, one type only"
         )
     points = scale * np.asarray(mesh.points, dtype=float)[:, :3]
+    refuse_size(float(np.ptp(points, axis=0).max()), str(path), UNIT)
     cells = _regions(mesh, kinds[0])
     every = np.concatenate(list(cells.values()))
     outer = _outer_facets(every, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
+    _refuse_loose(points, every, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)
     frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
@@ -116,6 +120,33 @@ def read_mesh(
     )
     bonds = {name: cylindrical(points[np.unique(facets[name])]) for name in ("inner", "outer")}
     return ReadyMesh(raw, measures, _view(points, facets), notes, wall_of(bonds))
+
+
+def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where: str) -> None:
+    """Refuse bodies that are held by no bond, and bonds that no elements join by common nodes."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first = np.repeat(cells[:, 0], cells.shape[1])
+    links = coo_array((np.ones(first.size), (first, cells.ravel())), shape=(len(points), len(points)))
+    _, body = connected_components(links, directed=False)
+    held = {name: set(body[facets[name]].ravel().tolist()) for name in ("inner", "outer")}
+    loose = sorted(set(body[cells[:, 0]].tolist()) - held["inner"] - held["outer"])
+    if loose:
+        x, y, z = points[body == loose[0]].mean(axis=0)
+        raise GeometryError(
+            where,
+            f"elements around ({x:.4g}, {y:.4g}, {z:.4g}) are held by no bond: they share no nodes with those that are",
+            "one body, or bodies that share nodes",
+            _view(points, facets),
+        )
+    if not held["inner"] & held["outer"]:
+        raise GeometryError(
+            where,
+            "nothing joins the inner bond to the outer one: no elements lead from one to the other by common nodes",
+            "bodies that share nodes where they touch",
+            _view(points, facets),
+        )
 
 
 def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
@@ -165,13 +196,24 @@ def _read(path: Path) -> Any:
             return meshio.read(known)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
         # meshio calls `exit(1)` where no format fits.
-        words = "" if isinstance(error, SystemExit) else str(error).strip()
+        words = str(error).strip() if isinstance(error, (meshio.ReadError, OSError)) else ""
+        if path.stat().st_size == 0:
+            words = "it is empty"
         raise GeometryError(str(path), f"cannot be read as a mesh{words and f': {words}'}") from None
 
 
 def _groups(mesh: Any) -> dict[str, list[Any]]:
     """Cell sets by lower-case name: for each block of cells the indices in it."""
-    return {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+    found = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+    numbers = mesh.cell_data.get("gmsh:physical")
+    if not found and numbers is not None:
+        # Of files of Gmsh's format 2 meshio makes no sets: each element has the number of its group.
+        for name, (number, dimension) in mesh.field_data.items():
+            found[name.lower()] = [
+                np.flatnonzero(own == number) if block.dim == dimension else None
+                for own, block in zip(numbers, mesh.cells, strict=True)
+            ]
+    return found
 
 
 def _regions(mesh: Any, kind: str) -> dict[str, Ints]:

@@ -100,7 +100,8 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
     points: dict[tuple[float, float], int] = {}
     wires = [occ.addCurveLoop([_add(curve, points) for curve in loop.curves]) for loop in loops]
     holes = _holes(loops)
-    faces, names = [], []
+    faces: list[int] = []
+    names: list[str] = []
     for number, loop in enumerate(loops):
         if number in holes:
             continue

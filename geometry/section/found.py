@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.blocks import Array
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, refuse_size
 from geometry.joined import refuse_loose
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
@@ -86,6 +86,9 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
     """
     drawn_loops, loops = loops, with_plates(loops, where)
     refuse_crossings(loops, where)
+    ends = np.array([point for loop in loops for curve in loop.curves for point in curve.points])
+    extents = (float(ends[:, 0].max()), float(np.ptp(ends[:, 1])))
+    refuse_size(max(extents), where, "dimensions in mm; of a drawing, its own unit ($INSUNITS) is used")
     with session():
         refuse_overlaps(drawn_loops, where)
         model().add("section")

@@ -14,7 +14,8 @@ from geometry.cad.part import MILLIMETRES
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
-from geometry.shape import Meets, Metal, Mirrors, Names, Plate, Refinement, metals
+from geometry.metal import Metal, Plate, metals
+from geometry.shape import Meets, Mirrors, Names, Refinement
 from geometry.view import View
 from geometry.wall import Wall
 

@@ -9,10 +9,11 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from typing_extensions import override
 
+from geometry.metal import Metal, Plate, metals
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
-from geometry.shape import Meets, Metal, Mirrors, Names, Plate, Refinement, metals
+from geometry.shape import Meets, Mirrors, Names, Refinement
 from geometry.view import View
 from geometry.wall import Wall
 

@@ -27,6 +27,7 @@ PLANES = {
     "three_voids": "yz",
     "plate": "xyz",
     "sleeves": "xyz",
+    "layers": "xyz",
     "tiny_faces": "xyz",
     "metres": "xyz",
     "tilted": "xyz",
@@ -108,11 +109,21 @@ def test_units_rules_and_axis_of_the_case(folder):
     assert given.found.frame.rows[2] == (0.0, 0.0, -1.0)
     assert given.found.frame.centre == (0.0, 0.0, 3.0)
     assert given.found.frame.rows[0] == (0.0, 1.0, 0.0)
+    for wrong, said in (
+        ({"direction": (0, 0, 1)}, "geometry.direction: is along the axis"),
+        ({"bonds": {"inner": [{"radius": 10.0}, {"radius": 11.0}]}}, "rule 2 of 2 selects no face"),
+        ({"bonds": {"inner": {"radius": 10.0}, "outer": {"radius": 10.0}}}, "have 1 face in common"),
+    ):
+        with pytest.raises(GeometryError, match=said):
+            CAD(file=flanged, **wrong).found  # noqa: B018
 
 
-@pytest.mark.parametrize(("order", "suffix"), [(1, ".msh"), (2, ".msh"), (1, ".inp"), (2, ".inp")])
-def test_meshes_are_taken_as_they_are(order, suffix, folder):
-    shape = CAD(file=str(_written(folder / f"mesh{order}{suffix}", order)))
+@pytest.mark.parametrize(
+    ("order", "suffix", "version"),
+    [(1, ".msh", 4.1), (2, ".msh", 4.1), (2, ".msh", 2.2), (1, ".inp", 4.1), (2, ".inp", 4.1)],
+)
+def test_meshes_are_taken_as_they_are(order, suffix, version, folder):
+    shape = CAD(file=str(_written(folder / f"mesh{order}{suffix}", order, version=version)))
     assert shape.mirror_planes == frozenset()
     mesh = build(shape, 3)
     assert mesh_order(mesh.mesh) == order
@@ -129,7 +140,21 @@ def test_a_mesh_without_bonds_is_refused(folder):
         CAD(file=str(file)).found  # noqa: B018
 
 
-def _written(file, order, names=("inner", "outer")):
+@pytest.mark.parametrize(
+    ("rings", "said"),
+    [
+        (((10, 15), (16, 22)), "nothing joins the inner bond to the outer one"),
+        (((10, 22), (30, 32)), "are held by no bond"),
+    ],
+)
+def test_bodies_of_a_mesh_share_nodes(rings, said, folder):
+    file = _written(folder / "loose.msh", 1, rings=rings)
+    with pytest.raises(GeometryError, match=said) as error:
+        CAD(file=str(file)).found  # noqa: B018
+    assert error.value.view is not None
+
+
+def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),)):
     import gmsh
 
     from tests.parts import ring
@@ -137,14 +162,19 @@ def _written(file, order, names=("inner", "outer")):
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
         gmsh.model.add("mesh")
-        body = ring()
+        bodies = [ring(*radii) for radii in rings]
         gmsh.model.occ.synchronize()
-        round_faces = [f for _, f in gmsh.model.getEntities(2) if gmsh.model.getType(2, f) == "Cylinder"]
-        round_faces.sort(key=lambda f: gmsh.model.occ.getMass(2, f))
-        for face, name in zip(round_faces, names, strict=True):
-            gmsh.model.addPhysicalGroup(2, [face], name=name)
-        gmsh.model.addPhysicalGroup(3, [body], name="rubber")
+        # The faces at 10 and 22 mm have these areas.
+        areas = {name: 2 * np.pi * r * 40 for name, r in zip(names, (10, 22), strict=True)}
+        for _, face in gmsh.model.getEntities(2):
+            for name, area in areas.items():
+                if gmsh.model.getType(2, face) == "Cylinder" and gmsh.model.occ.getMass(
+                    2, face
+                ) == pytest.approx(area):
+                    gmsh.model.addPhysicalGroup(2, [face], name=name)
+        gmsh.model.addPhysicalGroup(3, bodies, name="rubber")
         gmsh.option.setNumber("Mesh.MeshSizeMax", 6.0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 16)
         gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)

@@ -71,6 +71,19 @@ def test_tetrahedra_in_a_plain_ring(tmp_path, capfd):
     np.testing.assert_allclose(history.force, [859.98, 2801.0], rtol=0.01)
 
 
+@pytest.mark.parametrize("plates", [{}, {"tube": {"rigid": True}}])
+def test_two_layers_of_a_cad_part_twist_in_series(tmp_path, capfd, plates):
+    """The shear of bonded rings is 1 / r^2 whatever their length: 1/k = sum of (1/a^2 - 1/b^2) / (4 pi mu L)."""
+    from tests.parts import make
+
+    shape = shapes()["cad"](file=str(make("layers", tmp_path)), plates=plates)
+    soft = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 2000.0)
+    history = march(prepare(shape, modes()["torsional"], soft), Program(np.radians([1.0])))
+    capfd.readouterr()  # discard OpenCASCADE's output about its export
+    compliance = (1 / 10**2 - 1 / 15**2 + 1 / 16**2 - 1 / 22**2) / (4 * np.pi * 1.0 * 40)
+    assert history.force[0] / np.radians(1.0) == pytest.approx(1 / compliance, rel=3e-3)
+
+
 def test_a_section_of_a_ring_is_that_ring():
     """Its forces equal those of the parametric shape in all modes, although the meshes differ."""
     ring = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
-from geometry.shape import Metal, Shape, Sleeve
+from geometry.metal import Metal
+from geometry.shape import Shape, Sleeve
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.report.folder import check_folder, owned, refuse_others, write_files
+from bushcli.report.folder import check_folder, claim, owned, refuse_others, write_files
 from bushcli.runtime.names import file_names
 
 RESULT = {"command": "direct", "versions": {}}
@@ -112,3 +112,16 @@ def test_no_name_of_a_channel_leaves_the_folder(name):
     assert Path(safe).name == safe
     assert len(f".{safe}-comparison.csv.1234567.part".encode()) < 255
     assert not safe.startswith((".", "-"))
+
+
+def test_files_of_an_interrupted_run_are_replaced(tmp_path):
+    claim(tmp_path, ["axial.h5"])
+    (tmp_path / "axial.h5").write_text("cut short")
+    (tmp_path / "axial.csv").write_text("somebody's")
+    refuse_others(tmp_path, ["axial.h5"], ())
+    with pytest.raises(InputError, match="was not written by an earlier run"):
+        refuse_others(tmp_path, ["axial.csv"], ())
+    write_files(tmp_path, {"result.json": RESULT}, (), ["axial.h5"])
+    # From then on result.json lists them.
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["axial.csv", "axial.h5", "result.json"]
+    assert owned(tmp_path) == {"axial.h5", "result.json"}

@@ -1,0 +1,75 @@
+"""Metal of plates and sleeves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Protocol
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from geometry.errors import GeometryError
+
+#: Young's modulus of bodies that do not deform, MPa.
+RIGID = 1e7
+
+
+class Metal(Protocol):
+    """Elastic constants of a metal body."""
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Young's modulus of the metal, MPa."""
+
+    @property
+    def poissons_ratio(self) -> float:
+        """Poisson's ratio of the metal."""
+
+
+class Plate(BaseModel):
+    """An elastic metal body of any form, inside the rubber or on its side."""
+
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
+
+    youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
+    poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
+    rigid: bool = Field(default=False, description="true = does not deform, whatever its modulus")
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Plate:
+        if self.rigid and "youngs_modulus" in self.model_fields_set:
+            raise ValueError("has rigid = true and a youngs_modulus: give one of them")
+        return self
+
+    @property
+    def metal(self) -> Plate:
+        """Metal used in the computation: a rigid plate is fifty times as stiff as steel."""
+        return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
+
+
+def metals(
+    plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
+) -> dict[str, Metal]:
+    """Return the metal of each region other than the rubber.
+
+    Parameters
+    ----------
+    plates
+        Plates of the case, by name.
+    regions
+        Meshed regions.
+    known
+        Names that the case may give a metal, meshed or not.
+    where
+        File or key of the case, for messages.
+
+    Raises
+    ------
+    GeometryError
+        The case gives a metal to a body that does not exist.
+    """
+    names = [name for name in known if name != "rubber"]
+    for name in plates:
+        if name not in names:
+            there = ", ".join(names) or "there are none"
+            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
+    return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}
