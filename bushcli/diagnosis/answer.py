@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 # Noise above this percentage of the force range causes a warning, because it hides what users usually look for: the
 # literature calls 10 % of misfit a good agreement of simulation and rig.
 LOUD = 5.0
+# Misfit of a channel that was held out, % of the force range, up to which it counts as predicted: mesh and calibration
+# alone make 1 % (`likelihood.calibration`).
+MISSED = 1.0
 
 
 def verdict(best: Weighed, plain: Model) -> Verdict:
@@ -195,7 +198,26 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
-    return [*made, *_search_doubts(best, search)]
+    return [*made, *_held_out(channels), *_search_doubts(best, search)]
+
+
+def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
+    """Return a doubt about channels that took no part in the fits and that the most probable model misses."""
+    missed = [
+        one for one in channels if one.held_out and one.after_percent > max(MISSED, 3 * one.noise_percent)
+    ]
+    if not missed:
+        return []
+    sizes = ", ".join(
+        f"{one.name} by {one.after_percent:.2g} %, noise {one.noise_percent:.2g} %" for one in missed
+    )
+    return [
+        Condition(
+            "held_out_missed",
+            f"the most probable model misses what was held out ({sizes} of the force range)",
+            "do not rely on the diagnosis for that channel: diagnose all channels together, without --hold-out",
+        )
+    ]
 
 
 def _search_doubts(best: Weighed, search: Search) -> list[Condition]:

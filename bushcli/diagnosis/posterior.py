@@ -33,7 +33,7 @@ FAMILIES: Mapping[str, frozenset[str]] = {
     "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
     "softening in use": frozenset({"mullins", "permanent_set", "warming", "drift"}),
     "prestress": frozenset({"swaging", "cure_shrinkage", "dimension"}),
-    "loss of stiffness in confined rubber": frozenset(
+    "stiffness that differs between the channels": frozenset(
         {"compressibility", "rig_compliance", "sleeve_compliance", "debonding", "gain"}
     ),
     "zero error of the rig": frozenset({"offset", "free_play", "misalignment", "drift"}),

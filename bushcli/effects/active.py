@@ -85,6 +85,11 @@ class ActiveEffect:
         """
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
 
+    @property
+    def can_branch(self) -> bool:
+        """Whether the effect has optional parameters that this one is without."""
+        return any(p.optional and p.name not in self.values for p in self.effect.parameters)
+
     def started(self) -> ActiveEffect:
         """Return the effect with start values for the parameters that have no value."""
         return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})

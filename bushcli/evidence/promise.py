@@ -111,7 +111,7 @@ class Promise:
         return Hopeless("the misfit cannot become low enough to matter") if self._short >= TWICE else None
 
     def is_at_wall(self, x: Array) -> bool:
-        """Whether a search that ended at `x` (p,), where its trials failed, might have gone on to a better fit."""
+        """Whether a search that ended at `x` (p,) might have gone on to a visibly better fit."""
         return self._step(x)[1] > NOTHING_AT_WALL
 
     def _is_slow(self, x: Array, gain: float) -> bool:

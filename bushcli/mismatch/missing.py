@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Along = Literal["displacement", "time", "cycle", "rate"]
 
+# Missing force, as a share of the force range, below which nothing is said about it: it would be shown as 0.0 %.
+TINY = 5e-4
 # Points of a profile along displacement and along time.
 POINTS, TIMES = 9, 12
 # Least share of the missing force's square that a sentence has to describe.
@@ -131,12 +133,17 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     at = f"in the {channel.name} channel, " if several else ""
     span = float(np.ptp(recording.force))
     size = float(np.sqrt(power / len(mean))) / span
+    if size < TINY:
+        return []
     found = []
     for basis, words in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
-        share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
-        # A sentence with more coefficients has to describe more.
-        share -= PRICE * (basis.shape[1] - 1)
+        share = _described(basis, mean)
+        if basis.shape[1] > 1:
+            # A sentence says something about the last coefficient, which has to describe more than those before it.
+            if share < _described(basis[:, :-1], mean) + PRICE:
+                continue
+            share -= PRICE
         if share > SAYS:
             found.append((share * size, at + words(a)))
     if found:
@@ -147,6 +154,12 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         return [(elastic * size, at + text)]
     text = f"a missing force of {100 * size:.1f} % of the range follows neither displacement, time nor cycle alone"
     return [(UNSAID * size, at + text)]
+
+
+def _described(basis: Array, mean: Array) -> float:
+    """Share of the missing force's square that columns (n, k) describe."""
+    rest = mean - basis @ np.linalg.lstsq(basis, mean, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / float(mean @ mean)
 
 
 def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:

@@ -64,7 +64,8 @@ def diagnosis_text(found: Diagnosis) -> Group:
     parts += _table(model_table(found, _MODELS))
     parts += _table(misfit_table(found))
     parts += [Text(line) for line in _ended(form_error_line(found))]
-    parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
+    if found.verdict != "faulty_data":
+        parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
     parts += _block("Next test", _ended(*next_test_lines(found)))
     parts += _block("Search", _ended(*searched_lines(found), *untestable_lines(found)))
     spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"

@@ -9,6 +9,7 @@ from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis_names import chance, law_title, together
 from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
+    UNSEARCHED,
     best_probability,
     catalogue,
     effects_with_chance,
@@ -34,7 +35,7 @@ def paragraph(found: Diagnosis) -> str:
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
         return " ".join(parts + _ended(fault_lines(found)))
-    if found.verdict == "unexplained":
+    if found.verdict == "unexplained" and found.searched.left <= UNSEARCHED:
         parts += _ended(missing_lines(found)[1:])
     if found.verdict != "explained":
         parts += _ended(sentences(found.location)[:2])
@@ -76,6 +77,11 @@ def _opening(found: Diagnosis) -> str:
                 f"{other} fits better without any further physics{best}, but not to within the noise."
                 if short
                 else f"{other} describes the same rubber without any further physics{best}."
+            )
+        case "unexplained" if found.searched.left > UNSEARCHED:
+            return (
+                f"{origin}, leaves a misfit larger than the noise. The search for its cause ended before it had looked "
+                "at most effects: none of them is ruled out."
             )
         case "unexplained":
             sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
@@ -124,8 +130,14 @@ def _gain(found: Diagnosis) -> str:
             f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force "
             f"range (noise {channel.noise_percent:.2g} %)"
         )
-    what = "With it" if len(found.effects) == 1 else "With them" if found.effects else "With that law"
-    return f"{what} the misfit falls: {', '.join(parts)}." if parts else ""
+    if not parts:
+        return ""
+    what = "With it" if len(found.effects) == 1 else "With them" if found.effects else ""
+    if not what and found.material.law != found.plain.law:
+        what = f"With the {law_title(found.material.law)} law"
+    falls = all(channel.after_percent <= channel.before_percent for channel in found.channels)
+    change = "the misfit falls" if falls else "the misfit changes"
+    return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
 
 
 def _rivals(found: Diagnosis) -> str:

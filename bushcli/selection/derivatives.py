@@ -43,7 +43,9 @@ class Derivatives:
     untestable: dict[str, str] = field(default_factory=dict)
     _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
 
-    def beside(self, state: State, first: bool = False) -> list[Addition]:
+    def beside(
+        self, state: State, first: bool = False, among: Sequence[Effect] | None = None
+    ) -> list[Addition]:
         """Return the change of the curves by every effect beside a model, at every point of its grid.
 
         Parameters
@@ -52,9 +54,11 @@ class Derivatives:
             The model with its best-fitting values.
         first : bool
             Whether it is the plain law: effects that change nothing beside it are noted in `untestable`.
+        among : sequence of Effect, optional
+            These instead of the catalogue.
         """
         asked: list[Trial] = []
-        for effect in self.catalogue:
+        for effect in self.catalogue if among is None else among:
             some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
             if not some and first:
                 self.untestable[effect.name] = reason

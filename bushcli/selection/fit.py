@@ -153,7 +153,10 @@ def fit(
         found = _End(problem.objective(at), at, True)
         again = _searched(problem, inside(at, lower, upper), lower, upper)
         best = min(one for one in (best, found, again) if one is not None)
-    return None if best is None else fitted(model, problem, best.x, best.converged)
+    if best is None:
+        return None
+    # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
+    return fitted(model, problem, best.x, best.converged or not promise.is_at_wall(best.x))
 
 
 def pose(

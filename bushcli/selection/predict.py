@@ -168,7 +168,7 @@ class Beside:
 
     @cached_property
     def _held(self) -> tuple[NDArray[np.bool_], Array]:
-        """Which of the fitted parameters bounds hold, and their steps to the bounds (`State.held`)."""
+        """Which of the fitted parameters bounds hold, and the parameters with these at their bounds (`State.held`)."""
         misfit, slopes = self._whole
         return self.state.held(misfit, slopes)
 
@@ -188,7 +188,7 @@ class Beside:
     @cached_property
     def _rest(self) -> Array:
         misfit, slopes = self._whole
-        return self._left(misfit + slopes @ self._held[1])
+        return self._left(misfit + slopes @ (self._held[1] - self.state.fitted.x))
 
     def _split(self, rows: Array) -> list[Array]:
         """Features by channel from weighted rows."""
@@ -253,7 +253,7 @@ class Beside:
             gram, -(own.T @ self._rest), known, start, lambda found: self._bounded(point, found, known)
         )
         rest = self._rest + own @ amplitude
-        values = np.concatenate([self.state.fitted.x + self._held[1], start + amplitude])
+        values = np.concatenate([self._held[1], start + amplitude])
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,

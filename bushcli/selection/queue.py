@@ -4,8 +4,7 @@ Every fitted model that may still matter adds its neighbours to the queue: model
 more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
 evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
 reliable is the prediction; a reliable one counts like a fit. The search ends when further fits could change no more
-than a few per cent of the posterior, or when the time allowed is over. The number of workers does not matter: models
-are fitted in batches of one size.
+than a few per cent of the posterior, or when the time allowed is over. Batches have one size for any number of workers.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.promise import needed_of
 from bushcli.runtime.workers import Workers
+from bushcli.selection.branching import more_branches
 from bushcli.selection.columns import unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import Measured, fit
@@ -65,9 +65,8 @@ class Search:
         Fitted models.
     waiting : dict of Key to Queued
         Models that are not fitted.
-    rows : list
-        Fits in their order.
-    lost : list of str
+    rows, lost : list
+        Fits in their order; models that cannot be solved, in words.
     derivatives : Derivatives
         By the effects of the catalogue.
     ended : str
@@ -88,6 +87,7 @@ class Search:
     solves: int = 0
     failed: int = 0
     _expanded: set[Key] = field(default_factory=set)
+    _branched: set[Key] = field(default_factory=set)
     _tried: set[Key] = field(default_factory=set)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
 
@@ -104,6 +104,7 @@ class Search:
                 self._expand(key)
                 if time.perf_counter() > self.deadline:
                     break
+            self._branch()
             if self.left < LEFT:
                 return
             if time.perf_counter() > self.deadline:
@@ -113,9 +114,9 @@ class Search:
 
     @property
     def left(self) -> float:
-        """Share of the posterior that further fits may change."""
+        """Share of the posterior that further fits may change; all of it before any neighbour is predicted."""
         if not self.waiting:
-            return 0.0
+            return 0.0 if self._expanded else 1.0
         hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
         return float(1.0 / (1.0 + math.exp(min(self.total - hoped, 700.0))))
 
@@ -251,12 +252,8 @@ class Search:
         identities = state.model.identities
         if len(identities) >= MOST:
             return
-        others = [
-            one
-            for points in self._beside_plain.values()
-            for one in points
-            if one.trial.active.identity not in identities
-        ]
+        every = [one for points in self._beside_plain.values() for one in points]
+        others = [one for one in every if one.trial.active.identity not in identities]
         for one in Beside(state, others).singles():
             if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
                 self._queue(one, state, slack_of(BORROWED * one.gain))
@@ -269,13 +266,16 @@ class Search:
 
     def _to_expand(self) -> list[Key]:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
-        total = self.total
-        return [
-            key
-            for key, state in self.states.items()
-            if key not in self._expanded
-            and (state is self.plain or max(self.weights(state)) > total + math.log(NEIGHBOURS))
-        ]
+        least = self.total + math.log(NEIGHBOURS)
+        new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
+        return [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+
+    def _branch(self) -> None:
+        """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
+        for state, one in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
+            if one.gain >= FAINT:
+                self._queue(one, state, slack_of(one.gain))
+        self._branched |= self.states.keys()
 
     def _expand(self, key: Key) -> None:
         self._expanded.add(key)
@@ -344,5 +344,5 @@ class Search:
         optimistic = predicted + max(0.0, min(slack, room))
         new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound, is_silent)
         known = self.waiting.get(key)
-        if key not in self.states and (known is None or new.rank > known.rank):
+        if key not in self.states and (known is None or new.rank > known.rank) and math.isfinite(predicted):
             self.waiting[key] = new

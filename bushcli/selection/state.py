@@ -103,7 +103,7 @@ class State:
         return self.model.off_values(self.fitted.names)
 
     def held(self, misfit: Array, slopes: Array) -> tuple[NDArray[np.bool_], Array]:
-        """Return which parameters bounds hold at the first-order optimum, shape (p,), and their steps to the bounds.
+        """Return which parameters bounds hold at the first-order optimum, shape (p,), and the parameters there.
 
         Parameters
         ----------
@@ -115,8 +115,8 @@ class State:
         Returns
         -------
         held : array of bool, shape (p,)
-        step : array, shape (p,)
-            Each in its parameter's unit; zero for those that no bound holds.
+        values : array, shape (p,)
+            Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
         task = self.model.task(self.problem.case)
         _, lower, upper = task.vectors()
@@ -126,11 +126,12 @@ class State:
         size[size == 0.0] = 1.0
         free = np.linalg.lstsq(slopes / size, -misfit)[0] / size
         if np.all((low <= free) & (free <= high)):
-            return np.zeros(len(free), dtype=bool), np.zeros(len(free))
+            return np.zeros(len(free), dtype=bool), self.fitted.x
         room = np.minimum(low * size, 0.0), np.maximum(high * size, 0.0)
         found = lsq_linear(slopes / size, -misfit, room, method="bvls")
+        bounds = np.where(found.active_mask < 0, lower[order], upper[order])
         held = found.active_mask != 0
-        return held, np.where(held, found.x / size, 0.0)
+        return held, np.where(held, bounds, self.fitted.x)
 
     @cached_property
     def evidence(self) -> Evidence:

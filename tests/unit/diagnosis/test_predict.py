@@ -178,8 +178,8 @@ def test_beside_a_parameter_that_its_bound_holds_nothing_is_gained_beyond_the_bo
     predicted = next(one for one in beside.singles() if one.model.identities == ("drift", "permanent_set"))
     assert predicted.log_likelihood == pytest.approx(both.evidence.judged.log, abs=0.1)
     # What the set would gain beyond its bound.
-    nothing = np.zeros(len(alone.fitted.x))
-    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: (nothing > 0.0, nothing))
+    nothing = np.zeros(len(alone.fitted.x), dtype=bool)
+    monkeypatch.setattr(State, "held", lambda self, misfit, slopes: (nothing, self.fitted.x))
     free = Beside(alone, found.derivatives.beside(alone, False))
     wrong = next(one for one in free.singles() if one.model.identities == ("drift", "permanent_set"))
     assert wrong.log_likelihood > predicted.log_likelihood + 2.0
@@ -200,3 +200,8 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     expected = State(world.problem, best).evidence.judged.log
     assert State(world.problem, off).evidence.judged.log < expected - 0.1
     assert beside.own == pytest.approx(expected, abs=0.05)
+    # Exactly at the bound: an amplitude below its least value, if only by rounding, would be impossible.
+    held, values = State(world.problem, off).held(*beside._whole)
+    assert held[i]
+    assert values[i] == 0.0
+    assert np.isfinite(beside.alone().log_evidence)

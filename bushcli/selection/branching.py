@@ -1,0 +1,54 @@
+"""Single effects with one branch more, where the effect without it is too poor for all its neighbours to be predicted.
+
+A rig of constant compliance may explain little of a recording that one which grows stiffer under load explains.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import Protocol
+
+from bushcli.selection.derivatives import Derivatives
+from bushcli.selection.model import Key
+from bushcli.selection.predict import Beside
+from bushcli.selection.prediction import Prediction
+from bushcli.selection.state import Problem, State
+
+
+class Fits(Protocol):
+    """Fitted models and their weights, as a search has them."""
+
+    problem: Problem
+    states: dict[Key, State]
+    derivatives: Derivatives
+
+    @property
+    def total(self) -> float:
+        """Logarithm of the sum of all posterior weights."""
+
+    def weights(self, state: State) -> tuple[float, float]:
+        """Logarithm of the posterior weight of a model, without and with the unknown effect."""
+
+
+def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[tuple[State, Prediction]]:
+    """Yield fitted models of one effect with predictions of that effect with one branch more.
+
+    Parameters
+    ----------
+    fits : Fits
+    known : collection of Key
+        Models whose branches have been predicted already.
+    share : float
+        Share of the posterior that the model with the branch must be able to reach, if it left nothing but noise.
+    """
+    likelihood = fits.problem.likelihood
+    most = likelihood.judge(likelihood.nothing).log
+    states: Mapping[Key, State] = dict(fits.states)
+    for key, state in states.items():
+        own = [one.effect for one in state.model.effects if one.can_branch]
+        reach = fits.weights(state)[0] + most - state.evidence.judged.log
+        if key in known or len(state.model.effects) != 1 or not own or reach < fits.total + math.log(share):
+            continue
+        for one in Beside(state, fits.derivatives.beside(state, among=own)).singles():
+            yield state, one
