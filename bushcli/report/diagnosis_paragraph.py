@@ -123,7 +123,7 @@ def _effects(found: Diagnosis) -> list[str]:
 def _gain(found: Diagnosis) -> str:
     parts: list[str] = []
     for channel in found.channels:
-        if channel.before_percent == channel.after_percent:
+        if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
             continue
         held = ", held out," if channel.held_out else ""
         parts.append(

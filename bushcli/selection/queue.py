@@ -278,7 +278,6 @@ class Search:
         self._branched |= self.states.keys()
 
     def _expand(self, key: Key) -> None:
-        self._expanded.add(key)
         state = self.states[key]
         beside = Beside(state, self.derivatives.beside(state, state is self.plain))
         if state is self.plain:
@@ -299,6 +298,8 @@ class Search:
                 bound = beside.any_law(more)
                 self._queue(Prediction(model, bound, 0.0, bound), state, 0.0, is_bound=True)
         self._expand_without(state, beside)
+        # Not before: an interrupted search has not looked at these neighbours.
+        self._expanded.add(key)
 
     def _expand_without(self, state: State, beside: Beside) -> None:
         """Queue the model without some of its effects, and with another effect in their place.
