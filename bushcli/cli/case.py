@@ -30,7 +30,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
-    from bushcli.simulate.admissible import check_material
+    from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
     from bushcli.standards.protocol import protocol
 
@@ -43,6 +43,8 @@ def check(run: Run, strict: bool) -> int:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
     faults = find_faults(case, [*curves, *coupons])
+    if not any(fault.fatal for fault in faults):
+        check_travel(case, curves, faults)
     found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]

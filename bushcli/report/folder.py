@@ -14,12 +14,11 @@ from typing import Any
 
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.bounded import read_bounded
+from bushcli.runtime.claims import claimed, release
 
 RESULT = "result.json"
 #: Key of `result.json` with the names of all files that bushcli wrote into the folder.
 FILES = "files"
-#: Names of files that a run may leave behind if it ends before `result.json` lists them.
-CLAIMED = ".bushcli-files"
 #: Bytes of a result.json; larger ones are not bushcli's.
 _LARGEST = 200_000_000
 _FOLDER = "a folder for the results"
@@ -101,46 +100,14 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none, empty if they are not listed."""
-    claimed = _claimed(directory)
+    noted = claimed(directory)
     found = _read(directory / RESULT)
     if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
-        return claimed or None
+        return noted or None
     listed = found.get(FILES, [])
     if not isinstance(listed, list):
-        return claimed or None
-    return claimed | {str(name) for name in listed} | {RESULT} if FILES in found else frozenset()
-
-
-def claim(directory: Path, names: Iterable[str]) -> None:
-    """Note files that are about to be written, so that a later run may replace them even if this one is interrupted.
-
-    Parameters
-    ----------
-    directory : Path
-        Created if necessary.
-    names : iterable of str
-        Files that `refuse_others` has accepted.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
-    """
-    text = json.dumps(sorted({*_claimed(directory), *names}))
-
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        _replace(directory / CLAIMED, write)
-    except OSError as error:
-        raise _unwritable(directory, error) from None
-
-
-def _claimed(directory: Path) -> frozenset[str]:
-    found = _read(directory / CLAIMED)
-    return frozenset(map(str, found)) if isinstance(found, list) else frozenset()
+        return noted or None
+    return noted | {str(name) for name in listed} | {RESULT} if FILES in found else frozenset()
 
 
 def _read(file: Path) -> Any:
@@ -194,7 +161,7 @@ def write_files(
         for name, content in files.items():
             _replace(directory / name, _writer(content, listed))
         if RESULT in files:
-            (directory / CLAIMED).unlink(missing_ok=True)
+            release(directory)
     except OSError as error:
         raise _unwritable(directory, error) from None
     return tuple(directory / name for name in files)

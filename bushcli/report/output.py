@@ -18,7 +18,7 @@ from bushcli.report.contents import (
     number_table,
     text_file,
 )
-from bushcli.report.folder import RESULT, Content, check_folder, claim, refuse_others, write_files
+from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 
@@ -256,10 +256,6 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     )
     designs = [DESIGNS] if command == "study" else []
     refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
-    fields = [name for name in curves if name.endswith(FIELDS)]
-    if fields:
-        # They are written while the simulation runs, which may be interrupted.
-        claim(directory, fields)
 
 
 def inputs_of(case: Case | None) -> list[Path]:

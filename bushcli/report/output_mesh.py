@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.contents import drawn, geometry_pictures, text_file
-from bushcli.report.folder import RESULT, Content, claim, refuse_others, write_files
+from bushcli.report.folder import RESULT, Content, refuse_others, write_files
 from bushcli.report.output import FIELDS
+from bushcli.runtime.claims import claim
 
 if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
@@ -72,7 +74,8 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         return ()
     pictures = geometry_pictures(error.view, str(error), {})
     refuse_others(directory, pictures, [])
-    claim(directory, pictures)
+    with suppress(OSError):  # `write_files` says why
+        claim(directory, pictures)
     return write_files(directory, pictures, [])
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from bushcli.runtime.claims import claim
 from cases.fields import write_fields
 from cases.march import History
 from cases.model import Model
@@ -45,6 +46,8 @@ def written(model: Model, history: History, file: Path) -> str:
     """
     assert history.states is not None
     try:
+        if model.comm.rank == 0:
+            claim(file.parent, [file.name, file.with_suffix(".h5").name])
         with _silent():
             write_fields(model, history.displacement, history.states, file)
     except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk

@@ -141,10 +141,12 @@ def test_a_program_may_be_a_file(folder):
 
 
 def test_channels_have_unique_names(folder):
-    second = '\n[[recordings]]\nmode = "axial"\nfile = "axial.csv"\n'
+    second = '\n[[recordings]]\nmode = "axial"\nfile = "axial.csv"\ncycles = [2]\n'
     assert [r.name for r in load(folder, CASE + second).recordings] == ["axial", "axial_2"]
     named = problems(folder, CASE + second + 'name = "axial"\n')
     assert named == ['case.toml: recordings[1].name = "axial" is the name of another channel']
+    (again,) = problems(folder, CASE + second.replace("[2]", "[2, 3]"))
+    assert 'recordings[1].file = "axial.csv" is the recording of axial again' in again
 
 
 def test_resolved_is_json_in_the_units_of_the_case_file(folder):

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.report.folder import check_folder, claim, owned, refuse_others, write_files
+from bushcli.report.folder import check_folder, owned, refuse_others, write_files
+from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 
 RESULT = {"command": "direct", "versions": {}}
