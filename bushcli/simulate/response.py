@@ -30,10 +30,15 @@ Array = NDArray[np.float64]
 # (measured against converged curves: 1.4 to 2.6 times).
 FINER, ERROR_OVER_CHANGE = 2.0, 2.0
 
-# Remedy where rubber folds over the edge of a bond, radially from 40 % of its thickness on (docs/contact.md).
+# Remedies where rubber folds over the edge of a bond, radially from 40 % of its thickness on (docs/contact.md); and
+# where it is already to meet the sleeves beyond its bonds.
 LONGER_SLEEVES = (
-    "where the rubber folds over the edges of its bonds and rigid sleeves continue beyond these, set "
+    "; where the rubber folds over the edges of its bonds and rigid sleeves continue beyond these, set "
     'geometry.contact = "sleeves"'
+)
+OVERHANGING = (
+    '; where the rubber overhangs a bond, geometry.contact = "sleeves" puts the sleeve into it: leave it out, or draw the '
+    "sleeve as a body"
 )
 
 Progress = Callable[[str, int, int, int, float], None]
@@ -132,12 +137,20 @@ class Response:
         return not any(channel.stopped for channel in self.channels)
 
 
-def conditions(channel: Simulated) -> list[Condition]:
-    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
-    return [*_of_the_march(channel), *_of_the_rubber(channel), *_of_the_rest(channel)]
+def conditions(channel: Simulated, sleeves: bool) -> list[Condition]:
+    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh.
+
+    Parameters
+    ----------
+    channel : Simulated
+    sleeves : bool
+        Whether the rubber meets rigid sleeves beyond its bonds, as the case asks for.
+    """
+    folded = OVERHANGING if sleeves else LONGER_SLEEVES
+    return [*_of_the_march(channel, folded), *_of_the_rubber(channel), *_of_the_rest(channel)]
 
 
-def _of_the_march(channel: Simulated) -> list[Condition]:
+def _of_the_march(channel: Simulated, folded: str) -> list[Condition]:
     """Return how far the march went, and how far its elements can be trusted."""
     found = []
     strained = channel.strained
@@ -150,7 +163,7 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps or a coarser mesh; " + LONGER_SLEEVES,
+                "ask for a smaller displacement, other steps or a coarser mesh" + folded,
             )
         )
     if strained.distorted is not None:
@@ -161,7 +174,7 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",
-                "compare with a finer mesh (--mesh-check); " + LONGER_SLEEVES,
+                "compare with a finer mesh (--mesh-check)" + folded,
             )
         )
     return found
