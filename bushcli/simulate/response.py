@@ -37,8 +37,8 @@ LONGER_SLEEVES = (
     'geometry.contact = "sleeves"'
 )
 OVERHANGING = (
-    '; where the rubber overhangs a bond, geometry.contact = "sleeves" puts the sleeve into it: leave it out, or draw the '
-    "sleeve as a body"
+    '; where the rubber overhangs a bond, geometry.contact = "sleeves" puts the sleeve into it: leave it out, or draw '
+    "the sleeve as a body"
 )
 
 Progress = Callable[[str, int, int, int, float], None]
