@@ -117,14 +117,15 @@ def catalogue(found: Diagnosis) -> str:
 
 
 def group_of(found: Diagnosis) -> Group | None:
-    """Return the group of which each likely set has a member, not the same in all sets; None without such a group."""
+    """Return the group of which each likely set has one member, not the same in all sets; None without such a group."""
     rests = _rests(found)
     if len(rests) < 2:
         return None
     for group in sorted(found.groups, key=lambda one: (len(one.effects), -one.probability)):
         members = {effect_name(name) for name in group.effects}
+        # A set with two members says that both are there, which "one or the other" denies.
         if group.probability >= _GROUP and all(
-            members & {effect_name(name) for name in rest.effects} for rest in rests
+            len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests
         ):
             return group
     return None
@@ -152,7 +153,8 @@ def missing_physics(found: Diagnosis) -> str:
     group = group_of(found)
     if group is not None:
         more = set.union(*(set(one.effects) for one in _rests(found)))
-        others = sorted(more - set(group.effects))
+        members = {effect_name(name) for name in group.effects}
+        others = sorted(name for name in more if effect_name(name) not in members)
         also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
         return " and ".join([*sure, group_text(group)]) + also
     nothing = "nothing else" if sure else "no effect"

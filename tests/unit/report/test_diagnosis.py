@@ -353,6 +353,23 @@ def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
     assert headline(diagnoses.dissipating(case())) == (
         "Missing physics: dissipation (97 %); internal friction or viscoelasticity, which one rate cannot tell"
     )
+    # But not where one of the sets has both.
+    both = ("yeoh", ("friction", "viscoelasticity"), 0.7), ("yeoh", ("friction",), 0.27)
+    together_ = replace(
+        diagnoses.dissipating(case()), models=diagnoses.ranked(*both), rivals=(("friction",),)
+    )
+    assert "dissipation" not in headline(together_)
+    assert "with viscoelasticity (70 %), or with nothing else (27 %)" in headline(together_)
+    # Another channel's instance of a member is not another effect.
+    gains = ("yeoh", ("rig_compliance",), 0.5), ("yeoh", ("gain@radial",), 0.47)
+    group = Group("", ("rig_compliance", "gain"), 0.97, "rig or gain, which one channel cannot tell")
+    found = replace(
+        diagnoses.dissipating(case()),
+        models=diagnoses.ranked(*gains),
+        rivals=(("gain@radial",),),
+        groups=(group,),
+    )
+    assert headline(found) == "Missing physics: rig or gain, which one channel cannot tell (97 %)"
     names = ("friction", "offset", "swaging", "free_play")
     many = diagnoses.ranked(*(("yeoh", (name,), 0.2) for name in ("viscoelasticity", *names)))
     found = diagnoses.diagnosis(case(), models=many, rivals=tuple((name,) for name in names))
