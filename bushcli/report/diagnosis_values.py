@@ -111,6 +111,9 @@ def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
 
 
 def _given(value: ShownQuantity) -> str:
+    if value.std == 0.0 and value.upper > value.lower:
+        # A scanned dimension stands for the range half-way to the next one.
+        return f"{value.value:.3g}{tail(value.unit)} ({span(value.lower, value.upper)})"
     return f"{value.value:.3g} ± {value.std:.2g}{tail(value.unit)}"
 
 
