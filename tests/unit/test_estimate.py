@@ -74,13 +74,13 @@ HEAD = '[material]\nlaw = "neo_hookean"\nparameters = { C10 = 0.5 }\n[[load_case
 @pytest.mark.parametrize(
     ("geometry", "mesh"),
     [
-        # Radii in millimetres, the length in micrometres.
-        (f'shape = "section"\noutline = {outline(40000.0)}', ""),
+        # Radii in millimetres, the length in units of 20 micrometres.
+        (f'shape = "section"\noutline = {outline(2000.0)}', "elements_across = 12"),
         (f'shape = "section"\noutline = {outline(40.0)}', "elements_across = 90"),
         (f'shape = "cad"\nfile = "{DATA / "kidney_A.step"}"', "elements_across = 40"),
         (f'shape = "section"\nfile = "{DATA / "contoured_A_halfsection.dxf"}"', "elements_across = 150"),
     ],
-    ids=["micrometres", "outline", "cad", "drawing"],
+    ids=["long", "outline", "cad", "drawing"],
 )
 def test_a_free_mesh_that_would_be_too_large_is_refused_before_it_is_made(
     geometry: str, mesh: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
