@@ -254,6 +254,10 @@ def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: Mod
     assert "(rig_compliance)" in effects.message
     assert noise.name == "loud_noise"
     assert "axial 63 %" in noise.message
+    for after, noise_percent, missed in ((4.0, 0.2, True), (0.9, 0.2, False), (4.0, 2.0, False)):
+        outside = replace(channel, held_out=True, after_percent=after, noise_percent=noise_percent)
+        names = [one.name for one in answer.doubts(load_case(small), (outside,), best, search)]
+        assert ("held_out_missed" in names) == missed
 
 
 def test_a_case_without_recordings_is_refused(called: Any, small: Path) -> None:

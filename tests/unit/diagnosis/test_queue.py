@@ -185,3 +185,38 @@ def test_what_the_law_does_itself_is_untestable(world, monkeypatch):
 
 def test_names_of_models_are_words(world):
     assert label(world.one.model(permanent_set={}, drift={})) == "yeoh + drift + permanent_set"
+
+
+def test_a_poor_single_effect_is_tried_with_one_branch_more(coupon, monkeypatch):
+    """Friction at one strain explains little; what it does at two is nearly what softening does."""
+    world = World(coupon, **{"friction.g": 2.0, "friction.g2": 6.0})
+    truth = sum(
+        a * world.median[n] * world.columns[n] for n, a in (("friction.g", 2.0), ("friction.g2", 6.0))
+    )
+    other = world.columns["time_lag.lag"] * world.median["time_lag.lag"]
+    world.columns["mullins.inverse_r"] = (truth + 1.5 * other) / (8.0 * world.median["mullins.inverse_r"])
+    names = ("friction", "mullins")
+
+    def branched(search):
+        return [m for m in (s.model for s in search.states.values()) if "friction.g2" in m.values]
+
+    found = world.search(monkeypatch, names=names)
+    assert branched(found)
+    assert max(found.states.values(), key=lambda s: found.weights(s)[0]).model in branched(found)
+    monkeypatch.setattr(queue, "more_branches", lambda *_: iter(()))
+    assert not branched(world.search(monkeypatch, names=names))
+
+
+def test_a_search_that_is_stopped_at_its_first_derivatives_has_looked_at_nothing(coupon, monkeypatch):
+    world = World(coupon, **{"friction.g": 5.0})
+
+    def stopped(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(world, "derivatives", stopped)
+    searches = []
+    started = queue.Search.run
+    monkeypatch.setattr(queue.Search, "run", lambda self: (searches.append(self), started(self)))
+    with pytest.raises(KeyboardInterrupt):
+        world.search(monkeypatch)
+    assert searches[0].left == 1.0
