@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -11,12 +12,15 @@ import pytest
 
 from bushcli.diagnosis import answer
 from bushcli.diagnosis.posterior import posterior, probabilities
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.runtime.workers import Workers
 from bushcli.selection import queue, queued
+from bushcli.selection.branching import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.neighbours import label
 from bushcli.selection.prediction import Prediction
-from bushcli.selection.queue import LEFT, Search
+from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
 from tests.linear import NAMES, World
 
@@ -188,23 +192,34 @@ def test_names_of_models_are_words(world):
 
 
 def test_a_poor_single_effect_is_tried_with_one_branch_more(coupon, monkeypatch):
-    """Friction at one strain explains little; what it does at two is nearly what softening does."""
+    """Friction at one strain explains little, at two nearly all; softening explains more than the first."""
     world = World(coupon, **{"friction.g": 2.0, "friction.g2": 6.0})
     truth = sum(
         a * world.median[n] * world.columns[n] for n, a in (("friction.g", 2.0), ("friction.g2", 6.0))
     )
     other = world.columns["time_lag.lag"] * world.median["time_lag.lag"]
     world.columns["mullins.inverse_r"] = (truth + 1.5 * other) / (8.0 * world.median["mullins.inverse_r"])
-    names = ("friction", "mullins")
+    monkeypatch.setattr(Search, "run", lambda _: None)
+    search = world.search(monkeypatch, names=("friction", "mullins"))
+    for name in ("friction", "mullins"):
+        model = replace(world.base.model, effects=(ActiveEffect(effect(name)).started(),))
+        model = replace(model, effects=tuple(_first_branch(one) for one in model.effects))
+        search._enter(State(world.problem, world.fit(world.one.case, model, None)), 0.0)
+    shares = {key: search.weights(state)[0] - search.total for key, state in search.states.items()}
+    (poor,) = (key for key, state in search.states.items() if state.model.identities == ("friction",))
+    assert shares[poor] < math.log(NEIGHBOURS)
+    found = list(more_branches(search, set(), NEIGHBOURS))
+    assert [state.model.structure for state, _ in found] == [poor]
+    (more,) = (one for _, one in found)
+    assert "friction.g2" in more.model.values
+    assert more.log_evidence > max(state.evidence.log for state in search.states.values())
+    # Neither twice, nor where nothing that it could reach would matter.
+    assert not list(more_branches(search, {poor}, NEIGHBOURS))
+    assert not list(more_branches(search, set(), 1e30))
 
-    def branched(search):
-        return [m for m in (s.model for s in search.states.values()) if "friction.g2" in m.values]
 
-    found = world.search(monkeypatch, names=names)
-    assert branched(found)
-    assert max(found.states.values(), key=lambda s: found.weights(s)[0]).model in branched(found)
-    monkeypatch.setattr(queue, "more_branches", lambda *_: iter(()))
-    assert not branched(world.search(monkeypatch, names=names))
+def _first_branch(one):
+    return replace(one, values={p.name: one.values[p.name] for p in one.effect.parameters if not p.optional})
 
 
 def test_a_search_that_is_stopped_at_its_first_derivatives_has_looked_at_nothing(coupon, monkeypatch):
