@@ -145,16 +145,23 @@ def _add(curve: Curve, points: dict[tuple[float, float], int]) -> int:
 
 
 def _holes(loops: Sequence[Loop]) -> dict[int, int]:
-    """Loops of rubber inside other loops of rubber: holes, with the loop that they are in."""
+    """Loops of rubber that are holes, with the loop that they are in: those inside an odd number of loops of rubber."""
     polygons = [np.array([p for c in loop.curves for p in c.points[:-1]]) for loop in loops]
-    holes: dict[int, int] = {}
-    for inner, loop in enumerate(loops):
-        for outer, other in enumerate(loops):
-            if inner == outer or loop.body != RUBBER or other.body != RUBBER:
-                continue
-            if all(_inside(p, polygons[outer]) for p in polygons[inner]):
-                holes[inner] = outer
-    return holes
+    rubber = [number for number, loop in enumerate(loops) if loop.body == RUBBER]
+    around = {
+        inner: [
+            outer
+            for outer in rubber
+            if outer != inner and all(_inside(p, polygons[outer]) for p in polygons[inner])
+        ]
+        for inner in rubber
+    }
+    # The innermost of the loops around it is itself inside the most loops.
+    return {
+        inner: max(outside, key=lambda outer: len(around[outer]))
+        for inner, outside in around.items()
+        if len(outside) % 2
+    }
 
 
 def _inside(point: Any, polygon: Any) -> bool:

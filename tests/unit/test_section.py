@@ -57,6 +57,10 @@ def box(low, high, bottom, top, left="free", right="free"):
         (without(2, to=[-10.0, 20.0]), "has a negative radius at"),
         ([*RING, *box(14, 20, -5, 5)], r'two outlines of "rubber" overlap near \(17, 0\)'),
         ([*RING, *box(14, 22, -5, 5)], r'two outlines of "rubber" overlap near \(17, 0\)'),
+        (
+            [*RING, *box(12, 18, -9, 9), *box(14, 15, -2, 2)],
+            'a body of "rubber" is held by no bond.*gap is 2 mm',
+        ),
         ([*RING, *box(12, 14, 30, 34)], 'a body of "rubber" is held by no bond.*gap is 10 mm'),
         (
             [*box(10, 14, -20, 20, left="inner"), *box(16, 20, -20, 20, right="outer")],
