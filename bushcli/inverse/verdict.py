@@ -264,9 +264,10 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
         used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
         # Translations first, then rotations.
         known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
-        other = [mode.name for mode in known if mode.specimen == "bushing" and mode.name not in used]
-        remedy = f"a recording to a larger displacement{', or a ' + other[0] + ' one' if other else ''}, " + (
-            "would determine it; or fix one of them (--fix), or use a law with fewer parameters"
+        single = [mode for mode in known if mode.specimen == "bushing" and mode.follow is None]
+        other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
+        remedy = f"a recording to a larger displacement{''.join(other)} would determine it; " + (
+            "or fix one of them (--fix), or use a law with fewer parameters"
         )
     return [Condition("undetermined", combination.text, remedy) for combination in fit.undetermined]
 
