@@ -20,7 +20,7 @@ _SETS = 3
 _GROUP = 0.95
 # Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
-# Share of the probability that fits may still change above which a search has hardly begun.
+# Share of the probability that fits may still change above which a search has hardly begun: judgement, more than half.
 UNSEARCHED = 0.5
 # Conditions that repeat the faults of the data.
 FAULTS = frozenset({"faulty_data", "bad_samples"})

@@ -14,10 +14,10 @@ from geometry.cad.rules import Rule, selected
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
+from geometry.joined import BONDS
 from geometry.session import model
 
 FREE = "free"
-BONDS = ("inner", "outer")
 #: Coaxial faces whose radii differ by less than this share belong to the same bond (halves of a cylinder).
 SAME_RADIUS = 0.01
 #: A coaxial face counts as a bond where its normals have at least this radial part: not an end face, not a chamfer.

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, find_axis
-from geometry.cad.bonds import BONDS, Bonds, find_bonds
+from geometry.cad.bonds import Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
 from geometry.cad.part import Part, Unit, open_part
 from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
@@ -21,7 +21,7 @@ from geometry.cad.sampling import Sampled, sample
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.joined import refuse_loose
+from geometry.joined import BONDS, refuse_loose
 from geometry.session import model, session
 from geometry.symmetry import balanced, moments, same_points
 from geometry.view import View

@@ -18,7 +18,7 @@ Unit = Literal["mm", "cm", "m", "inch"]
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 #: Remedy for a part of impossible size.
 UNITS = 'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states'
-#: Solids may overlap by this share of the smaller one's volume: files have tolerances.
+#: Solids may overlap by this share of the smaller one's volume: 1e-7 to 1e-4 mm, the tolerances of files, on its faces.
 OVERLAP = 1e-6
 #: Colour that Gmsh returns for a face without one.
 NO_COLOUR = (0, 0, 255, 0)

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
+from geometry.joined import BONDS
 from geometry.section.outline import FREE, RUBBER, Curve, Loop
 from geometry.section.spline import pieces
 
 #: $INSUNITS -> mm; 0 is "no unit", which in drawings of parts means mm.
 UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
-#: Layers that name a bond, in any case.
-BONDS = ("inner", "outer")
 #: Layers that name no boundary.
 UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
 #: Largest gap that drawings leave between the ends of two entities, as a share of their size.
