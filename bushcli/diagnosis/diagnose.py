@@ -203,7 +203,7 @@ def _answer(
         material=_material(asked.material, best.state.model),
         parameters=values.quantities(models, asked.case.material),
         effects=() if asked.fatal else values.named(models, search, probability, asked.case.material),
-        probability={} if asked.fatal else probability,
+        probability=probability,
         models=() if asked.fatal else answer.ranked(models, search),
         rivals=() if asked.fatal else tuple(one for one in credible_sets(models) if one != best.effects),
         groups=() if asked.fatal else groups(models, probability),

@@ -21,8 +21,8 @@ _EIGHTHS = " ▏▎▍▌▋▊▉"
 
 
 def probability_table(found: Diagnosis) -> Table:
-    """Return the probability of each effect as a bar of characters, the most probable effect first."""
-    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
+    ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
     rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
     few = unlikely(found, SMALL)
     if few and rows:

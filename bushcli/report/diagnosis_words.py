@@ -260,6 +260,8 @@ def next_test_lines(found: Diagnosis) -> list[str]:
 
 def searched_lines(found: Diagnosis) -> list[str]:
     """Return sentences on the number of fitted models, whether others matter, and models that could not be solved."""
+    if found.verdict == "faulty_data":
+        return []
     searched = found.searched
     count = len(searched.trials)
     if not count:

@@ -45,7 +45,7 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         File name by channel name, and by the name of each map.
     """
     drawn = []
-    if found.probability:
+    if found.probability and found.models:
         title = "Probability of each effect"
         drawn.append(picture("probabilities", "probabilities", title, probability_figure(found)))
     if strips(found):
