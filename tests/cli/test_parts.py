@@ -102,3 +102,26 @@ def test_an_empty_or_foreign_file_is_refused(cli: Cli, folder: Path) -> None:
         assert done.returncode == 2, (name, done.stderr)
         assert done.stderr.startswith(f"error: {name}: "), done.stderr
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (("check", "kidney.step"), "bushcli mesh kidney.step -o DIR writes DIR/case.toml"),
+        (("mesh", "part.stl"), "bushcli mesh also reads .step"),
+        (("check", "case.toml", "--set", "geometry.contact=sleeve"), 'must be true, false or "sleeves"'),
+        (
+            ("check", "case.toml", "--set", "load_cases.0.mode=radial", "--set", "load_cases.0.amplitude=30"),
+            "closes the gap between the sleeves",
+        ),
+        (
+            ("check", "case.toml", "--set", "geometry.plates={p={rigid=true, youngs_modulus=1000}}"),
+            "has rigid = true and a youngs_modulus",
+        ),
+    ],
+)
+def test_the_way_out_is_named(cli: Cli, folder: Path, command: tuple[str, ...], said: str) -> None:
+    (folder / "part.stl").write_text("solid part\nfacet normal 0 0 1\nendsolid part\n")
+    done = cli(*command, cwd=folder)
+    assert done.returncode == 2
+    assert said in done.stderr
