@@ -10,8 +10,8 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.errors import nearest
 from cases.mode import modes
 from forms.law import Law, Parameter, laws
-from geometry.errors import LARGEST
 from geometry.shape import Shape, Sleeve
+from geometry.size import LARGEST
 
 _PARAMETERS: Keys = ("material", "parameters")
 # MPa; four decades beyond any rubber on both sides, so that residuals and tolerances stay well above rounding.

@@ -79,7 +79,7 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     GeometryError
         An outline or a CAD file is not that of a bushing.
     """
-    # A path of six motions, which needs the whole part, is not what a case without loads is about.
+    # A case without loads is not checked for a path of six motions, which would need a mesh of the whole part.
     names = set(used) or {
         m.name for m in modes().values() if m.specimen == shape.specimen and m.follow is None
     }

@@ -110,10 +110,10 @@ def _read(path: Path) -> dict[str, Any]:
         raise CaseError(Problem(str(path), f"cannot be read: {error.strerror or error}")) from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise CaseError(Problem(f"{path}:{line}", "is not UTF-8 text", expected=_WANTED)) from None
+        raise CaseError(Problem(f"{path}:{line}", "is not UTF-8 text", expected=_wanted())) from None
     except tomllib.TOMLDecodeError as error:
         if path.suffix.lower() != ".toml" and not _is_like_toml(text):
-            raise CaseError(Problem(str(path), "is not a case file", "", _WANTED)) from None
+            raise CaseError(Problem(str(path), "is not a case file", "", _wanted())) from None
         raise CaseError(_syntax(path, text, str(error))) from None
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
@@ -123,7 +123,10 @@ def _read(path: Path) -> dict[str, Any]:
         raise CaseError(Problem(str(path), f"{what}: {error}")) from None
 
 
-_WANTED = "a case file in TOML; bushcli mesh also reads .step, .stp, .brep, .brp, .dxf, .msh and .inp files"
+def _wanted() -> str:
+    """Return what a command reads in place of a file of another format."""
+    parts = [suffix for shape in shapes().values() for suffix in shape.suffixes]
+    return f"a case file in TOML; bushcli mesh also reads {', '.join(parts)} files"
 
 
 def _is_like_toml(text: str) -> bool:

@@ -72,8 +72,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
             yield unknown_name((*keys, "units", quantity), unit, UNITS[measured], kind)
 
 
-def _is_the_same(one: Source, other: Source) -> bool:
-    """Whether two sources are the same samples of the same columns of a file."""
+def _have_same_samples(one: Source, other: Source) -> bool:
+    """Whether two sources have samples of the same columns of a file in common."""
     if (one.mode, one.columns, one.group) != (other.mode, other.columns, other.group) or one.six or other.six:
         return False
     shared = one.cycles is None or other.cycles is None or set(one.cycles) & set(other.cycles)
@@ -151,7 +151,7 @@ class SourceBuilder:
                     if known and is_file(file)
                     else ([source], [])
                 )
-                again = next((one for one in sources if _is_the_same(one, source)), None)
+                again = next((one for one in sources if _have_same_samples(one, source)), None)
                 if again is not None:
                     what = f"{dotted((*keys, 'file'))} = {shown(table.file)} is the recording of {again.label} again"
                     expected = "each recording once: counted twice, its data look more certain than they are"

@@ -22,7 +22,7 @@ def claim(directory: Path, names: Iterable[str]) -> None:
     directory : Path
         Created if necessary.
     names : iterable of str
-        Files that no input of the case and nobody else's file stands in the way of.
+        Files that this run may replace (`bushcli.report.folder.refuse_others`).
 
     Raises
     ------

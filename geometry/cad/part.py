@@ -10,8 +10,9 @@ import numpy as np
 
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
-from geometry.errors import GeometryError, refuse_size
+from geometry.errors import GeometryError
 from geometry.session import model, options, refusing, silent
+from geometry.size import refuse_size
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]

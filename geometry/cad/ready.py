@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from geometry.blocks import Array
 from geometry.cad.axis import Axis
 from geometry.cad.frame import frame_of
-from geometry.errors import GeometryError, refuse_size
+from geometry.errors import GeometryError
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
+from geometry.size import refuse_size
 from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of
 

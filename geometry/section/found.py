@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.blocks import Array
-from geometry.errors import GeometryError, refuse_size
+from geometry.errors import GeometryError
 from geometry.joined import refuse_loose
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
 from geometry.section.outline import RUBBER, Loop
 from geometry.section.plates import with_plates
 from geometry.session import model, options, session
+from geometry.size import refuse_size
 from geometry.symmetry import balanced
 from geometry.view import View
 from geometry.wall import Wall, wall_of

@@ -33,15 +33,18 @@ def pieces(curve: Curve) -> list[Curve]:
     size = float(np.ptp(np.array(curve.points), axis=0).max())
     closed = float(np.linalg.norm(ends[1] - ends[0])) <= CLOSE * size
     cuts = [low, 0.5 * (low + high), high] if closed else [low, high]
+    near = 1e-12 * (high - low)
+
+    def equal(cut: float) -> int:
+        """Number of knots at a cut."""
+        return int(np.count_nonzero(np.abs(whole.t - cut) <= near))
+
     for cut in cuts:
-        missing = degree - int(
-            np.count_nonzero(np.isclose(whole.t, cut, rtol=0.0, atol=1e-12 * (high - low)))
-        )
-        if missing > 0:
-            whole = insert(cut, whole, m=missing)
+        if equal(cut) < degree:
+            whole = insert(cut, whole, m=degree - equal(cut))
     # Each cut has as many equal knots as the degree: the curve passes through the control point before them.
-    first = [int(np.searchsorted(whole.t, cut - 1e-12 * (high - low))) for cut in cuts]
-    first[0] += int(np.count_nonzero(np.isclose(whole.t, low, rtol=0.0, atol=1e-12 * (high - low)))) - degree
+    first = [int(np.searchsorted(whole.t, cut - near)) for cut in cuts]
+    first[0] += equal(low) - degree
     found = []
     for (begin, end), (start, stop) in zip(pairwise(first), pairwise(cuts), strict=True):
         control = np.asarray(whole.c)[begin - 1 : end]
