@@ -59,7 +59,7 @@ def build(
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
             wanted = (
                 "list different channels in the two entries: channels = [...]"
-                if effect.of_channel
+                if effect.of_rig
                 else "list each effect once; channels = [...] says which channels have it"
             )
             findings.append(Finding((*keys, "name"), what, expected=wanted))
@@ -81,7 +81,7 @@ def build(
 def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
     """Whether a second use of an effect has channels of its own, so that it belongs to another rig."""
     known = [one.channels for one in twins]
-    if not effect.of_channel or not channels or any(one is None for one in known):
+    if not effect.of_rig or not channels or any(one is None for one in known):
         return False
     return not set(channels) & {name for one in known for name in one or ()}
 

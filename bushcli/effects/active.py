@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -85,6 +85,19 @@ class ActiveEffect:
         """
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
 
+    def is_among(self, others: Iterable[ActiveEffect]) -> bool:
+        """Whether one of several effects is the same on a common channel, so that a model cannot have both.
+
+        Parameters
+        ----------
+        others : iterable of ActiveEffect
+        """
+        for other in others:
+            common = self.channels is None or other.channels is None or {*self.channels} & {*other.channels}
+            if other.effect.name == self.effect.name and common:
+                return True
+        return False
+
     @property
     def can_branch(self) -> bool:
         """Whether the effect has optional parameters that this one is without."""
@@ -110,7 +123,7 @@ def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
     channels : tuple of str or None
         Channels that have it; the first one names the rig. None for all channels.
     """
-    return in_rig(effect.name, channels[0]) if effect.of_channel and channels else effect.name
+    return in_rig(effect.name, channels[0]) if effect.of_rig and channels else effect.name
 
 
 def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:

@@ -191,6 +191,8 @@ class Effect:
         Whether a law that is identified from the same recordings can reproduce all that the effect does.
     needs_free_channel : bool
         Whether such a law can reproduce all that the effect does if every channel has the effect.
+    may_be_shared : bool
+        Whether all channels may share it, as a load frame, or one channel have its own, as a fixture.
     feature : callable, optional
         Returns its change of the finite-element model; it imports the finite-element stack only when called.
         Parameters that are choices are its arguments, by name and in words.
@@ -215,6 +217,7 @@ class Effect:
     needs_time: bool = False
     needs_fixed_law: bool = False
     needs_free_channel: bool = False
+    may_be_shared: bool = False
     feature: Callable[..., Feature] | None = None
     rig: RigChange | None = None
 
@@ -240,6 +243,11 @@ class Effect:
     def of_channel(self) -> bool:
         """Whether it belongs to the rig of one channel: another channel may have it too, with other values."""
         return any(p.of_channel for p in self.parameters)
+
+    @property
+    def of_rig(self) -> bool:
+        """Whether it may occur more than once, in the rigs of several channels."""
+        return self.of_channel or self.may_be_shared
 
     @property
     def amplitudes(self) -> tuple[EffectParameter, ...]:

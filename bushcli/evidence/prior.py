@@ -7,7 +7,7 @@ that is large enough to be seen. `uniform=True` gives all effects the same odds.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +43,9 @@ ODDS: Mapping[str, float] = {
     "drift": RARE,
     "warming": RARE,
 }
+# Share of the odds of an effect of the rig that all modes may share, for that case: a load frame is as often at fault
+# as a fixture. Engineering judgement.
+SHARED = 0.5
 # Odds of an effect that is not in the catalogue.
 UNKNOWN = 0.01
 # Probability that the error of a formula is the change that another effect of the catalogue makes
@@ -73,7 +76,7 @@ def log_odds(
     other_law: bool,
     freed: bool,
     unknown: bool,
-    rigs: int,
+    modes: Collection[str],
     uniform: bool = False,
 ) -> float:
     """Logarithm of the prior odds of a model against the plain law.
@@ -81,18 +84,24 @@ def log_odds(
     Parameters
     ----------
     effects
-        The odds of an effect that belongs to the rig of one mode are divided among the rigs.
+        The odds of an effect that belongs to the rig of one mode are divided among the rigs, after the share of one
+        that all modes have in common.
     other_law, freed, unknown : bool
         Whether the law is not the case's; is identified although coupons give one; whether the unknown effect acts.
-    rigs : int
-        Number of recorded modes.
+    modes : collection of str
+        Recorded modes.
     uniform : bool
         Whether all effects have the same odds.
     """
     total = 0.0
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
-        total += math.log(odds / rigs if one.effect.of_channel and rigs > 1 else odds)
+        rigs = len({mode for mode in modes if one.effect.acts_on(mode)})
+        if rigs > 1 and one.effect.may_be_shared:
+            odds *= SHARED if one.channels is None else (1.0 - SHARED) / rigs
+        elif rigs > 1 and one.effect.of_channel:
+            odds /= rigs
+        total += math.log(odds)
         # Each number of branches, and each value of a choice or of a scanned dimension, is a separate model.
         total -= math.log(one.effect.branches)
         for parameter in one.parameters:

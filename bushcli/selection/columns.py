@@ -124,16 +124,20 @@ def unfit(case: Case, names: Sequence[str]) -> str:
 def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] | None]:
     """Return the groups of channels that share one instance of the effect; None = all on which it acts.
 
-    Offsets, stops and free play belong to the rig of one mode: another one has another fixture and load cell. An effect
-    that needs time is tried on the channels that have time.
+    Offsets, stops and free play belong to the rig of one mode: another one has another fixture and load cell. All modes
+    may share a load frame and a logger, or one of them have its own. An effect that needs time is tried on the channels
+    that have time.
     """
-    timed = tuple(one.name for one in acting if one.time is not None)
-    if effect.needs_time and 0 < len(timed) < len(acting):
-        return [timed]
-    found = dict.fromkeys(one.mode for one in acting)
-    if len(found) < 2 or not effect.of_channel:
-        return [None]
-    return [tuple(one.name for one in acting if one.mode == mode) for mode in found]
+    timed = [one for one in acting if one.time is not None]
+    some = effect.needs_time and 0 < len(timed) < len(acting)
+    there = timed if some else acting
+    found = dict.fromkeys(one.mode for one in there)
+    shared = tuple(one.name for one in timed) if some else None
+    if len(found) < 2 or not effect.of_rig:
+        return [shared]
+    own = [tuple(one.name for one in there if one.mode == mode) for mode in found]
+    # A shared one is named by its first channel where it does not act on all, as would be that channel's own.
+    return [None, *own] if effect.may_be_shared and not some else own
 
 
 def _grid(

@@ -16,6 +16,8 @@ from bushcli.selection.prediction import Addition
 from bushcli.selection.state import Problem, State
 
 Array = NDArray[np.float64]
+Name = tuple[object, ...]
+"""What a derivative depends on."""
 
 # Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-3
@@ -41,7 +43,7 @@ class Derivatives:
     catalogue: Sequence[Effect]
     progress: Callable[[str, str, str], None]
     untestable: dict[str, str] = field(default_factory=dict)
-    _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
+    _columns: dict[Name, tuple[Array, ...] | None] = field(default_factory=dict)
 
     def beside(
         self, state: State, first: bool = False, among: Sequence[Effect] | None = None
@@ -64,19 +66,7 @@ class Derivatives:
                 self.untestable[effect.name] = reason
             asked += some
         names = [self._name(state, trial) for trial in asked]
-        new = {name: trial for name, trial in zip(names, asked, strict=True) if name not in self._columns}
-
-        def notify(i: int, answer: object) -> None:
-            trial = list(new.values())[i]
-            point = ", ".join(
-                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
-            )
-            self.progress(
-                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
-            )
-
-        questions = [(self.problem.case, state.model, trial) for trial in new.values()]
-        self._columns |= dict(zip(new, self.workers.run(columns, questions, notify), strict=True))
+        self._solve(state, dict(zip(names, asked, strict=True)))
         found = []
         for name, trial in zip(names, asked, strict=True):
             known = self._columns[name]
@@ -101,9 +91,55 @@ class Derivatives:
             self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
         return shown
 
-    def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
-        """Return the key of a derivative: effects in the bushing are differentiated without the other effects there."""
-        base: tuple[object, ...] = ()
+    def _solve(self, state: State, asked: Mapping[Name, Trial]) -> None:
+        """Calculate the derivatives of trials that are not known yet."""
+        parts = self._parts(asked)
+        new = {
+            name: trial for name, trial in asked.items() if name not in self._columns and name not in parts
+        }
+
+        def notify(i: int, answer: object) -> None:
+            trial = list(new.values())[i]
+            point = ", ".join(
+                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
+            )
+            self.progress(
+                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
+            )
+
+        questions = [(self.problem.case, state.model, trial) for trial in new.values()]
+        self._columns |= dict(zip(new, self.workers.run(columns, questions, notify), strict=True))
+        self._columns |= {
+            name: self._in_channels(trial, self._columns[shared]) for name, (trial, shared) in parts.items()
+        }
+
+    def _parts(self, asked: Mapping[Name, Trial]) -> dict[Name, tuple[Trial, Name]]:
+        """Return the trials in the rig of one channel that are another trial in all, each with the key of that one."""
+        shared = {
+            (trial.effect.name, *trial.shape.items(), trial.size): name
+            for name, trial in asked.items()
+            if trial.effect.may_be_shared and trial.active.channels is None
+        }
+        found = {}
+        for name, trial in asked.items():
+            whole = shared.get((trial.effect.name, *trial.shape.items(), trial.size), name)
+            if whole != name:
+                found[name] = trial, whole
+        return found
+
+    def _in_channels(self, trial: Trial, known: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
+        """Return derivatives (n, k) of all channels by an effect in all as those by the effect in some of them."""
+        if known is None:
+            return None
+        recordings = self.problem.recordings
+        return tuple(
+            one if trial.active.acts_on(recording.name, recording.mode) else np.zeros_like(one)
+            for recording, one in zip(recordings, known, strict=True)
+        )
+
+    def _name(self, state: State, trial: Trial) -> Name:
+        """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
+        base: Name = ()
         has_branches = any(one.identity == trial.active.identity for one in state.model.effects)
         if has_branches or beside(state.model, trial):
             base = (*sorted(state.model.values.items()), *state.model.identities)

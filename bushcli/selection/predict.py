@@ -95,7 +95,7 @@ class Beside:
         top = max((self._value((points[0],))[0].log for points in best.values()), default=-np.inf)
         found = []
         for a, b in combinations(best, 2):
-            if best[a][0].trial.active.identity == best[b][0].trial.active.identity:
+            if best[a][0].trial.active.is_among([best[b][0].trial.active]):
                 continue
             points = list(product(best[a], best[b]))
             first = self._averaged(points[:1])

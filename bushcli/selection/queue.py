@@ -163,7 +163,7 @@ class Search:
             (model.law, model.terms) != (plain.law, plain.terms),
             plain.fixed and not model.fixed,
             unknown,
-            len({one.mode for one in self.problem.recordings}),
+            [one.mode for one in self.problem.recordings],
             self.uniform,
         )
 
@@ -249,11 +249,10 @@ class Search:
 
         The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
         """
-        identities = state.model.identities
-        if len(identities) >= MOST:
+        if len(state.model.identities) >= MOST:
             return
         every = [one for points in self._beside_plain.values() for one in points]
-        others = [one for one in every if one.trial.active.identity not in identities]
+        others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
         for one in Beside(state, others).singles():
             if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
                 self._queue(one, state, slack_of(BORROWED * one.gain))
@@ -314,9 +313,9 @@ class Search:
         for count in range(1, len(identities) + 1):
             for gone in combinations(identities, count):
                 others = [one for one in every if one.trial.active.identity not in gone]
-                known = set(identities) - set(gone)
+                less = state.without(gone)
                 other = Beside(
-                    state.without(gone), [one for one in others if one.trial.active.identity not in known]
+                    less, [one for one in others if not one.trial.active.is_among(less.model.effects)]
                 )
                 lost = abs(state.evidence.judged.log - other.own)
                 self._queue(other.alone(), state, slack_of(lost))

@@ -90,5 +90,6 @@ EFFECT = Effect(
         for mode in modes().values()
         if mode.specimen == "bushing" and not mode.rotational and mode.follow is None
     ),
+    may_be_shared=True,
     rig=RigChange(spring=spring),
 )

@@ -44,5 +44,6 @@ EFFECT = Effect(
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,
     needs_time=True,
+    may_be_shared=True,
     rig=RigChange(clock="lag"),
 )

@@ -47,23 +47,39 @@ def test_an_effect_is_missing_in_about_one_test_of_four():
 
 
 def test_odds_multiply_and_the_plain_law_has_none():
-    assert log_odds((), False, False, False, 2) == 0.0
-    both = log_odds((active("mullins"), active("swaging")), True, False, True, 1)
+    assert log_odds((), False, False, False, ["axial", "radial"]) == 0.0
+    both = log_odds((active("mullins"), active("swaging")), True, False, True, ["axial"])
     expected = ODDS["mullins"] * ODDS["swaging"] * prior.OTHER_LAW * prior.UNKNOWN
     assert both == pytest.approx(math.log(expected))
-    assert log_odds((), False, True, False, 1) == pytest.approx(math.log(prior.FREED_LAW))
+    assert log_odds((), False, True, False, ["axial"]) == pytest.approx(math.log(prior.FREED_LAW))
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
-    one = log_odds((active("offset", ("axial",)),), False, False, False, 3)
+    one = log_odds((active("offset", ("axial",)),), False, False, False, ["axial", "radial", "torsional"])
     assert one == pytest.approx(math.log(ODDS["offset"] / 3))
-    assert log_odds((active("mullins"),), False, False, False, 3) == pytest.approx(math.log(ODDS["mullins"]))
+    assert log_odds(
+        (active("mullins"),), False, False, False, ["axial", "radial", "torsional"]
+    ) == pytest.approx(math.log(ODDS["mullins"]))
+
+
+def test_channels_share_a_rig_or_one_has_its_own():
+    """All ways of a lag have the odds of one together; a compliant rig does not act in torsion."""
+    three = ["axial", "radial", "torsional"]
+    ways = [active("time_lag"), *(active("time_lag", (mode,)) for mode in three)]
+    together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
+    assert together == pytest.approx(ODDS["time_lag"])
+    ways = [active("rig_compliance"), *(active("rig_compliance", (mode,)) for mode in three[:2])]
+    branches = effects()["rig_compliance"].branches
+    together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
+    assert together == pytest.approx(ODDS["rig_compliance"] / branches)
+    one = log_odds((active("rig_compliance"),), False, False, False, ["axial", "torsional"])
+    assert one == pytest.approx(math.log(ODDS["rig_compliance"] / branches))
 
 
 def test_numbers_of_branches_share_the_odds_of_their_effect():
-    found = log_odds((active("viscoelasticity"),), False, False, False, 1)
+    found = log_odds((active("viscoelasticity"),), False, False, False, ["axial"])
     assert found == pytest.approx(math.log(ODDS["viscoelasticity"] / 3))
-    assert log_odds((active("friction"),), False, False, False, 1) == pytest.approx(
+    assert log_odds((active("friction"),), False, False, False, ["axial"]) == pytest.approx(
         math.log(ODDS["friction"] / 3)
     )
 
