@@ -135,7 +135,9 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
     shared = tuple(one.name for one in timed) if some else None
     if len(found) < 2 or not effect.of_rig:
         return [shared]
-    own = [tuple(one.name for one in there if one.mode == mode) for mode in found]
+    own: list[tuple[str, ...] | None] = [
+        tuple(one.name for one in there if one.mode == mode) for mode in found
+    ]
     # A shared one is named by its first channel where it does not act on all, as would be that channel's own.
     return [None, *own] if effect.may_be_shared and not some else own
 
