@@ -11,12 +11,15 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
     ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect) p(ln r) / (|a| pi(a))
 
-for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi with r relative
-to the misfit of the plain law, or about lambda with r relative to the force if no effect is left. r counts only what
-the other parameters cannot imitate. Three limits: an effect whose change is as large as what all effects explain is no
-error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
-law; and the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
-error resembles no effect with memory.
+for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. r is relative
+to what the effects do that are left. That is measured twice, and the smaller r counts: with the law fitted, as the
+part of the change that the other parameters cannot imitate relative to the misfit of the plain law; and with all
+other parameters held, relative to the largest change by one of these effects. The law adapts itself to nearly all
+that a swaging does, but not to its error: a swaging that is uneven along the bushing moves the inner sleeve, as an
+offset does. If no effect is left, p is log-normal about lambda with r relative to the force. Three limits: an effect
+whose change is as large as what the others do is no error of form; the error of an effect lies in the channels on
+which it acts, and elsewhere there is only that of the law; and the force that a law or an effect without memory makes
+wrong depends on the displacement alone, so that its error resembles no effect with memory.
 
 References
 ----------
@@ -28,7 +31,8 @@ nothing is known, become certain and wrong.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -39,6 +43,55 @@ from bushcli.effects.effect import effects
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.state import State
+
+
+@dataclass(frozen=True)
+class Size:
+    """Size of the change of the features by an effect.
+
+    Attributes
+    ----------
+    whole : float
+        Root of the sum of squares while all other parameters stay.
+    own : float
+        The same of what the other parameters cannot imitate.
+    """
+
+    whole: float
+    own: float
+
+    @classmethod
+    def of(cls, state: State, active: ActiveEffect) -> Size:
+        """Return the size of an effect of a model, to first order in its amplitudes.
+
+        Parameters
+        ----------
+        state : State
+        active : ActiveEffect
+        """
+        theirs = {active.full_name(p) for p in active.parameters}
+        off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
+        names, slopes = state.fitted.names, np.vstack(state.slopes)
+        pairs = zip(names, state.fitted.x, strict=True)
+        change = slopes @ np.array([x - off[name] if name in off else 0.0 for name, x in pairs])
+        own, others = change, slopes[:, [name not in theirs for name in names]]
+        if others.shape[1]:
+            others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+            own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
+        return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)))
+
+    def relative_to(self, others: Sequence[Size], explained: float) -> float:
+        """Return the size relative to the effects beside which it is.
+
+        Parameters
+        ----------
+        others : sequence of Size
+            At least one.
+        explained : float
+            Root of the sum of squares of the features that all effects explain.
+        """
+        most = max(one.whole for one in others)
+        return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
 
 
 def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str, ...], float]]:
@@ -61,7 +114,7 @@ def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str,
     active = {one.identity: one for one in state.model.effects}
     if not active:
         return
-    sizes = {name: _size(state, one) for name, one in active.items()}
+    sizes = {name: Size.of(state, one) for name, one in active.items()}
     odds = {name: _odds(state, one, uniform) for name, one in active.items()}
     likelihood = state.problem.likelihood
     explained, signal = (math.sqrt(float(one.sum())) for one in (likelihood.explained, likelihood.signal))
@@ -74,10 +127,11 @@ def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str,
                 if active[name].effect.has_memory and not any(one.effect.has_memory for one in beside):
                     total = -math.inf
                     break
+                size, others = sizes[name], [sizes[one.identity] for one in beside]
                 total += odds[name] + (
-                    _log_density(sizes[name], PHI * explained, PHI_SPREAD, PHI_MOST / PHI)
-                    if beside
-                    else _log_density(sizes[name], LAMBDA * signal, LAMBDA_SPREAD)
+                    _log_density(size.relative_to(others, explained), PHI, PHI_SPREAD, PHI_MOST / PHI)
+                    if others
+                    else _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
                 )
             if math.isfinite(total):
                 yield gone, total
@@ -106,20 +160,6 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     # Any effect of the catalogue, whichever the user asks for.
     odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects())
     return math.log(odds / effect_odds(active.effect.name, uniform)) - density
-
-
-def _size(state: State, active: ActiveEffect) -> float:
-    """Root of the sum of squares of the features that an effect changes, without what other parameters can imitate."""
-    own = {active.full_name(p) for p in active.parameters}
-    off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
-    names, slopes = state.fitted.names, np.vstack(state.slopes)
-    size = np.array([x - off[n] if n in off else 0.0 for n, x in zip(names, state.fitted.x, strict=True)])
-    change = slopes @ size
-    others = slopes[:, [n not in own for n in names]]
-    if others.shape[1]:
-        others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
-        change = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
-    return float(np.linalg.norm(change))
 
 
 def _log_density(size: float, median: float, spread: float, most: float = math.inf) -> float:

@@ -39,10 +39,9 @@ def own_size(state, name):
     return float(np.linalg.norm(column - others @ coefficients))
 
 
-def expected(state, name, median, spread, most=math.inf):
+def expected(state, name, size, median, spread, most=math.inf):
     """Ratio of the module's docstring, with SciPy's log-normal density."""
     known, value = state.priors[name], state.model.values[name]
-    size = own_size(state, name)
     density = lognorm(spread, scale=median)
     of_size = density.pdf(size) * size / density.cdf(most)
     w = resemblance.RESEMBLES
@@ -52,12 +51,23 @@ def expected(state, name, median, spread, most=math.inf):
     return w / (1.0 - w) / len(effects()) / effect_odds(name.split(".")[0]) * of_size / own
 
 
-def test_it_follows_the_closed_form(coupon):
+def whole_size(state, name):
+    """Norm of the change by an amplitude while all other parameters stay."""
+    i = state.fitted.names.index(name)
+    return float(np.linalg.norm(state.slopes[0][:, i] * state.fitted.x[i]))
+
+
+@pytest.mark.parametrize("smaller", ["fitted", "held"])
+def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
+    """The plain law leaves more than the other effect does, or less."""
     state = pair(coupon, 3.0, 0.5)
-    found = dict(resembling(state))
-    explained = math.sqrt(state.problem.likelihood.explained.sum())
-    one = expected(state, "permanent_set.set", PHI * explained, PHI_SPREAD, PHI_MOST * explained)
-    assert math.exp(found["permanent_set",]) == pytest.approx(one, rel=1e-6)
+    name = "permanent_set.set"
+    held = whole_size(state, name) / whole_size(state, "drift.rate")
+    share = {"fitted": 0.5 * held, "held": 2.0 * held}[smaller]
+    likelihood = state.problem.likelihood
+    monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
+    one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
+    assert math.exp(dict(resembling(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
 
 
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
@@ -69,7 +79,9 @@ def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkey
         monkeypatch.setitem(one.effect.__dict__, "has_memory", False)
     signal = math.sqrt(state.problem.likelihood.signal.sum())
     names = "drift.rate", "permanent_set.set"
-    ratio = math.prod(expected(state, name, LAMBDA * signal, LAMBDA_SPREAD) for name in names)
+    ratio = math.prod(
+        expected(state, name, own_size(state, name), LAMBDA * signal, LAMBDA_SPREAD) for name in names
+    )
     assert math.exp(dict(resembling(state))[both]) == pytest.approx(ratio, rel=1e-6)
 
 
