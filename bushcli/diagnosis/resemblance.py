@@ -52,7 +52,7 @@ class Size:
     Attributes
     ----------
     whole : float
-        Root of the sum of squares while all other parameters stay.
+        Root of the sum of squares while all other parameters stay, in units of the noise.
     own : float
         The same of what the other parameters cannot imitate.
     """
@@ -88,7 +88,7 @@ class Size:
         others : sequence of Size
             At least one.
         explained : float
-            Root of the sum of squares of the features that all effects explain.
+            Root of the sum of squares of the features that all effects explain, in units of the noise.
         """
         most = max(one.whole for one in others)
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
