@@ -240,6 +240,16 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 
 
+def test_a_logger_may_be_late_in_one_channel_only(tmp_path: Path) -> None:
+    """The force of the axial rig is 0.6 s late; that of the torsional rig is not."""
+    concealed = with_torsion(tmp_path, {"time_lag": {"lag": 0.6}})
+    found = diagnose(concealed, effects=["time_lag", "viscoelasticity", "offset", "gain"], maps=False)
+    assert [one.label for one in found.effects] == ["Time lag between the signals (axial)"]
+    assert found.effects[0].probability > 0.95
+    lag = found.effects[0].parameters["lag"]
+    assert abs(lag.value - 0.6) < 3 * lag.std < 0.2
+
+
 def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> None:
     """A tear: in the middle of the recording the bushing suddenly becomes softer by a quarter."""
 

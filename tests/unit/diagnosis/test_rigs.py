@@ -1,0 +1,101 @@
+"""Effects that all channels may share or that one may have by itself: what a diagnosis tries, and derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
+from bushcli.runtime.workers import Workers
+from bushcli.selection import derivatives
+from bushcli.selection.columns import trials
+from bushcli.selection.derivatives import Derivatives
+
+LAG = effect("time_lag")
+
+
+@pytest.fixture(scope="module")
+def made(coupon):
+    return coupon("yeoh")
+
+
+@pytest.fixture
+def recordings(made):
+    (one,) = made.recordings
+    return one, replace(one, name="planar", mode="planar")
+
+
+def having(made, *rigs):
+    effects = tuple(ActiveEffect(LAG, {"lag": 0.1}, rig) for rig in rigs)
+    return replace(made.state.model, effects=effects)
+
+
+def tried(made, model, recordings):
+    return [one.active.identity for one in trials(made.case, model, LAG, recordings)[0]]
+
+
+def test_all_channels_share_it_or_one_has_its_own(made, recordings):
+    expected = ["time_lag", "time_lag@uniaxial", "time_lag@planar"]
+    assert tried(made, having(made), recordings) == expected
+
+
+def test_a_model_has_one_of_a_channel_only(made, recordings):
+    assert tried(made, having(made, None), recordings) == []
+    assert tried(made, having(made, ("planar",)), recordings) == ["time_lag@uniaxial"]
+    assert tried(made, having(made, ("planar",), ("uniaxial",)), recordings) == []
+
+
+def test_a_channel_without_time_shares_none(made, recordings):
+    first, second = recordings
+    assert tried(made, having(made), (replace(first, time=None), second)) == ["time_lag@planar"]
+    third = replace(second, name="equibiaxial", mode="equibiaxial")
+    without = (replace(first, time=None), second, third)
+    assert tried(made, having(made), without) == ["time_lag@planar", "time_lag@equibiaxial"]
+
+
+def test_two_on_a_common_channel_are_the_same(made):
+    shared, one, other = (ActiveEffect(LAG, {}, rig) for rig in (None, ("uniaxial",), ("planar",)))
+    assert shared.is_among([one])
+    assert one.is_among([shared])
+    assert one.is_among([other, one])
+    assert not one.is_among([other])
+    assert not one.is_among([ActiveEffect(effect("friction"))])
+
+
+def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made, recordings, monkeypatch):
+    column = np.sin(np.arange(len(made.strain)))[:, None] * made.strain[:, None]
+    asked = []
+
+    def solved(case, base, trial):
+        asked.append(trial.active.identity)
+        return column, 2.0 * column
+
+    monkeypatch.setattr(derivatives, "columns", solved)
+    likelihood = made.problem.likelihood
+    twice = replace(
+        likelihood,
+        features=likelihood.features * 2,
+        plain=likelihood.plain * 2,
+    )
+    problem = replace(
+        made.problem,
+        recordings=recordings,
+        noises=made.problem.noises * 2,
+        used=made.problem.used * 2,
+        likelihood=twice,
+    )
+    fitted = made.state.fitted
+    state = replace(
+        made.state,
+        problem=problem,
+        fitted=replace(fitted, simulated=fitted.simulated * 2, jacobians=fitted.jacobians * 2),
+    )
+    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None).beside(state, True)
+    assert asked == ["time_lag"]
+    slopes = {one.trial.active.identity: one.slopes for one in found}
+    both, nothing = slopes["time_lag"], np.zeros_like(slopes["time_lag"][0])
+    np.testing.assert_array_equal(slopes["time_lag@uniaxial"], (both[0], nothing))
+    np.testing.assert_array_equal(slopes["time_lag@planar"], (nothing, both[1]))
