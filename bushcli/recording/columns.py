@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +22,9 @@ from bushcli.recording.match import (
     written_units,
 )
 from bushcli.recording.source import UNITS, Quantity, Source
+from bushcli.recording.stated import stated_units
 from bushcli.recording.table import Table
-from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip
+from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
 from cases.mode import Mode
 
 Array = NDArray[np.float64]
@@ -52,12 +55,15 @@ class Column:
         Unit in the file.
     remarks : tuple of str
         What a user should know about how the column was found.
+    assumed : bool
+        Whether the unit is the default one, because neither the file nor the case file gives one.
     """
 
     index: int
     values: Array
     unit: str
     remarks: tuple[str, ...] = ()
+    assumed: bool = False
 
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
@@ -89,7 +95,10 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     clock = table.clock(index) if quantity == "time" else None
     if clock is not None:
         return Column(index, clock, "s", remarks)
-    read = find_unit(wanted.given, wanted.measured) if wanted.given else _unit(table, wanted, index)
+    if wanted.given:
+        read, source_of_unit = find_unit(wanted.given, wanted.measured), None
+    else:
+        read, source_of_unit = _unit(table, wanted, index)
     if read is None or read.measured != wanted.measured:
         what = f'{table.label(index)}: "{wanted.given}" is not a unit of {_KIND[wanted.measured]}'
         raise _refused(table, quantity, index, what)
@@ -101,7 +110,10 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
             expected = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
-    return Column(index, -values if quantity in source.reverse else values, read.name, remarks)
+    if source_of_unit:
+        remarks = (*remarks, source_of_unit)
+    values = -values if quantity in source.reverse else values
+    return Column(index, values, read.name, remarks, source_of_unit == "")
 
 
 def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
@@ -139,6 +151,27 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
     what += f"; there are {listed[:300]}" if listed else "; the table has no header"
     expected = f"or choose a column by name or number: {key}"
     raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))
+
+
+def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
+    """Return a remark about each column that may be the time of a file of which none was taken as such.
+
+    Parameters
+    ----------
+    table : Table
+    taken : collection of int
+        Indices, from 0, of the columns that were read.
+    """
+    found = []
+    for i, name in enumerate(table.names):
+        units = [tabulated_unit(text) for text in written_units(table, i, heading(name))]
+        named = re.search(r"time|zeit|elapsed|seconds|timestamp", name.lower()) is not None
+        if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
+            found.append(
+                f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
+                "in the case file"
+            )
+    return found
 
 
 def _other_modes(table: Table, wanted: Wanted) -> str:
@@ -198,8 +231,10 @@ def _chosen(table: Table, chosen: str | int) -> int:
     raise RecordingError(Problem(table.where, what, near, listed))
 
 
-def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
-    """Return the unit that the file gives for a column, or the default one where it gives none.
+def _unit(table: Table, wanted: Wanted, index: int) -> tuple[Unit, str | None]:
+    """Return the unit that the file gives for a column, or the default one, and a remark about where it is given.
+
+    The remark is None for a unit of the column itself, and empty where the file gives none.
 
     Raises
     ------
@@ -219,15 +254,22 @@ def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
             for word in head.doubtful
             if (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
+    if not units and (stated := stated_units(table, wanted)):
+        several = " and ".join(dict.fromkeys(f"{unit.name} (line {line})" for line, unit in stated))
+        if len({unit.factor for _, unit in stated}) > 1:
+            what = f"{table.label(index)} has no unit, and the lines above the table state {several}"
+            raise _refused(table, quantity, index, what)
+        line, unit = stated[0]
+        return unit, f"{table.label(index)} is read in {unit.name}, which line {line} states"
     if not units:
         plain = without(head, wanted.allowed)
         is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
-        return Unit(measured, name, UNITS[measured][name])
+        return Unit(measured, name, UNITS[measured][name]), ""
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)
-    return units[0]
+    return units[0], None
 
 
 def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
@@ -236,6 +278,9 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
     unit = find_unit(text, measured)
     if unit is None:
         shown = "says that it has no unit" if plain_unit(text) in NO_UNIT else f'"{text}" is not a known unit'
+        number, _, rest = text.partition(" ")
+        if number[:1].isdigit() and find_unit(rest, measured) is not None:
+            shown = f'"{text}" may be the range of the sensor, or a factor and the unit'
         raise _refused(table, quantity, index, f"{table.label(index)}: {shown}", slip(text, measured))
     if unit.measured != measured:
         what = (

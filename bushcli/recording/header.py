@@ -6,12 +6,13 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.recording.units import NO_UNIT, plain_unit, tabulated_unit
+from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
     ALL_ENDINGS,
     ENDINGS,
     FOREIGN_BEGINNINGS,
     MEASURED_WORDS,
+    NUMBERED_WORDS,
     POWER,
     WEAK,
     WORDS,
@@ -24,11 +25,15 @@ _BRACKETS = re.compile(
     r"\[([^\[\]]*)(?:\]|$)|\(([^()]*)(?:\)|$)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
 )
 #: A factor anywhere in a name: "Force [N] x10", "Force/10 [N]", "Force 10^3 N".
-_FACTOR = re.compile(r"[x×*·/]\s*10+(?![\d.])|(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\w.])1[eE][-+]?\d+")
+_FACTOR = re.compile(
+    r"^\s*10+\s*[x×*·](?=\s)|[x×*·/]\s*10+(?![\d.])|(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\w.])1[eE][-+]?\d+"
+)
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
 _COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
 _AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
+#: A number before a unit, such as the range of a sensor.
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?k?")
 #: Longer texts are not names of columns and are ignored.
 _LONGEST_NAME = 200
 
@@ -78,10 +83,19 @@ def heading(text: str) -> Heading:
     scaled = _FACTOR.search(rest)
     written += [scaled[0]] if scaled else []
     shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
-    units = [] if written else [word for word in shown[1:-1] if _inner_unit(word)]
+    units = [] if written else [i for i, word in enumerate(shown[1:-1], start=1) if _inner_unit(word)]
     if units:
-        shown, written = [word for word in shown if word not in units], units
+        # The "5 kN" of "5 kN load cell" is its range.
+        ranges = [i for i in units if _is_range(shown[:i], rest)]
+        written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
+        gone = {*units, *(i - 1 for i in ranges)}
+        shown = [word for i, word in enumerate(shown) if i not in gone]
     doubtful = [] if written else _doubtful(shown, rest)
+    for word in doubtful:
+        i = shown.index(word) if word in shown else 0
+        if _is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            written, doubtful = [f"{shown[i - 1]} {word}"], []
+            break
     if timed and not written and any(word.lower() == "min" for word in shown):
         doubtful += [word for word in shown if word.lower() == "min"]
         shown = [word for word in shown if word.lower() != "min"]
@@ -171,8 +185,9 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
             continue
         if unit.lower() == "min" and not (timed and unit == "min"):
             continue  # the smallest value, or doubtful
-        if POWER.fullmatch(tokens[-count - 1]):
-            return " ".join(tokens[: -count - 1]), " ".join(tokens[-count - 1 :])  # "Force x10 N" is not in N
+        if POWER.fullmatch(tokens[-count - 1]) or _is_range(tokens[: len(tokens) - count], text):
+            # "Force x10 N" is not in N, and "Load Cell 500 N" gives the range of a sensor.
+            return " ".join(tokens[: -count - 1]), " ".join(tokens[-count - 1 :])
         return " ".join(token for token in tokens[:-count] if token not in ("in", "/")), unit
     match = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
     if match and not _names_something(match[2]):
@@ -181,6 +196,17 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
     if match and _is_unit(match[2]):
         return match[1], match[2]
     return text, ""
+
+
+def _is_range(words: Sequence[str], text: str) -> bool:
+    """Whether the last of the words before a unit in a text is a number, and a range: not that of a channel.
+
+    A name in which underscores stand around the number, force_2_N, numbers the channels.
+    """
+    if not words or not _NUMBER.fullmatch(words[-1]) or f"_{words[-1]}_" in text:
+        return False
+    before = words[-2].lower() if len(words) > 1 else ""
+    return before not in NUMBERED_WORDS
 
 
 def _is_unit(text: str) -> bool:

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
-from bushcli.recording.columns import Column, column
+from bushcli.recording.columns import Column, column, untaken_time
 from bushcli.recording.opened import open_table
-from bushcli.recording.recorded import RecordedPath, Recording, Repair
+from bushcli.recording.recorded import ReadColumn, RecordedPath, Recording, Repair
 from bushcli.recording.samples import timed, updated
 from bushcli.recording.signals import branches, select_cycles
 from bushcli.recording.six import read_motions
@@ -74,7 +74,11 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         displacement, force = displacement[kept], force[kept]
         time = None if time is None else time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
-    said = [*table.remarks, *(text for one in (stamps, moved, forced) if one for text in one.remarks)]
+    found = {"time": stamps, "displacement": moved, "force": forced}
+    there = {name: one for name, one in found.items() if one is not None}
+    said = [*table.remarks, *(text for one in there.values() for text in one.remarks)]
+    taken = {one.index for one in there.values()}
+    said += [] if stamps else untaken_time(table, taken)
     recording = Recording(
         mode.name,
         displacement,
@@ -86,6 +90,11 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         repeated=tuple(table.line(i) for i in samples.repeated),
         repairs=(*samples.repairs, *(Repair("columns", text) for text in said)),
         conditioning=source.conditioning,
+        columns=tuple(
+            ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
+            for name, one in there.items()
+        ),
+        unused=tuple(name for i, name in enumerate(table.names) if name and i not in taken),
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return recording if whole else _used(recording, source)

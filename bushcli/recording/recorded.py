@@ -30,6 +30,30 @@ class Repair:
     text: str
 
 
+@dataclass(frozen=True)
+class ReadColumn:
+    """A column of the file as it was read.
+
+    Attributes
+    ----------
+    quantity : {"time", "displacement", "force"}
+    number : int
+        From 1.
+    name : str
+        As in the file; empty without a header.
+    unit : str
+        In which its numbers were read.
+    assumed : bool
+        Whether neither the file nor the case file gives the unit.
+    """
+
+    quantity: str
+    number: int
+    name: str
+    unit: str
+    assumed: bool
+
+
 @dataclass(frozen=True, eq=False)
 class RecordedPath:
     """Six motions of the inner sleeve as recorded.
@@ -79,6 +103,10 @@ class Recording(Curve):
         Other repairs and remarks.
     conditioning : int
         Number of first cycles of the file that only condition the specimen.
+    columns : tuple of ReadColumn
+        Columns that were read; empty if the recording is not from a file.
+    unused : tuple of str
+        Names of the file's other columns, those without a name left out.
     six : RecordedPath, optional
         The path of six motions; displacement and force are one of its motions and the reaction to it.
     """
@@ -90,4 +118,6 @@ class Recording(Curve):
     repeated: tuple[int, ...] = ()
     repairs: tuple[Repair, ...] = ()
     conditioning: int = 0
+    columns: tuple[ReadColumn, ...] = ()
+    unused: tuple[str, ...] = ()
     six: RecordedPath | None = None

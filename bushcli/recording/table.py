@@ -37,6 +37,8 @@ class Table(ABC):
         Line of the units, or of the names if there is no row of units; 0 in a file without lines.
     remarks : tuple of str
         What a user should know about how the table was made.
+    preamble : tuple of (int, str)
+        Lines of a text above the header, with their numbers.
     """
 
     path: Path
@@ -45,6 +47,7 @@ class Table(ABC):
     part: str = ""
     header_line: int = 0
     remarks: tuple[str, ...] = ()
+    preamble: tuple[tuple[int, str], ...] = ()
 
     @abstractmethod
     def __len__(self) -> int:

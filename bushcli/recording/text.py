@@ -6,11 +6,8 @@ empty, or else the file is refused with the number of the line.
 
 from __future__ import annotations
 
-import csv
-import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
@@ -18,28 +15,16 @@ from bushcli.recording.decode import decoded
 from bushcli.recording.fields import (
     ambiguous_thousands,
     begins_with_missing,
-    is_grouped,
-    is_number,
-    only_numbers,
     ungrouped,
 )
-from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
-from bushcli.recording.table import SHOWN, TextTable
+from bushcli.recording.header_lines import header
+from bushcli.recording.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
+from bushcli.recording.table import TextTable
 
-_COMMENTS = ("#", "%", "//")
-#: Bounds on the work: a line of a thousand columns has some ten thousand characters.
-LONGEST_LINE, MOST_COLUMNS = 20_000, 1_000
+#: Most columns of a table.
+MOST_COLUMNS = 1_000
 #: Number of lines, spread over the file, by which delimiter and decimal sign are recognised.
 _SAMPLE = 4_000
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line that is not empty: its number from 1, its text, and whether it is a comment."""
-
-    number: int
-    text: str
-    comment: bool
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> TextTable:
@@ -58,22 +43,23 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    lines = _lines(path, decoded(path))
+    lines = lines_of(path, decoded(path))
     body = [line for line in lines if not line.comment]
     given = decimal
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
-    split = [_split(line.text, delimiter) for line in body]
+    split = [split_line(line.text, delimiter) for line in body]
     left_out = _without_thousands(split, decimal)
     start, width = _rows(path, body, split, decimal)
-    names, units, place = _header(path, lines, body[start].number, width, delimiter, decimal)
+    top = header(path, lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
     if given is None and (decimal == "," or delimiter in ";\t"):
         _refuse_thousands(path, split[start:], numbers, decimal)
     return TextTable(
         path=path,
-        names=names,
-        units=units,
-        header_line=place,
+        names=top.names,
+        units=top.units,
+        header_line=top.line,
+        preamble=top.preamble,
         rows=split[start:],
         lines=numbers,
         decimal=decimal,
@@ -99,7 +85,7 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     """
     body, lines, split = [], [], []
     for number, fields in cells:
-        line = Line(number, "\t".join(fields), bool(fields) and fields[0].startswith(_COMMENTS))
+        line = Line(number, "\t".join(fields), bool(fields) and fields[0].startswith(COMMENTS))
         if not line.comment or begins_with_missing(line.text):
             body.append(line)
             split.append(list(fields))
@@ -109,13 +95,14 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         what = "has no table with two columns of numbers"
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
     start, width = _rows(path, body, split, decimal)
-    names, units, place = _header(path, lines, body[start].number, width, "\t", decimal)
+    top = header(path, lines, body[start].number, width, "\t", decimal)
     return TextTable(
         path=path,
-        names=names,
-        units=units,
+        names=top.names,
+        units=top.units,
         part=part,
-        header_line=place,
+        header_line=top.line,
+        preamble=top.preamble,
         rows=split[start:],
         lines=[line.number for line in body[start:]],
         decimal=decimal,
@@ -126,12 +113,12 @@ def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal:
     """Return the index of the first row and the number of columns; refuse a line below it that does not fit."""
     start, raw, filled = _start(path, split, decimal)
     for line, fields in zip(body[start:], split[start:], strict=True):
-        if len(fields) != raw and len(_trimmed(fields)) != filled:
-            what = f"{len(_trimmed(fields))} fields, where the rows before have {filled}"
+        if len(fields) != raw and len(trimmed(fields)) != filled:
+            what = f"{len(trimmed(fields))} fields, where the rows before have {filled}"
             last = " (the last line: was the recording cut off?)" if line is body[-1] else ""
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{line.number}", what + last, "", expected))
-    width = max(len(_trimmed(fields)) for fields in split[start:])
+    width = max(len(trimmed(fields)) for fields in split[start:])
     if width > MOST_COLUMNS:
         what = f"has {width} columns"
         raise RecordingError(
@@ -173,49 +160,9 @@ def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decim
     raise RecordingError(Problem(f"{path}:{lines[row]}", what, "", expected))
 
 
-def _lines(path: Path, text: str) -> list[Line]:
-    lines = []
-    for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), start=1):
-        if len(line) > LONGEST_LINE:
-            what = f"has {len(line)} characters"
-            expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
-            raise RecordingError(Problem(f"{path}:{number}", what, "", expected))
-        if line.strip():
-            comment = line.lstrip().startswith(_COMMENTS) and not begins_with_missing(line)
-            lines.append(Line(number, line, comment))
-    return lines
-
-
-def _split(text: str, delimiter: str) -> list[str]:
-    if delimiter == " ":
-        text = text.replace("\t", " ").strip()
-    # In a row of units, a single quotation mark means an inch.
-    if text.count('"') % 2 == 0 and '"' in text:
-        try:
-            fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
-            return [f.strip() for f in fields if f.strip() or delimiter != " "]
-        except (csv.Error, StopIteration):
-            pass
-    return text.split() if delimiter == " " else [field.strip() for field in text.split(delimiter)]
-
-
-def _trimmed(fields: list[str]) -> list[str]:
-    """Return the fields without empty ones at the end: trailing delimiters."""
-    end = len(fields)
-    while end and not fields[end - 1]:
-        end -= 1
-    return fields[:end]
-
-
-def _numeric(fields: list[str], decimal: str) -> int:
-    if only_numbers(fields, decimal):
-        return len(fields) - fields.count("")
-    return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)
-
-
 def _is_row(fields: list[str], decimal: str) -> bool:
     """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers."""
-    count = _numeric(fields, decimal)
+    count = numbers_in(fields, decimal)
     return count >= 2 and 2 * count >= len(fields) - fields.count("")
 
 
@@ -224,12 +171,12 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
     best, score = None, 0.0
     body = body[:: len(body) // _SAMPLE + 1]
     for sep in (delimiter,) if delimiter else (";", "\t", ",", " "):
-        split = [_split(line.text, sep) for line in body]
+        split = [split_line(line.text, sep) for line in body]
         for sign in (decimal,) if decimal else (".", ","):
             rows = [fields for fields in split if _is_row(fields, sign)]
             common = Counter(len(fields) for fields in rows).most_common(1)
             # Rows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
-            whole = sum(_numeric(fields, sign) == len(_trimmed(fields)) for fields in rows)
+            whole = sum(numbers_in(fields, sign) == len(trimmed(fields)) for fields in rows)
             points = (common[0][1] if common else 0) + 2.0 * whole
             if points > score:
                 best, score = (sep, sign), points
@@ -245,78 +192,9 @@ def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, i
     """Return the index of the first row, and the most frequent number of fields, with and without empty last ones."""
     like = [_is_row(fields, decimal) for fields in split]
     raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
-    filled = Counter(len(_trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
+    filled = Counter(len(trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
     fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]
     for i, fit in enumerate(fits):
         if fit and (i + 1 == len(fits) or fits[i + 1]):
             return i, raw, filled
     raise RecordingError(Problem(str(path), "has no two consecutive rows of numbers"))
-
-
-def _header(
-    path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str
-) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Return names and units by column and the number of their line, from the lines above the first row of numbers."""
-    empty = ("",) * width
-    units, place, passed = empty, 0, []
-    above = [line for line in lines if line.number < first]
-    full: list[tuple[Line, list[str]]] = []
-    for line in reversed(above):
-        fields = _header_fields(re.sub(r"^\s*(#|%(?=\s)|//)+", "", line.text), delimiter, width)
-        texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
-        if fields is None or not texts or _numeric(fields, decimal):
-            passed += [] if line.comment else [line]
-        else:
-            full.append((line, fields))
-    for i, (line, fields) in enumerate(full):
-        further = [other for _, other in full[i + 1 :]]
-        if units == empty and (is_units_row(fields) or _are_unknown_units(fields, further)):
-            units, place = tuple(fields), line.number
-        else:
-            _no_data(path, [one for one in passed if one.number > line.number])
-            _refuse_percent(path, line, fields[0], units[0])
-            return tuple(fields), units, place or line.number
-    rows = [line for line in above if not line.comment]
-    lost = [line for line in rows if len(_trimmed(_split(line.text, delimiter))) == width]
-    _no_data(path, [line for line in lost if _numeric(_split(line.text, delimiter), decimal)])
-    return empty, units, place
-
-
-def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:
-    """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
-    if not line.text.lstrip().startswith("%") or unit or name.startswith("%") or heading(name).written:
-        return
-    if match_quality(name, "strain"):
-        what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
-        expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
-        raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
-
-
-def _are_unknown_units(fields: list[str], above: Sequence[list[str]]) -> bool:
-    """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
-    return not named_columns(fields) and any(named_columns(other) >= 2 for other in above)
-
-
-def _header_fields(text: str, delimiter: str, width: int) -> list[str] | None:
-    """Return the fields of a header line if it has one field for each column."""
-    attempts = [_split(text, delimiter)]
-    if delimiter in " \t":
-        # A header may be aligned with blanks above columns separated by tabs; in "Weg [mm]  Kraft [N]" names may
-        # contain single spaces, and a unit belongs to the name before it.
-        attempts.append(re.split(r"\s{2,}|\t", text.strip()))
-        attempts.append(text.split())
-        attempts.append(re.sub(r"\s+([\[(][^\])]*[\])])", r"\1", text).split())
-    for fields in attempts:
-        fields = _trimmed(fields)
-        if len(fields) == width:
-            return fields
-    return None
-
-
-def _no_data(path: Path, lines: Sequence[Line]) -> None:
-    """Refuse lines between the header and the first row: they would be dropped silently."""
-    for line in lines:
-        if re.search(r"\w|[%°\"']", line.text):
-            what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
-            expected = "names, units or numbers in all columns; put # in front of a remark"
-            raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))

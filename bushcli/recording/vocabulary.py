@@ -69,6 +69,8 @@ _BESIDE = MEASURED_WORDS | _set(
     "machine piston cylinder beam plate clamp side prüfstand prüfmaschine kolben zylinder taster aufnehmer traverse "
     "messdose kraftmessdose seite oben unten links rechts innen außen"
 )
+#: Words before the number of a channel.
+NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
 #: A factor beside a unit: "x10 N", "1000 N".
 POWER = re.compile(r"[x×*]?10+|1[eE]\d")
 ALL_ENDINGS = tuple(end for ends in ENDINGS.values() for end in ends)

@@ -8,10 +8,14 @@ from typing import Any
 from rich.padding import Padding
 from rich.text import Text
 
+from bushcli.recording import Recording
+from bushcli.recording.table import SHOWN
 from bushcli.report.quantity import number, quantities
 from bushcli.standards import Clause, Lack, Observed
 from bushcli.standards.protocol import Protocol
 
+#: Most unused columns that are listed.
+_MOST = 8
 _MARKS = {True: "yes", False: "no", None: "not known"}
 
 
@@ -24,6 +28,14 @@ def protocol_json(found: Protocol) -> dict[str, Any]:
             for channel, name, asked in found.judged
         ],
         "open_questions": [vars(lack) | {"channels": list(lack.channels)} for lack in found.lacks],
+        "files": [
+            {
+                "channel": one.name,
+                "columns": [vars(column) for column in one.columns],
+                "unused": list(one.unused),
+            }
+            for one in found.files
+        ],
         "remarks": [{"channel": channel, "text": text} for channel, text in found.remarks],
     }
 
@@ -47,8 +59,9 @@ def _observed(one: Observed) -> dict[str, Any]:
 def protocol_parts(found: Protocol) -> list[object]:
     """Return the parts of the summary of a case that describe its tests."""
     parts: list[object] = []
-    if found.remarks:
-        parts += _titled("How the files were read", [f"{channel}: {text}" for channel, text in found.remarks])
+    if found.files or found.remarks:
+        said = [f"{channel}: {text}" for channel, text in found.remarks]
+        parts += _titled("How the files were read", [*map(_file, found.files), *said])
     if found.recordings or found.coupons:
         parts += _titled("What the tests are", [_line(one) for one in (*found.recordings, *found.coupons)])
     for channel, name, asked in found.judged:
@@ -60,6 +73,22 @@ def protocol_parts(found: Protocol) -> list[object]:
 
 def _titled(title: str, lines: Sequence[str]) -> list[object]:
     return [Text(), Text(title, "bold"), *(Padding(Text(line), (0, 0, 0, 2)) for line in lines)]
+
+
+def _file(one: Recording) -> str:
+    """Return which columns of a file were read as what, and in which units."""
+    words = []
+    for column in one.columns:
+        name = f" ({column.name[:SHOWN]})" if column.name else ""
+        assumed = ", assumed because no unit is given" if column.assumed else ""
+        words.append(f"{column.quantity} = column {column.number}{name} in {column.unit}{assumed}")
+    if all(column.quantity != "time" for column in one.columns):
+        words.append("no column of time")
+    shown = [name[:SHOWN] for name in one.unused[:_MOST]]
+    more = len(one.unused) - len(shown)
+    shown += [f"{more} more"] if more else []
+    words += [f"not used: {', '.join(shown)}"] if shown else []
+    return f"{one.name}: {'; '.join(words)}"
 
 
 def _line(one: Observed) -> str:

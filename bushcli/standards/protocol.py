@@ -24,6 +24,8 @@ class Protocol:
         Channel, standard and its requirements, for each recording and coupon that names a standard.
     lacks : tuple of Lack
         Questions that the recordings leave open.
+    files : tuple of Recording
+        Recordings and coupons that were read from a file, with the columns that were used.
     remarks : tuple of (str, str)
         Channel, and how its file was read where that is not obvious.
     """
@@ -32,6 +34,7 @@ class Protocol:
     coupons: tuple[Observed, ...]
     judged: tuple[tuple[str, str, tuple[Clause, ...]], ...]
     lacks: tuple[Lack, ...]
+    files: tuple[Recording, ...]
     remarks: tuple[tuple[str, str], ...]
 
     @property
@@ -58,10 +61,11 @@ def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recordin
         for one, source in zip((*seen, *tested), sources, strict=True)
         if source.standard is not None
     )
+    files = tuple(curve for curve in (*curves, *coupons) if curve.columns)
     remarks = tuple(
         (curve.name, repair.text)
         for curve in (*curves, *coupons)
         for repair in curve.repairs
         if repair.kind == "columns"
     )
-    return Protocol(seen, tested, judged, lacking(seen, tested), remarks)
+    return Protocol(seen, tested, judged, lacking(seen, tested), files, remarks)

@@ -1,0 +1,137 @@
+"""Header of a text file: names and units of the columns, and the lines above them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
+from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
+from bushcli.recording.table import SHOWN
+from bushcli.recording.units import tabulated_unit
+
+
+@dataclass(frozen=True)
+class Header:
+    """The header of a table.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        By column, as written; empty texts where there is none.
+    line : int
+        Number of the line of the units, or of the names if there is no row of units; 0 without a header.
+    preamble : tuple of (int, str)
+        Lines above it, with their numbers.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    line: int
+    preamble: tuple[tuple[int, str], ...]
+
+
+def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str) -> Header:
+    """Return the header of a table from the lines above its first row of numbers.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    lines : sequence of Line
+        All lines of the file.
+    first : int
+        Number of the line of the first row of numbers.
+    width : int
+        Number of columns.
+    delimiter, decimal : str
+
+    Raises
+    ------
+    RecordingError
+        When a line between the header and the first row is neither names nor units nor numbers.
+    """
+    empty = ("",) * width
+    units, place, passed = empty, 0, []
+    above = [line for line in lines if line.number < first]
+    full: list[tuple[Line, list[str]]] = []
+    for line in reversed(above):
+        fields = _fields(line.uncommented, delimiter, width)
+        texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
+        if fields is None or not texts or numbers_in(fields, decimal):
+            passed += [] if line.comment else [line]
+        else:
+            full.append((line, fields))
+    for i, (line, fields) in enumerate(full):
+        further = full[i + 1 :]
+        if units == empty and (is_units_row(fields) or _are_unknown_units(fields, further)):
+            units, place = tuple(fields), line.number
+            continue
+        _no_data(path, [one for one in passed if one.number > line.number])
+        _refuse_percent(path, line, fields[0], units[0])
+        if units == empty and not any(heading(name).written for name in fields):
+            # A row of units may also stand above the names.
+            for other, row in further:
+                if _are_units_above(row):
+                    units, place = tuple(row), other.number
+                    break
+        preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
+        return Header(tuple(fields), units, place or line.number, preamble)
+    rows = [line for line in above if not line.comment]
+    lost = [line for line in rows if len(trimmed(split_line(line.text, delimiter))) == width]
+    _no_data(path, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
+    return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
+
+
+def _are_units_above(fields: list[str]) -> bool:
+    """Whether a line above the names is a row of units: it names no quantity, and one of its fields is a unit."""
+    first, *rest = fields
+    if re.fullmatch(r"(units?|einheit(en)?|unités?)\W*", first.strip().lower()):
+        fields = rest
+    return is_units_row(fields) or (
+        not named_columns(fields)
+        and any(tabulated_unit(field) is not None for field in fields)
+        and all(len(field.split()) < 2 for field in fields)
+    )
+
+
+def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:
+    """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
+    if not line.text.lstrip().startswith("%") or unit or name.startswith("%") or heading(name).written:
+        return
+    if match_quality(name, "strain"):
+        what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
+        expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
+        raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
+
+
+def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]]) -> bool:
+    """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
+    return not named_columns(fields) and any(named_columns(other) >= 2 for _, other in above)
+
+
+def _fields(text: str, delimiter: str, width: int) -> list[str] | None:
+    """Return the fields of a header line if it has one field for each column."""
+    attempts = [split_line(text, delimiter)]
+    if delimiter in " \t":
+        # A header may be aligned with blanks above columns separated by tabs; in "Weg [mm]  Kraft [N]" names may
+        # contain single spaces, and a unit belongs to the name before it.
+        attempts.append(re.split(r"\s{2,}|\t", text.strip()))
+        attempts.append(text.split())
+        attempts.append(re.sub(r"\s+([\[(][^\])]*[\])])", r"\1", text).split())
+    for fields in attempts:
+        if len(fields) == width or len(fields := trimmed(fields)) == width:
+            return fields
+    return None
+
+
+def _no_data(path: Path, lines: Sequence[Line]) -> None:
+    """Refuse lines between the header and the first row: they would be dropped silently."""
+    for line in lines:
+        if re.search(r"\w|[%°\"']", line.text):
+            what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
+            expected = "names, units or numbers in all columns; put # in front of a remark"
+            raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
