@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
@@ -92,8 +93,9 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @click.option(
     "--model",
     "models",
+    multiple=True,
     metavar="LAW[,LAW...]",
-    help="Law or laws to identify instead of the case's; `all` tries every law.",
+    help="Law or laws to identify instead of the case's; may be repeated; `all` tries every law.",
 )
 @click.option(
     "--hold-out",
@@ -102,7 +104,13 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     metavar="CHANNEL",
     help="Predict this channel instead of fitting it.",
 )
-@click.option("--fix", "fixed", multiple=True, metavar="NAME", help="Keep a parameter at its start value.")
+@click.option(
+    "--fix",
+    "fixed",
+    multiple=True,
+    metavar="NAME[,NAME...]",
+    help="Keep a parameter, or all parameters of an effect, at the start value; may be repeated.",
+)
 @click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
 @click.option(
     "--method",
@@ -143,7 +151,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @on_a_case
 def inverse(
     run: Run,
-    models: str | None,
+    models: tuple[str, ...],
     held_out: tuple[str, ...],
     fixed: tuple[str, ...],
     bulk_modulus: bool,
@@ -163,7 +171,7 @@ def inverse(
     which --resume continues after an interruption. --scheduler shares the starts among the workers of Dask, which
     write no such files.
     """
-    from bushcli.inverse import Task
+    from bushcli.inverse import Task, refuse_fixed
 
     case = run.load()
     if resume and run.output is None:
@@ -172,22 +180,26 @@ def inverse(
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
         )
+    tasks = [
+        Task(
+            case,
+            law,
+            fixed=_listed(fixed),
+            bulk_modulus=bulk_modulus,
+            hold_out=_listed(held_out),
+            method=method,
+            loss=loss,
+            starts=starts,
+            globally=globally,
+            seed=seed,
+            workers=workers,
+        )
+        for law in _laws(case, models)
+    ]
+    refuse_fixed(tasks)
     fits = []
     with pool(None, scheduler) if scheduler else nullcontext() as shared:
-        for law in _laws(case, models):
-            task = Task(
-                case,
-                law,
-                fixed=fixed,
-                bulk_modulus=bulk_modulus,
-                hold_out=held_out,
-                method=method,
-                loss=loss,
-                starts=starts,
-                globally=globally,
-                seed=seed,
-                workers=workers,
-            )
+        for task in tasks:
             fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
@@ -198,7 +210,8 @@ def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
-    run.say(f"identifying {task.model} from {len(task.case.recordings) - len(task.hold_out)} recordings")
+    count = len({source.label for source in task.case.recordings} - set(task.hold_out))
+    run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
@@ -232,9 +245,14 @@ def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     return NEGATIVE if strict and best.conditions else DONE
 
 
-def _laws(case: Case, models: str | None) -> list[str]:
+def _laws(case: Case, models: Sequence[str]) -> tuple[str, ...]:
     from forms.law import laws
 
-    if models is None:
-        return [case.material.law]
-    return list(laws()) if models == "all" else [name.strip() for name in models.split(",") if name.strip()]
+    chosen = _listed(models)
+    return tuple(laws()) if "all" in chosen else chosen or (case.material.law,)
+
+
+def _listed(options: Sequence[str]) -> tuple[str, ...]:
+    """Return what repeated options name, each of which may be a list with commas."""
+    names = [name.strip() for option in options for name in option.split(",")]
+    return tuple(dict.fromkeys(name for name in names if name))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force
-from bushcli.faults.scale import scales, signs
+from bushcli.faults.scale import scales
+from bushcli.faults.sense import positions, signs
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, force_noise
@@ -52,14 +53,25 @@ def find_faults(
     """
     found: list[DataFault] = []
     left_out: list[Mask] = []
+    sound: list[bool] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
         for fault in (of_samples or sample_faults)(recording):
             found.append(fault)
             bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
-        found += signs(recording, left_out[-1])
-    found += scales(case.geometry, recordings, left_out)
+        senses = [
+            *signs(recording, left_out[-1]),
+            *positions(case.geometry, recording, left_out[-1]),
+        ]
+        found += senses
+        # A modulus from a magnitude, or from a travel with another zero, says nothing about units.
+        sound.append(not any(fault.fatal for fault in senses))
+    found += scales(
+        case.geometry,
+        [one for one, fit in zip(recordings, sound, strict=True) if fit],
+        [one for one, fit in zip(left_out, sound, strict=True) if fit],
+    )
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
 

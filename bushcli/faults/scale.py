@@ -1,4 +1,4 @@
-"""Whether a recording can be that of rubber at all: its sign, units, exchanged columns and channels.
+"""Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
 
 The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
 Rubber of 30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it
@@ -35,8 +35,6 @@ Array = NDArray[np.float64]
 
 # MPa: shear moduli of rubber, and those that rubber may appear to have with a compliant rig, voids, a stop or a loop.
 _RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
-# A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
-_FALLING = -0.5
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
 # a coupon; and a typical value.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
@@ -85,32 +83,6 @@ class _Change:
     force: float
     words: str
     rare: float = 0.0
-
-
-def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
-    q, force = recording.displacement[~bad], recording.force[~bad]
-    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
-        return
-    correlation = float(np.corrcoef(q, force)[0, 1])
-    if correlation < _FALLING and slope(q, force) < 0:
-        yield DataFault(
-            recording.name,
-            "sign",
-            f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
-            "wrong sign",
-            'reverse the sign of the force: reverse = ["force"] in this table of the case file',
-            True,
-            np.zeros(len(recording.force), dtype=bool),
-        )
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:

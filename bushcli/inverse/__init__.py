@@ -15,7 +15,7 @@ from bushcli.inverse.result import (
     Profile,
     Weighting,
 )
-from bushcli.inverse.task import Task
+from bushcli.inverse.task import Task, refuse_fixed
 
 __all__ = [
     "Combination",
@@ -29,4 +29,5 @@ __all__ = [
     "Weighting",
     "fit_coupons",
     "identify",
+    "refuse_fixed",
 ]

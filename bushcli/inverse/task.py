@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -189,7 +189,11 @@ class Task:
         rubber = Rubber(self.law, dict(material.parameters), material.bulk_modulus)
         if self.source == "coupons":
             if not case.coupons:
-                raise InputError(Finding(case.path.name, "there are no [[coupons]] to fit a law to"))
+                what = "there are no [[coupons]] to fit a law to, and no [material.parameters]"
+                expected = (
+                    "one of both; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                )
+                raise InputError(Finding(case.path.name, what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, tables)
         else:
             if not case.recordings:
@@ -283,3 +287,44 @@ def _stretches(channels: list[Channel]) -> tuple[float, float]:
             stretch = 1.0 + channel.recording.displacement
             low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
     return low, high
+
+
+def refuse_fixed(tasks: Sequence[Task]) -> None:
+    """Refuse to keep parameters that none of the tasks has, and to keep all parameters of one.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        At least one, with the same `fixed`.
+
+    Raises
+    ------
+    InputError
+    """
+    known = dict.fromkeys(
+        name
+        for task in tasks
+        for name in (
+            *task.material.parameters,
+            *task.effect_values,
+            *(one.name for one in task.effects),
+            *(one.effect.name for one in task.effects),
+        )
+    )
+    problems = [
+        Finding(
+            "--fix",
+            f"no law or effect of this identification has {name}",
+            nearest(name, known),
+            ", ".join(known),
+        )
+        for name in tasks[0].fixed
+        if name not in known
+    ]
+    problems += [
+        Finding("--fix", f"leaves no parameter of {task.model} to identify")
+        for task in tasks
+        if not problems and not task.names
+    ]
+    if problems:
+        raise InputError(*problems)

@@ -103,6 +103,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         what = f'{table.label(index)}: "{wanted.given}" is not a unit of {_KIND[wanted.measured]}'
         raise _refused(table, quantity, index, what)
     values = table.numbers(index, source.accept) * read.factor
+    if mode.specimen == "coupon" and quantity != "time":
+        _refuse_compression(table, source, quantity, index, values)
     if wanted.measured == "strain" and read.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
@@ -114,6 +116,18 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         remarks = (*remarks, source_of_unit)
     values = -values if quantity in source.reverse else values
     return Column(index, values, read.name, remarks, source_of_unit == "")
+
+
+def _refuse_compression(table: Table, source: Source, quantity: Quantity, index: int, values: Array) -> None:
+    """Refuse a compressive strain or stress that is counted as positive: it would be read as tension."""
+    words = heading(table.names[index]).words
+    says = any(word.startswith(("compress", "druck", "stauch")) for word in words)
+    if says and quantity not in source.reverse and values.max() > abs(values.min()):
+        what = (
+            f"{table.label(index)} is compressive, and its values are positive: they would be read as tension"
+        )
+        expected = 'reverse = ["displacement", "force"] in the table of the case file'
+        raise RecordingError(Problem(table.where, what, "", expected))
 
 
 def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:

@@ -12,10 +12,14 @@ from bushcli.recording.header import Heading, heading, is_unnamed, says_measured
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
 from bushcli.recording.units import find_unit, plain_unit, tabulated_unit
-from cases.mode import Mode
+from cases.mode import Mode, modes
 
 #: Words that a name may contain where the case file asks for a true stress or a true strain.
 TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
+#: Words for a change of length that are a strain where they are in percent.
+STRETCHING = frozenset(
+    {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
+)
 TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
 
 
@@ -85,23 +89,34 @@ def candidates(table: Table, wanted: Wanted) -> list[int]:
         # A row of units alone identifies a column if it is unambiguous.
         units = [tabulated_unit(unit) for unit in table.units]
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
-    return [i for i, q in enumerate(rank) if q == max(rank) > 0]
+    best = [i for i, q in enumerate(rank) if q == max(rank) > 0]
+    words = {i: set(heading(table.names[i]).words) & modes().keys() for i in best}
+    # Beside "Axial Force", the mode decides which force is meant.
+    own = [i for i in best if wanted.mode.name in words[i]]
+    neutral = [i for i in best if not words[i]]
+    return (own or neutral or best) if len(best) > 1 else best
 
 
 def by_unit(table: Table, wanted: Wanted) -> list[int]:
     """Return the columns in a unit of the quantity whose names do not describe it: ``Channel 3 [mm]``.
+
+    A strain in percent must be called one of `STRETCHING`: ``Extension (%)``.
 
     Parameters
     ----------
     table : Table
     wanted : Wanted
     """
-    if wanted.measured == "strain" or not any(table.names):
+    if not any(table.names):
         return []
     found = []
     for i, name in enumerate(table.names):
         head = heading(name)
         units = [find_unit(text, wanted.measured) for text in written_units(table, i, head)]
+        if wanted.measured == "strain":
+            if STRETCHING & set(head.words) and [one and one.name for one in units] == ["percent"]:
+                found.append(i)
+            continue
         if units and is_unnamed(head) and all(u is not None and u.measured == wanted.measured for u in units):
             found.append(i)
     return found

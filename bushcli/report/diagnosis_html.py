@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
@@ -98,7 +99,8 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     problems = [one for one in result["problems"] if one["name"] not in FAULTS]
     return page(
         {**result, "problems": problems},
-        found.case,
+        # A diagnosis does not assume the effects of the case.
+        replace(found.case, effects=()),
         found.material,
         f"{headline(found)}.",
         [paragraph(found)],

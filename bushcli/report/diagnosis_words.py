@@ -26,6 +26,7 @@ UNSEARCHED = 0.5
 FAULTS = frozenset({"faulty_data", "bad_samples"})
 _KINDS = {
     "sign": "wrong sign",
+    "position": "displacement from another zero",
     "unit": "wrong unit",
     "swapped": "columns swapped",
     "clipped": "values clipped",

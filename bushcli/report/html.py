@@ -20,6 +20,7 @@ from markupsafe import Markup
 
 from bushcli.case import Case, Material
 from bushcli.inverse import Fit
+from bushcli.report.conditions import conditions
 from bushcli.report.contact import contact_tables
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
@@ -28,7 +29,6 @@ from bushcli.report.six import six_tables
 from bushcli.report.tables import (
     Table,
     channel_table,
-    conditions,
     curves_of,
     fitted_table,
     parameter_table,

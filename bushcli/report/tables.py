@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.recording import Recording, branches
+from bushcli.report.conditions import conditions
 from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.case import Case, Material
+    from bushcli.case import Case
     from bushcli.inverse import Fit
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
@@ -78,78 +79,6 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
         for mesh in meshes
     )
     return Table("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
-
-
-def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
-    """Return the simulated conditions as pairs of name and value in words.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    material : Material or None
-        Material that was used, where it is not that of the case.
-    source : str
-        Origin of the law's parameters; empty for the coupon tests.
-    """
-    shape = case.geometry
-    entries = shape.model_dump()
-    numbers = {k: v for k, v in entries.items() if isinstance(v, int | float) and not isinstance(v, bool)}
-    words = {k: v for k, v in entries.items() if isinstance(v, str) and k != "contact"}
-    sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
-    sizes += [f"{_words(k)} {v}" for k, v in words.items()]
-    rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
-    sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
-    for name, sleeve in sleeves:
-        rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
-    if "contact" in entries:
-        rows.append(("contact", _contact(shape)))
-    used = material or case.material
-    parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
-    if not parameters:
-        parameters = f"to be identified from the {'coupon tests' if case.coupons else 'recordings'}"
-    elif source or not case.material.parameters:
-        parameters += f" (identified from the {source or 'coupon tests'})"
-    bulk = number(used.bulk_modulus, 4)
-    rows.append(("law", f"{used.law}: {parameters}"))
-    rows.append(
-        ("bulk modulus", f"{bulk} MPa" if np.isfinite(used.bulk_modulus) else "infinite: incompressible")
-    )
-    return rows + _limits(case)
-
-
-def _limits(case: Case) -> list[tuple[str, str]]:
-    """Return the tolerances that a case states."""
-    rows = []
-    if case.toleranced:
-        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
-        rows.append(("tolerances", made))
-    if case.tolerance != type(case.tolerance)():  # the default is not mentioned
-        rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
-    return rows
-
-
-def _contact(shape: Shape) -> str:
-    """Return whether contact is modelled, between which surfaces, and from when on it is active."""
-    if not shape.meeting:
-        return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
-    metal = shape.elastic_sleeves
-    surfaces = "between the free surfaces of the rubber" + (
-        f" and of {', '.join(map(_words, metal))}" if metal else ""
-    )
-    if shape.meeting == "sleeves":
-        surfaces += ", and the rigid sleeves beyond their bonds"
-    return f"{surfaces}, without friction; active from the step in which surfaces meet"
-
-
-def _words(key: str) -> str:
-    return key.replace("_", " ")
-
-
-def _sleeve(values: Mapping[str, float | str]) -> str:
-    units = {"thickness": " mm", "youngs_modulus": " MPa"}
-    shown = {k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in values.items()}
-    return "elastic: " + ", ".join(f"{_words(k)} {v}" for k, v in shown.items())
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:

@@ -1,0 +1,95 @@
+"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bushcli.faults.fault import DataFault, Mask
+from bushcli.faults.signal import slope
+from bushcli.recording import Recording
+from bushcli.recording.source import dimension
+from cases.mode import modes
+from geometry.shape import Shape
+
+# A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
+_FALLING = -0.5
+# A force is a magnitude where its correlation with the size of the displacement is above the first number, and with the
+# displacement itself between both signs of the second. Friction that opens the loop lowers the first to 0.95.
+_MAGNITUDE, _SIGNED = 0.9, 0.3
+# Share of the travel that a displacement must reach on its smaller side to be one to both sides.
+_SIDE = 0.2
+# Rubber thicknesses from zero beyond which a displacement is the position of the actuator: no bushing is preloaded so.
+_FAR = 3.0
+
+
+def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Yield a fault where the force falls while the displacement rises, or lacks the sign that the displacement has.
+
+    Parameters
+    ----------
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
+    q, force = recording.displacement[~bad], recording.force[~bad]
+    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
+        return
+    correlation = float(np.corrcoef(q, force)[0, 1])
+    none = np.zeros(len(recording.force), dtype=bool)
+    if correlation < _FALLING and slope(q, force) < 0:
+        yield DataFault(
+            recording.name,
+            "sign",
+            f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
+            "wrong sign",
+            'reverse the sign of the force: reverse = ["force"] in this table of the case file',
+            True,
+            none,
+        )
+        return
+    sides = min(float(q.max()), float(-q.min())) / max(float(np.abs(q).max()), 1e-300)
+    if sides < _SIDE or np.ptp(np.abs(q)) == 0 or abs(correlation) > _SIGNED:
+        return
+    size = float(np.corrcoef(np.abs(q), force)[0, 1])
+    if abs(size) > _MAGNITUDE:
+        yield DataFault(
+            recording.name,
+            "sign",
+            f"the displacement has both signs and the force only one: it follows the size of the displacement "
+            f"(correlation {size:.2f}), as a magnitude does",
+            "export the force with its sign, such as one component instead of a resultant",
+            True,
+            none,
+        )
+
+
+def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Yield a fault where the displacement stays so far from zero that it is a position of the rig.
+
+    Parameters
+    ----------
+    shape : Shape
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
+    mode = modes()[recording.mode]
+    kind = dimension("displacement", mode.specimen, mode.rotational)
+    if kind != "length" or shape.annulus is None or bad.all():
+        return
+    q = recording.displacement[~bad]
+    nearest = float(np.abs(q).min())
+    if nearest > _FAR * shape.annulus.thickness:
+        yield DataFault(
+            recording.name,
+            "position",
+            f"the displacement goes from {q.min():.4g} to {q.max():.4g} mm, and the rubber is "
+            f"{shape.annulus.thickness:.4g} mm thick: it is a position of the rig, and not counted from rest",
+            "subtract the position at which the specimen is free of force, or choose another column",
+            True,
+            np.zeros(len(recording.force), dtype=bool),
+        )

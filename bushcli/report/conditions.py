@@ -1,0 +1,122 @@
+"""The simulated conditions of a case in words: geometry, contact, law, effects, tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.case.unit import outside, turning, unit
+from bushcli.report.quantity import number
+from forms.law import laws
+
+if TYPE_CHECKING:
+    from bushcli.case import Case, Material
+    from geometry.shape import Shape
+
+# Bulk over shear modulus of heavily filled rubber, the least that rubber has (the prior of `compressibility`).
+LEAST_RATIO = 50.0
+
+
+def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
+    """Return the simulated conditions as pairs of name and value in words.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    material : Material or None
+        Material that was used, where it is not that of the case.
+    source : str
+        Origin of the law's parameters; empty for the coupon tests.
+    """
+    shape = case.geometry
+    entries = shape.model_dump()
+    numbers = {k: v for k, v in entries.items() if isinstance(v, int | float) and not isinstance(v, bool)}
+    words = {k: v for k, v in entries.items() if isinstance(v, str) and k != "contact"}
+    sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
+    sizes += [f"{_words(k)} {v}" for k, v in words.items()]
+    rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
+    sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
+    for name, sleeve in sleeves:
+        rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
+    if "contact" in entries:
+        rows.append(("contact", _contact(shape)))
+    used = material or case.material
+    parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
+    if not parameters:
+        parameters = f"to be identified from the {'coupon tests' if case.coupons else 'recordings'}"
+    elif source or not case.material.parameters:
+        parameters += f" (identified from the {source or 'coupon tests'})"
+    rows.append(("law", f"{used.law}: {parameters}"))
+    rows.append(("bulk modulus", _bulk(used)))
+    return rows + _effects(case) + _limits(case)
+
+
+def _bulk(material: Material) -> str:
+    """Return the bulk modulus in words, with a remark where it is not that of rubber."""
+    if not np.isfinite(material.bulk_modulus):
+        return "infinite: incompressible"
+    shown = f"{number(material.bulk_modulus, 4)} MPa"
+    if not material.parameters:
+        return shown
+    shear = laws()[material.law].shear_modulus(**material.parameters)
+    solid = material.bulk_modulus >= LEAST_RATIO * shear
+    return shown if solid else f"{shown}: far more compressible than rubber, which has 1000 to 3000 MPa"
+
+
+def _effects(case: Case) -> list[tuple[str, str]]:
+    """Return a row for each effect of a case: values, and the channels that have it if it is not on all."""
+    channels = [(one.label, one.mode) for one in case.recordings]
+    channels += [(one.mode, one.mode) for one in case.load_cases]
+    turned = turning(case.effects, channels)
+    rows = []
+    for one in case.effects:
+        values = []
+        for p in one.parameters:
+            if p.choices:
+                values.append(_words(p.choices[round(one.values[p.name])]))
+                continue
+            angular = one.full_name(p) in turned
+            written = "" if (own := unit(p, angular)) == "1" else f" {own}"
+            known = p.name in one.values
+            shown = f"{outside(p, one.values[p.name], angular):.4g}{written}" if known else "to be identified"
+            values.append(f"{_words(p.name)} {shown}")
+        on = "" if one.channels is None else f" (in {', '.join(one.channels)})"
+        rows.append(("effect", f"{_words(one.effect.name)}{on}: {', '.join(values)}"))
+    return rows
+
+
+def _limits(case: Case) -> list[tuple[str, str]]:
+    """Return the tolerances that a case states."""
+    rows = []
+    if case.toleranced:
+        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
+        rows.append(("tolerances", made))
+    if case.tolerance != type(case.tolerance)():  # the default is not mentioned
+        rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
+    return rows
+
+
+def _contact(shape: Shape) -> str:
+    """Return whether contact is modelled, between which surfaces, and from when on it is active."""
+    if not shape.meeting:
+        return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
+    metal = shape.elastic_sleeves
+    surfaces = "between the free surfaces of the rubber" + (
+        f" and of {', '.join(map(_words, metal))}" if metal else ""
+    )
+    if shape.meeting == "sleeves":
+        surfaces += ", and the rigid sleeves beyond their bonds"
+    return f"{surfaces}, without friction; active from the step in which surfaces meet"
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def _sleeve(values: Mapping[str, float | str]) -> str:
+    units = {"thickness": " mm", "youngs_modulus": " MPa"}
+    shown = {k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in values.items()}
+    return "elastic: " + ", ".join(f"{_words(k)} {v}" for k, v in shown.items())
