@@ -17,7 +17,7 @@ from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities, unfitted
 from bushcli.diagnosis.question import Question, posed, question
-from bushcli.diagnosis.result import Diagnosis, Verdict
+from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.journal import history_damaged
@@ -192,6 +192,8 @@ def _answer(
     channels = before_and_after(cache, asked, problem, plain, best)
     says: Verdict = "faulty_data" if asked.fatal else answer.verdict(best, asked.plain)
     left = share_left(best, search.plain)
+    # Models are compared only if the data allow it, and if most of them have been looked at.
+    hidden = asked.fatal or (says == "unexplained" and search.left > UNSEARCHED)
     unknown = probability["unknown"]
     return Diagnosis(
         case=asked.case,
@@ -202,14 +204,14 @@ def _answer(
         plain=_material(asked.material, plain.model),
         material=_material(asked.material, best.state.model),
         parameters=values.quantities(models, asked.case.material),
-        effects=() if asked.fatal else values.named(models, search, probability, asked.case.material),
+        effects=() if hidden else values.named(models, search, probability, asked.case.material),
         probability=probability,
-        models=() if asked.fatal else answer.ranked(models, search),
-        rivals=() if asked.fatal else tuple(one for one in credible_sets(models) if one != best.effects),
-        groups=() if asked.fatal else groups(models, probability),
+        models=() if hidden else answer.ranked(models, search),
+        rivals=() if hidden else tuple(one for one in credible_sets(models) if one != best.effects),
+        groups=() if hidden else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
-        if says in ("explained", "faulty_data")
+        if hidden or says == "explained"
         else missing(after, problem.likelihood.features, unknown, left),
         searched=answer.searched(search),
         channels=channels,

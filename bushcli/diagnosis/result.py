@@ -19,6 +19,8 @@ from bushcli.selection.searched import Searched
 
 Array = NDArray[np.float64]
 
+# Share of the probability that fits may still change above which a search has hardly begun: judgement, more than half.
+UNSEARCHED = 0.5
 Verdict = Literal["explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data"]
 
 
@@ -264,7 +266,7 @@ class Diagnosis:
         Of every effect of the catalogue that was considered, by name, of "free_law" where coupons give the law, and of
         "unknown" and "nothing".
     models
-        All with a probability of at least 0.1 %, best first.
+        All with a probability of at least 0.1 %, best first; none if the data are faulty or the search hardly began.
     rivals
         The fewest sets of effects that hold 95 % of the posterior together, by the names of their effects, the most
         probable first; without the set of the first model, and empty if that holds 95 % alone.
@@ -311,3 +313,8 @@ class Diagnosis:
     forward_solves: int
     failed_solves: int
     seconds: float
+
+    @property
+    def unsearched(self) -> bool:
+        """Whether the search ended before it had looked at most models: nothing is named then, nor ruled out."""
+        return self.verdict == "unexplained" and self.searched.left > UNSEARCHED

@@ -136,7 +136,8 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     if size < TINY:
         return []
     found = []
-    for basis, words in _descriptions(recording):
+    elastic = _elastic(recording, mean)
+    for basis, words, timed in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
         share = _described(basis, mean)
         if basis.shape[1] > 1:
@@ -144,11 +145,11 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
             if share < _described(basis[:, :-1], mean) + PRICE:
                 continue
             share -= PRICE
-        if share > SAYS:
+        # Where it follows the displacement as well, nothing shows that it depends on time.
+        if share > SAYS and not (timed and elastic >= share):
             found.append((share * size, at + words(a)))
     if found:
         return found
-    elastic = _elastic(recording, mean)
     if elastic > SAYS:
         text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range), as another law would"
         return [(elastic * size, at + text)]
@@ -162,8 +163,8 @@ def _described(basis: Array, mean: Array) -> float:
     return 1.0 - float(rest @ rest) / float(mean @ mean)
 
 
-def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
-    """Yield possible shapes of a missing force as columns (n, k), with the words for their coefficients (k,)."""
+def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
+    """Yield possible shapes of a missing force: columns (n, k), words for their coefficients (k,), whether timed."""
     force, span, n = recording.force, float(np.ptp(recording.force)), len(recording.force)
     seconds = np.arange(float(n)) if recording.time is None else recording.time
     clock: Array = np.asarray((seconds - seconds[0]) / np.ptp(seconds))
@@ -183,17 +184,17 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
         sense = "wider" if a[0] > 0 else "narrower"
         return f"the recorded loop is {sense} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
 
-    yield force[:, None], constant
-    yield np.asarray((clock * force)[:, None]), fading
-    yield np.asarray(clock[:, None]), drifting
-    yield np.asarray(loading[:, None]), looping
+    yield force[:, None], constant, False
+    yield np.asarray((clock * force)[:, None]), fading, True
+    yield np.asarray(clock[:, None]), drifting, True
+    yield np.asarray(loading[:, None]), looping, False
     for first in sorted(set(cycle))[1:]:
 
         def step(a: Any, first: float = first) -> str:
             sense = "larger" if a[1] > 0 else "smaller"
             return f"from cycle {first:.0f} on the recorded force is {sense} by {abs(100 * a[1]):.1f} %"
 
-        yield np.column_stack([force, np.where(cycle >= first, force, 0.0)]), step
+        yield np.column_stack([force, np.where(cycle >= first, force, 0.0)]), step, True
 
 
 def _passes(recording: Recording) -> tuple[Array, Array]:

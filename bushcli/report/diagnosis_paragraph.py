@@ -9,7 +9,6 @@ from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis_names import chance, law_title, together
 from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
-    UNSEARCHED,
     best_probability,
     catalogue,
     effects_with_chance,
@@ -35,7 +34,7 @@ def paragraph(found: Diagnosis) -> str:
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
         return " ".join(parts + _ended(fault_lines(found)))
-    if found.verdict == "unexplained" and found.searched.left <= UNSEARCHED:
+    if found.verdict == "unexplained" and not found.unsearched:
         parts += _ended(missing_lines(found)[1:])
     if found.verdict != "explained":
         parts += _ended(sentences(found.location)[:2])
@@ -78,7 +77,7 @@ def _opening(found: Diagnosis) -> str:
                 if short
                 else f"{other} describes the same rubber without any further physics{best}."
             )
-        case "unexplained" if found.searched.left > UNSEARCHED:
+        case "unexplained" if found.unsearched:
             return (
                 f"{origin}, leaves a misfit larger than the noise. The search for its cause ended before it had looked "
                 "at most effects: none of them is ruled out."

@@ -20,8 +20,6 @@ _SETS = 3
 _GROUP = 0.95
 # Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
-# Share of the probability that fits may still change above which a search has hardly begun: judgement, more than half.
-UNSEARCHED = 0.5
 # Conditions that repeat the faults of the data.
 FAULTS = frozenset({"faulty_data", "bad_samples"})
 _KINDS = {
@@ -63,7 +61,7 @@ def headline(found: Diagnosis) -> str:
         case "missing_physics":
             # A sentence must not have two colons.
             return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
-        case "unexplained" if found.searched.left > UNSEARCHED:
+        case "unexplained" if found.unsearched:
             return "Not diagnosed: the search ended before it had looked at most effects"
         case "unexplained":
             beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
