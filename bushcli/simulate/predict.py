@@ -103,8 +103,7 @@ def predict(
     run = run.shared_by(sharing(case, comm))
     simulated = tuple(run.simulate(channel) for channel in channels)
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
-    sleeves = case.geometry.meeting == "sleeves"
-    found = tuple(condition for channel in simulated for condition in conditions(channel, sleeves))
+    found = tuple(condition for channel in simulated for condition in conditions(case, channel))
     doubts = (*map(fault_condition, faults), *unshared, *found)
     return Response(case, material, simulated, doubts, faults)
 

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Force at rest over the force range above which the zero of a rig matters: a hundredth.
+AT_REST = 0.01
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The edges of the bonds
 # reduce convergence to about first order, for which the error is twice the change that halving the elements makes
 # (measured against converged curves: 1.4 to 2.6 times).
@@ -137,17 +139,40 @@ class Response:
         return not any(channel.stopped for channel in self.channels)
 
 
-def conditions(channel: Simulated, sleeves: bool) -> list[Condition]:
+def conditions(case: Case, channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh.
 
     Parameters
     ----------
+    case : Case
     channel : Simulated
-    sleeves : bool
-        Whether the rubber meets rigid sleeves beyond its bonds, as the case asks for.
     """
-    folded = OVERHANGING if sleeves else LONGER_SLEEVES
-    return [*_of_the_march(channel, folded), *_of_the_rubber(channel), *_of_the_rest(channel)]
+    folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
+    acts = {one.effect.acts for one in case.effects if one.acts_on(channel.name, channel.mode)}
+    # An effect of the rig, such as an offset, may give a force at rest as well.
+    assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
+    return [*_of_the_march(channel, folded), *assembled, *_of_the_rubber(channel), *_of_the_rest(channel)]
+
+
+def _of_the_assembly(channel: Simulated) -> list[Condition]:
+    """Return whether the assembled part exerts a force at rest, from which a rig would have moved its zero."""
+    q, force = channel.curve.displacement, channel.curve.force
+    stiffness = channel.curve.initial_stiffness()
+    if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:
+        return []
+    if abs(force[0]) <= AT_REST * float(np.ptp(force)):
+        return []
+    turned = modes()[channel.mode].rotational
+    unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if turned else ("mm", "N", 1.0)
+    free = -force[0] / stiffness * factor
+    return [
+        Condition(
+            "force_at_rest",
+            f"{channel.name}: the assembled part is asymmetric and exerts {force[0]:.4g} {kind} before it is loaded; "
+            f"free of force, its inner sleeve would stand at about {free:.3g} {unit}",
+            f"if the rig was set to zero on the free part, add the effect offset with displacement = {-free:.3g}",
+        )
+    ]
 
 
 def _of_the_march(channel: Simulated, folded: str) -> list[Condition]:
