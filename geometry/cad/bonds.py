@@ -10,7 +10,7 @@ import numpy as np
 from geometry.cad.axis import Axis, from_axis, is_coaxial
 from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
-from geometry.cad.rules import Rule, selected
+from geometry.cad.rules import Rule, hexadecimal, selected
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
@@ -24,6 +24,8 @@ SAME_RADIUS = 0.01
 RADIAL = 0.8
 #: Where bonds are found by position, faces of one radius count if their area is at least this share of the largest.
 LARGE = 0.5
+#: Most radii, names or colours that a message lists.
+MOST_SHOWN = 8
 
 
 @dataclass(frozen=True)
@@ -93,11 +95,13 @@ def _bond(
     if rules:
         each = [selected([rule], faces, axis, part.size, part.face_names, part.colours) for rule in rules]
         found = sorted({tag for tags in each for tag in tags})
-        if found and [] in each:
+        if [] in each:
+            wrong = each.index([])
+            which = f"rule {wrong + 1} of {len(each)}" if len(each) > 1 else "the rule"
             raise GeometryError(
                 f"geometry.bonds.{bond}",
-                f"rule {each.index([]) + 1} of {len(each)} selects no face",
-                "rules that each select a face",
+                f"{which} ({rules[wrong].text}) selects no face",
+                f"rules that each select a face; there are {selectable(faces, axis, part)}",
                 view_of({face.tag: bond if face.tag in found else FREE for face in faces}),
             )
         return found, "by the case's rules"
@@ -118,6 +122,34 @@ def _bond(
     rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
     side = "nearest to" if bond == "inner" else "farthest from"
     return _extreme(rubber, axis, part.size, bond), f"found: the large coaxial faces {side} the axis"
+
+
+def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
+    """Return what rules can select: radii of cylinders about the axis, names and colours of faces.
+
+    Parameters
+    ----------
+    faces : sequence of Sampled
+        Faces on the outside of the meshed solids.
+    axis : Axis
+    part : Part
+    """
+    radii = sorted(
+        {
+            float(f"{np.linalg.norm(from_axis(face.points, axis), axis=1).mean():.4g}")
+            for face in faces
+            if face.kind == "Cylinder" and is_coaxial(face, axis, part.size)
+        }
+    )
+    names = sorted({name for face in faces if (name := part.face_names.get(face.tag, ""))})
+    colours = sorted({hexadecimal(part.colours[face.tag]) for face in faces if face.tag in part.colours})
+    shown = [
+        ("cylinders about the axis of radius {} mm", [f"{radius:g}" for radius in radii]),
+        ("faces named {}", names),
+        ("faces in {}", colours),
+    ]
+    said = [text.format(", ".join(found[:MOST_SHOWN])) for text, found in shown if found]
+    return "; ".join(said) or "no cylinders about the axis, names or colours"
 
 
 def _owner(face: int) -> int:

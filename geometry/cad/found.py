@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, find_axis
-from geometry.cad.bonds import Bonds, find_bonds
+from geometry.cad.bonds import Bonds, find_bonds, selectable
 from geometry.cad.frame import Frame, frame_of
 from geometry.cad.part import Part, Unit, open_part
 from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
@@ -127,7 +127,7 @@ def find_part(wanted: Wanted) -> FoundPart:
         axis, how = _axis(wanted, part, faces)
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
-        _require(bonds, faces, where)
+        _require(bonds, faces, where, selectable(faces, axis, part))
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
         refuse_loose(bodies, groups, 3, where, part.scale, view_of(bonds.labels))
@@ -167,14 +167,14 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
     return found, "found"
 
 
-def _require(bonds: Bonds, faces: Sequence[Sampled], where: str) -> None:
+def _require(bonds: Bonds, faces: Sequence[Sampled], where: str, there: str) -> None:
     missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
     if missing:
         both = " and ".join(f'"{bond}"' for bond in missing)
         raise GeometryError(
             where,
             f"no face was found for the bond {both}: the rubber would not be held",
-            "give geometry.bonds with radius, normal, box, face or colour",
+            f"geometry.bonds with radius, normal, box, face or colour; there are {there}",
             view_of(bonds.labels),
         )
     assert faces

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from geometry.cad.axis import Axis, from_axis, is_coaxial
 from geometry.cad.sampling import Sampled
@@ -42,11 +43,24 @@ class Rule(BaseModel):
     face: str | None = Field(default=None, description="name of faces in the file")
     colour: str | None = Field(default=None, description='of faces in the file, as "#rrggbb"')
 
+    @field_validator("colour")
+    @classmethod
+    def _hexadecimal(cls, value: str | None) -> str | None:
+        if value is not None and not re.fullmatch("#[0-9a-fA-F]{6}", value):
+            raise ValueError('write a colour as "#rrggbb", such as "#ff0000" for red')
+        return value
+
     @model_validator(mode="after")
     def _something(self) -> Any:
         if not self.model_fields_set:
             raise ValueError("give radius, normal, box, face or colour")
         return self
+
+    @property
+    def text(self) -> str:
+        """The conditions as in the case file."""
+        given = self.model_dump(exclude_none=True)
+        return ", ".join(f"{name} = {value}" for name, value in given.items())
 
     def selects(
         self,
