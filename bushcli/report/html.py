@@ -31,6 +31,7 @@ from bushcli.report.tables import (
     channel_table,
     curves_of,
     fitted_table,
+    measure_table,
     parameter_table,
     solution_table,
 )
@@ -103,6 +104,10 @@ def direct_html(
         sections.append(_fitted(fit, kinds))
     if met := contact_tables(response):
         sections.append(Section("Contact", tables=met))
+    shape = response.case.geometry
+    if shape.notes:
+        heading, seen = "How the geometry file was interpreted", kinds.get("geometry", [])
+        sections.append(Section(heading, seen, [measure_table(shape)], lines=shape.notes))
     sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
     sections.append(Section("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
     return page(

@@ -12,6 +12,7 @@ from bushcli.report.figures.body import deformed_figure, mesh_figure
 from bushcli.report.figures.coupons import coupon_figure, coupon_title
 from bushcli.report.figures.curves import curve_figure, curve_title
 from bushcli.report.figures.cycles import history_figures
+from bushcli.report.figures.geometry import geometry_figure
 from bushcli.report.figures.picture import Picture, picture
 from bushcli.report.figures.projection import is_twisted
 from bushcli.report.figures.six import six_figure, six_title
@@ -20,6 +21,9 @@ from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response, Simulated
 from cases.stretches import Surface
+
+# Title of the picture of a geometry file.
+INTERPRETED = "How the file was interpreted"
 
 __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
 
@@ -53,6 +57,10 @@ def direct_figures(
     found += history_figures(response_histories(response, misfits), names)
     if fit is not None:
         found += fit_figures(fit)
+    shape = response.case.geometry
+    if shape.view is not None:
+        figure = geometry_figure(shape.view, INTERPRETED, shape.measures())
+        found.append(picture("geometry", "geometry", INTERPRETED, figure))
     drawn: list[Surface] = []
     for channel in response.channels:
         if channel.surface is None:
