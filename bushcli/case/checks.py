@@ -193,7 +193,7 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
         yield Finding(keys, what, expected="stretch - 1, above -1")
     elif shape.gap is not None and kind.sideways * load_case.amplitude >= shape.gap:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
-        yield Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")
+        yield Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
     elif kind.rotational and load_case.amplitude > math.pi:
         degrees = math.degrees(load_case.amplitude)
         what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"

@@ -121,7 +121,9 @@ def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> li
     radial, turned = np.hypot(motion[:, 0], motion[:, 1]).max(), np.linalg.norm(motion[:, 3:], axis=1).max()
     if shape is not None and shape.gap is not None and radial >= shape.gap:
         what = f"{dotted(keys)}: {radial:g} mm across the axis closes the gap between the sleeves"
-        return [Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")]
+        return [
+            Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
+        ]
     if turned > math.pi:
         what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
         return [Finding(keys, what, expected="degrees")]

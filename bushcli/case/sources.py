@@ -153,9 +153,10 @@ class SourceBuilder:
                 )
                 again = next((one for one in sources if _have_same_samples(one, source)), None)
                 if again is not None:
-                    what = f"{dotted((*keys, 'file'))} = {shown(table.file)} is the recording of {again.label} again"
-                    expected = "each recording once: counted twice, its data look more certain than they are"
-                    self.findings.append(Finding((*keys, "file"), what, expected=expected))
+                    at = (*keys, "file")
+                    what = f"{dotted(at)} = {shown(table.file)} lists the recording of {again.label} a second time"
+                    expected = "one entry for each recording: counted twice, its data look more certain than they are"
+                    self.findings.append(Finding(at, what, expected=expected))
                 sources += found
                 self.findings += wrong
         return tuple(sources)

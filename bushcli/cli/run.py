@@ -148,7 +148,7 @@ class _Folder(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "":
-            self.fail("names no folder", param, ctx)
+            self.fail("is empty: give the name of a folder", param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -262,7 +262,7 @@ def unwritable(error: OSError) -> int:
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
             expected = "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder"
-    what = f"cannot be read or written: {error.strerror or error}"
+    what = f"cannot be {'read or ' * (place != 'standard output')}written: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115

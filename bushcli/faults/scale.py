@@ -194,8 +194,9 @@ def _exchanged(one: _Scale, other: _Scale) -> Iterator[DataFault]:
 
 def _moduli(one: _Scale) -> str:
     low, high = one.modulus
-    span = f"{low:.2g}" if high < 1.05 * low else f"{low:.2g} to {high:.2g}"
-    return f"{one.recording.name} implies a shear modulus of {span} MPa"
+    least, most = (f"{value:.2g}" if value < 99.5 else f"{value:.0f}" for value in one.modulus)
+    span = least if high < 1.05 * low else f"{least} to {most}"
+    return f"the {one.recording.name} stiffness implies a shear modulus of {span} MPa"
 
 
 def _columns(one: _Scale) -> DataFault | None:

@@ -15,8 +15,6 @@ Array = NDArray[np.float64]
 # A singular value of the weighted Jacobian (per relative change of each parameter) below this share of the largest
 # marks a combination that the curves leave open.
 UNDETERMINED = 1e-3
-# A parameter is poorly determined, and gets a profile, if its standard error exceeds this share of its value.
-POOR = 0.2
 
 
 def covariance(problem: Problem, x: Array) -> Array:
@@ -134,7 +132,7 @@ def _combination(names: Sequence[str], x: Array, row: Array, size: float) -> Com
     else:
         ratio = ", ".join(f"{name} by {100 * w:+.0f} %" for name, w in parts.items())
         text = (
-            f"{' and '.join(parts)} are only determined together: changing {ratio} of their values at once hardly "
-            "changes the curves"
+            f"{', '.join(list(parts)[:-1])} and {list(parts)[-1]} can only be determined jointly: changing {ratio} of "
+            "their values at once hardly changes the curves"
         )
     return Combination(parts, size, text)

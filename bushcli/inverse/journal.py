@@ -101,9 +101,11 @@ class Journal:
             expected = "restore the file, or run without --resume, which starts again"
             raise InputError(Problem(str(self._index), what, "", expected)) from None
         if identity != self.identity:
-            what = "belongs to another case, law or option"
+            what = "was saved by a run of another case, law or options"
             raise InputError(
-                Problem(str(self._index), what, "", "repeat the case, law and options of that run")
+                Problem(
+                    str(self._index), what, "", "the case, law and options of that run; or leave --resume out"
+                )
             )
 
     def _write_index(self) -> None:

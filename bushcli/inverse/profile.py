@@ -22,7 +22,7 @@ from bushcli.inverse import certainty
 from bushcli.inverse.local import Minimum, inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.refit import RISE_95, Refit
-from bushcli.inverse.result import Limit, Profile
+from bushcli.inverse.result import POOR, Limit, Profile
 from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
@@ -105,10 +105,7 @@ def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) ->
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
     own = problem.law_parameters(x)
-    poor = [
-        bool(s > certainty.POOR * abs(v))
-        for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)
-    ]
+    poor = [bool(s > POOR * abs(v)) for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)]
     held = best.beside_failure or best.at_edge
     bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
     names = problem.names

@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 Weighting = Literal["absolute", "relative"]
 Limit = Literal["misfit", "stability", "unsolvable", "bound", "open"]
 
+# A parameter is poorly determined, and gets a profile, if its standard error exceeds this share of its value.
+POOR = 0.2
+# Standard errors to each side of a value that hold 95 % of a normal distribution.
+NORMAL = 1.96
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -47,6 +52,17 @@ class Estimate:
     at_bound: bool
     interval: tuple[float, float] | None = None
     limits: tuple[Limit, Limit] = ("misfit", "misfit")
+
+    @property
+    def range95(self) -> tuple[float, float] | None:
+        """The 95 % interval: by profile likelihood, else by the standard error; None where neither means anything.
+
+        A standard error means something where it is small: it is that of a model that is linear in the parameter.
+        """
+        if self.interval is not None or not 0.0 < self.std <= POOR * abs(self.value):
+            return self.interval
+        low, high = self.value - NORMAL * self.std, self.value + NORMAL * self.std
+        return max(low, self.lower), min(high, self.upper)
 
 
 @dataclass(frozen=True)

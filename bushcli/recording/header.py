@@ -183,6 +183,8 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
         found = tabulated_unit(unit) if len(tokens) > count else None
         if found is None or (count == 2 and found.measured != "moment"):
             continue
+        if count == 2 and tokens[-2] == "in" and _quality(_plain(" ".join(tokens[:-2])), "force"):
+            continue  # "Force in lbf" is no moment
         if unit.lower() == "min" and not (timed and unit == "min"):
             continue  # the smallest value, or doubtful
         if POWER.fullmatch(tokens[-count - 1]) or _is_range(tokens[: len(tokens) - count], text):

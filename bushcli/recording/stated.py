@@ -41,9 +41,10 @@ def _stated(text: str, wanted: Wanted) -> list[Unit]:
         units = []
         for part in parts:
             head = heading(_UNITS.sub(" ", part))
-            if not quality_of(head, wanted) or len(head.written) + len(head.doubtful) != 1:
+            said = head.written or head.doubtful
+            if not quality_of(head, wanted) or len(said) != 1:
                 continue
-            unit = find_unit((*head.written, *head.doubtful)[0], wanted.measured)
+            unit = find_unit(said[0], wanted.measured)
             if unit is not None and unit.measured == wanted.measured:
                 units.append(unit)
         if units:

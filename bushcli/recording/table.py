@@ -249,7 +249,7 @@ class TextTable(Table):
         """Raise for the first field that is no finite number of a possible size."""
         for i, written in enumerate(fields):
             if not is_number(written, self.decimal):
-                what = f'"{written[:SHOWN]}" is not a number' if written else "is empty"
+                what = f'"{written[:SHOWN]}" is not a number' if written else "a field is empty"
                 raise self._refused(i, column, what)
             if says_missing(written):
                 raise self._refused(i, column, f"{written} is a missing value")
@@ -264,7 +264,7 @@ class TextTable(Table):
 
     def _refused(self, row: int, column: int, what: str) -> RecordingError:
         sign = "comma" if self.decimal == "," else "point"
-        expected = f"numbers with a decimal {sign} and without thousands separators"
+        expected = f"numbers with a decimal {sign}, without thousands separators"
         if "missing value" in what:
             expected = "delete the row, or put # and a blank in front of it"
         return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", expected))

@@ -59,9 +59,10 @@ def _bulk(material: Material) -> str:
     if not np.isfinite(material.bulk_modulus):
         return "infinite: incompressible"
     shown = f"{number(material.bulk_modulus, 4)} MPa"
-    if not material.parameters:
+    law = laws()[material.law]
+    if not {p.name for p in law.parameters if not p.optional} <= set(material.parameters):
         return shown
-    shear = laws()[material.law].shear_modulus(**material.parameters)
+    shear = law.shear_modulus(**material.parameters)
     solid = material.bulk_modulus >= LEAST_RATIO * shear
     return shown if solid else f"{shown}: far more compressible than rubber, which has 1000 to 3000 MPa"
 

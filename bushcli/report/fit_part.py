@@ -26,7 +26,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
                 "lower": estimate.lower,
                 "upper": estimate.upper,
                 "at_bound": estimate.at_bound,
-                "interval": _interval(estimate.interval),
+                "interval": _interval(estimate.range95),
                 "unit": parameter_unit(fit, name),
             }
             for name, estimate in fit.parameters.items()

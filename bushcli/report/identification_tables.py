@@ -36,9 +36,9 @@ def estimate_table(fit: Fit) -> Table:
 
 
 def _interval(estimate: Estimate) -> str:
-    if estimate.interval is None:
+    if estimate.range95 is None:
         return "-"
-    low, high = estimate.interval
+    low, high = estimate.range95
     # Two digits of the width, so that the ends of a narrow interval differ.
     width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
     narrow = math.isfinite(width) and 0 < width < size

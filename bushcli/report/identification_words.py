@@ -8,9 +8,10 @@ from typing import Literal
 import numpy as np
 
 from bushcli.inverse import Estimate, Fit, FittedCurve
-from bushcli.inverse.certainty import POOR, UNDETERMINED
+from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.file_units import parameter_unit
+from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.quantity import listed, number, percent, with_std
 
@@ -145,7 +146,7 @@ def determined(fit: Fit) -> list[str]:
     shown = ", ".join(number(float(value), 2) for value in values)
     of = len(values)
     what = (
-        f"All {of} combinations of the parameters are determined"
+        f"{'Both' if of == 2 else f'All {of}'} combinations of the parameters are determined"
         if good == of and of > 1
         else "The parameter is determined"
         if good == of
@@ -161,5 +162,5 @@ def search(fit: Fit) -> list[str]:
     return [
         f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
         f"{fit.sweeps} sweeps, {fit.forward_solves} forward solves{failed}, {fit.seconds:.1f} s"
-        + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message else "")
+        + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
     ]

@@ -107,8 +107,8 @@ def _line(one: Observed) -> str:
         if held:
             plural = f"{where}s" if len(held) > 1 else where
             words.append(f"{len(held)} {plural} of up to {number(max(held))} s")
-    words += [] if one.unloads else ["not unloaded"]
-    words += [] if one.from_rest else ["begins away from rest"]
+    words += [] if one.unloads else ["without unloading"]
+    words += [] if one.from_rest else ["not from rest"]
     return f"{one.channel}: {', '.join(words)}"
 
 

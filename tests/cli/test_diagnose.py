@@ -305,7 +305,7 @@ def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resu
 def test_an_output_folder_has_a_name(called: Any) -> None:
     done = called("-o", "")
     assert done.code == 2
-    assert "names no folder" in done.err
+    assert "is empty: give the name of a folder" in done.err
 
 
 def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) -> Any:

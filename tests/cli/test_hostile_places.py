@@ -41,7 +41,7 @@ def test_a_full_disk_behind_standard_output(small, command):
     with Path("/dev/full").open("w") as full:
         done = run(*(small if word == "case" else word for word in command), stdout=full)
     assert refused(done)
-    assert "error: standard output: cannot be read or written: No space left on device" in done.stderr
+    assert "error: standard output: cannot be written: No space left on device" in done.stderr
 
 
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])

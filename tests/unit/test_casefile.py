@@ -146,7 +146,7 @@ def test_channels_have_unique_names(folder):
     named = problems(folder, CASE + second + 'name = "axial"\n')
     assert named == ['case.toml: recordings[1].name = "axial" is the name of another channel']
     (again,) = problems(folder, CASE + second.replace("[2]", "[2, 3]"))
-    assert 'recordings[1].file = "axial.csv" is the recording of axial again' in again
+    assert 'recordings[1].file = "axial.csv" lists the recording of axial a second time' in again
 
 
 def test_resolved_is_json_in_the_units_of_the_case_file(folder):

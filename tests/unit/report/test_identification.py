@@ -113,7 +113,10 @@ def test_json_is_what_scripts_rely_on(case):
         "interval": [None, 0.001],
         "unit": "MPa",
     }
-    assert document["parameters"]["C10"]["interval"] is None
+    # 1.96 standard errors to each side.
+    assert document["parameters"]["C10"]["interval"] == pytest.approx(
+        [0.25 - 1.96 * 0.0012, 0.25 + 1.96 * 0.0012]
+    )
     assert document["correlation"]["C10"]["C20"] == -0.9
     assert document["misfit"]["radial"] == {
         "rms_percent": NOISE,

@@ -1,0 +1,126 @@
+"""Units above a table: rows of units, statements in words, and numbers that are no units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bushcli.errors import RecordingError
+from bushcli.recording import read_recording
+from bushcli.recording.source import Source
+
+ROWS = "\n".join(f"{0.5 * i}{{0}}{0.1 * i:.3f}{{0}}{10.0 * i:.3f}" for i in range(8))
+
+
+def read(folder: Path, head: str, separator: str = ",", **options):
+    (folder / "axial.csv").write_text(head + "\n" + ROWS.format(separator) + "\n")
+    return read_recording(Source("axial", folder / "axial.csv", **options))
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "s,in,lbf\nTime,Displacement,Force",
+        "[s],[in],[lbf]\nTime,Displacement,Force",
+        "(sec),(inch),(lbf)\n\nTime,Displacement,Force",
+        "# units: s, in, lbf\nTime,Displacement,Force",
+        "Force unit: lbf\nDisplacement unit: in\nTime,Displacement,Force",
+        "Channel 1: Time, s\nChannel 2: Displacement, in\nChannel 3: Force, lbf\nTime,Displacement,Force",
+        "Force [lbf] over displacement [in]\nTime,Displacement,Force",
+        '"Time\n[s]","Displacement\n[in]","Force\n[lbf]"',
+    ],
+)
+def test_units_above_the_names_are_those_of_the_columns(tmp_path, head):
+    found = read(tmp_path, head)
+    # An inch is 25.4 mm, a pound-force 4.4482216 N by definition.
+    assert found.displacement[-1] == pytest.approx(0.7 * 25.4)
+    assert found.force[-1] == pytest.approx(70.0 * 4.4482216152605)
+    assert not any(column.assumed for column in found.columns if column.quantity != "time")
+
+
+def test_values_above_a_table_are_no_units(tmp_path):
+    """The range of a load cell, a preload and a speed say nothing about the columns."""
+    head = (
+        "Load cell: 25 kN\nPreload force 50 kN\nSpeed: 10 mm/min\nMax. force: 5 kN\nTime,Displacement,Force"
+    )
+    found = read(tmp_path, head)
+    assert found.force[-1] == pytest.approx(70.0)
+    assert {column.quantity for column in found.columns if column.assumed} == {
+        "time",
+        "displacement",
+        "force",
+    }
+
+
+def test_statements_that_contradict_each_other_are_refused(tmp_path):
+    with pytest.raises(RecordingError, match=r"state kN \(line 1\) and lbf \(line 2\)"):
+        read(tmp_path, "Force in kN\nForce in lbf\nTime,Displacement,Force")
+
+
+def test_a_unit_of_the_column_goes_before_a_statement(tmp_path):
+    found = read(tmp_path, "Force unit: lbf\nTime [s],Displacement [mm],Force [N]")
+    assert found.force[-1] == pytest.approx(70.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["Load Cell 500 lbf", "Force 500 daN", "Load 5 kip", "5 kN Load Cell", "10 x Force [N]"]
+)
+def test_the_range_of_a_sensor_is_not_its_unit(tmp_path, name):
+    with pytest.raises(RecordingError, match="give the unit"):
+        read(tmp_path, f"Time [s],Stroke [mm],{name}")
+
+
+@pytest.mark.parametrize("name", ["Channel 3 kN", "force_2_kN", "Sensor 4 kN", "Force 1 [kN]"])
+def test_the_number_of_a_channel_is_no_range(tmp_path, name):
+    assert read(tmp_path, f"Time [s],Stroke [mm],{name}").force[-1] == pytest.approx(70e3)
+
+
+def test_an_empty_unit_of_the_last_column_is_none(tmp_path):
+    (tmp_path / "axial.csv").write_text(
+        "Time;Weg;Kraft;Zyklus\ns;mm;daN;\n"
+        + "\n".join(f"{i},0;{i / 10};{i};1".replace(".", ",") for i in range(8))
+    )
+    assert read_recording(Source("axial", tmp_path / "axial.csv")).force[-1] == pytest.approx(70.0)
+
+
+def test_which_columns_were_read_is_known(tmp_path):
+    (tmp_path / "axial.csv").write_text(
+        "Standardmessrate [s];Crosshead;Extensometer [mm];Load\n"
+        + "\n".join(f"{i};{i / 10};{i / 11:.3f};{i}" for i in range(8))
+    )
+    found = read_recording(Source("axial", tmp_path / "axial.csv", columns={"displacement": "Crosshead"}))
+    assert [(one.quantity, one.number, one.unit, one.assumed) for one in found.columns] == [
+        ("displacement", 2, "mm", True),
+        ("force", 4, "N", True),
+    ]
+    assert found.unused == ("Standardmessrate [s]", "Extensometer [mm]")
+    assert any("was not taken as the time" in repair.text for repair in found.repairs)
+
+
+def test_the_mode_decides_between_columns_of_two(tmp_path):
+    head = "Axial Displacement [mm],Axial Force [N],Radial Displacement [mm],Radial Force [N]"
+    rows = "\n".join(f"{i},{2 * i},{3 * i},{4 * i}" for i in range(8))
+    (tmp_path / "both.csv").write_text(f"{head}\n{rows}\n")
+    for mode, ratio in (("axial", 2.0), ("radial", 4.0 / 3.0)):
+        found = read_recording(Source(mode, tmp_path / "both.csv"))
+        np.testing.assert_allclose(found.force, ratio * found.displacement)
+
+
+@pytest.mark.parametrize("name", ["Elongation (%)", "Extension (%)", "Verformung [%]"])
+def test_a_change_of_length_in_percent_is_a_strain(tmp_path, name):
+    (tmp_path / "coupon.csv").write_text(
+        f"{name},Stress (MPa)\n" + "\n".join(f"{10 * i},{i / 10}" for i in range(8))
+    )
+    assert read_recording(Source("uniaxial", tmp_path / "coupon.csv")).displacement[-1] == pytest.approx(0.7)
+
+
+def test_a_positive_compression_is_not_read_as_tension(tmp_path):
+    (tmp_path / "coupon.csv").write_text(
+        "Compressive Strain (%),Compressive Stress (MPa)\n" + "\n".join(f"{5 * i},{i / 10}" for i in range(8))
+    )
+    with pytest.raises(RecordingError, match="compressive, and its values are positive"):
+        read_recording(Source("uniaxial", tmp_path / "coupon.csv"))
+    found = read_recording(Source("uniaxial", tmp_path / "coupon.csv", reverse=("displacement", "force")))
+    assert found.displacement[-1] == pytest.approx(-0.35)
