@@ -15,9 +15,9 @@ from geometry.shape import Shape
 
 # A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
 _FALLING = -0.5
-# A force is a magnitude where its correlation with the size of the displacement is above the first number, and with the
-# displacement itself between both signs of the second. Friction that opens the loop lowers the first to 0.95.
-_MAGNITUDE, _SIGNED = 0.9, 0.3
+# A force is a magnitude where its correlations with the displacement on either side of zero are beyond this, with
+# opposite signs. Those of a force with its sign are alike; friction that opens the loop lowers them to some 0.8.
+_MAGNITUDE = 0.7
 # Share of the travel that a displacement must reach on its smaller side to be one to both sides.
 _SIDE = 0.2
 # Rubber thicknesses from zero beyond which a displacement is the position of the actuator: no bushing is preloaded so.
@@ -51,15 +51,16 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         )
         return
     sides = min(float(q.max()), float(-q.min())) / max(float(np.abs(q).max()), 1e-300)
-    if sides < _SIDE or np.ptp(np.abs(q)) == 0 or abs(correlation) > _SIGNED:
+    halves = [(q[half], force[half]) for half in (q > 0, q < 0)]
+    if sides < _SIDE or any(len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0 for x, y in halves):
         return
-    size = float(np.corrcoef(np.abs(q), force)[0, 1])
-    if abs(size) > _MAGNITUDE:
+    right, left = (float(np.corrcoef(x, y)[0, 1]) for x, y in halves)
+    if right * left < 0 and min(abs(right), abs(left)) > _MAGNITUDE:
         yield DataFault(
             recording.name,
             "sign",
-            f"the displacement has both signs and the force only one: it follows the size of the displacement "
-            f"(correlation {size:.2f}), as a magnitude does",
+            "the displacement has both signs and the force only one: it grows to both sides of zero (correlations "
+            f"{right:.2f} and {left:.2f}), as a magnitude does",
             "export the force with its sign, such as one component instead of a resultant",
             True,
             none,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -65,20 +67,12 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise RecordingError(Problem(table.where, what))
     displacement, force = nominal(source, mode, samples.displacement, samples.force)
-    time = samples.time
-    if source.largest_stretch is not None:
-        kept = displacement <= source.largest_stretch - 1.0
-        if np.count_nonzero(kept) < fewest:
-            what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
-            raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
-        displacement, force = displacement[kept], force[kept]
-        time = None if time is None else time[kept]
+    kept = _below(source, table, displacement, fewest)
+    displacement, force = displacement[kept], force[kept]
+    time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
-    found = {"time": stamps, "displacement": moved, "force": forced}
-    there = {name: one for name, one in found.items() if one is not None}
-    said = [*table.remarks, *(text for one in there.values() for text in one.remarks)]
+    there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     taken = {one.index for one in there.values()}
-    said += [] if stamps else untaken_time(table, taken)
     recording = Recording(
         mode.name,
         displacement,
@@ -88,7 +82,7 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         source=source.file,
         units=("", "") if machine else (moved.unit, forced.unit),
         repeated=tuple(table.line(i) for i in samples.repeated),
-        repairs=(*samples.repairs, *(Repair("columns", text) for text in said)),
+        repairs=(*samples.repairs, *(Repair("columns", text) for text in _remarks(table, there))),
         conditioning=source.conditioning,
         columns=tuple(
             ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
@@ -98,6 +92,23 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return recording if whole else _used(recording, source)
+
+
+def _below(source: Source, table: Table, displacement: Array, fewest: int) -> NDArray[np.bool_]:
+    """Return which points (n,) lie below the largest stretch that the case gives; all if it gives none."""
+    if source.largest_stretch is None:
+        return np.ones(len(displacement), dtype=bool)
+    kept = displacement <= source.largest_stretch - 1.0
+    if np.count_nonzero(kept) < fewest:
+        what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
+        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+    return kept
+
+
+def _remarks(table: Table, found: Mapping[str, Column]) -> list[str]:
+    """Return what a user should know about how a table and its columns were read."""
+    said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
+    return said if "time" in found else said + untaken_time(table, {one.index for one in found.values()})
 
 
 def _used(recording: Recording, source: Source) -> Recording:

@@ -78,6 +78,30 @@ def test_a_force_of_the_other_sign(mode):
     assert not masks(faults, recorded(mode)).any()
 
 
+def test_a_force_without_its_sign_is_a_magnitude():
+    one = recorded()
+    found = find_faults(bushing(), [replace(one, force=np.abs(one.force))])
+    # Not a wrong unit: the modulus of a magnitude is none.
+    assert [(fault.kind, fault.fatal) for fault in found] == [("sign", True)]
+    assert "magnitude" in found[0].where
+
+
+def test_a_preload_that_keeps_the_force_positive_is_no_magnitude():
+    one = recorded()
+    assert find_faults(bushing(), [replace(one, force=one.force + 1.2 * abs(one.force.min()))]) == ()
+
+
+def test_a_position_of_the_rig_is_no_displacement():
+    one = recorded()
+    found = find_faults(bushing(), [replace(one, displacement=one.displacement + 87.0)])
+    assert [(fault.kind, fault.fatal) for fault in found] == [("position", True)]
+    # A bushing under a static load of two thirds of its thickness, 9 mm.
+    assert (
+        find_faults(bushing(), [replace(one, displacement=one.displacement + 6.0, force=one.force + 1740.0)])
+        == ()
+    )
+
+
 @pytest.mark.parametrize("mode", STIFFNESS)
 @pytest.mark.parametrize("others", [False, True])
 @pytest.mark.parametrize("change", [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)])
