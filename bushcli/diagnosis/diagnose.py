@@ -191,9 +191,11 @@ def _answer(
     probability = probabilities(models, [one.name for one in asked.effects])
     channels = before_and_after(cache, asked, problem, plain, best)
     says: Verdict = "faulty_data" if asked.fatal else answer.verdict(best, asked.plain)
-    left = share_left(best, search.plain)
     # Models are compared only if the data allow it, and if most of them have been looked at.
-    hidden = asked.fatal or (says == "unexplained" and search.left > UNSEARCHED)
+    hidden = asked.fatal or search.left > UNSEARCHED
+    if hidden and not asked.fatal:
+        says = "unexplained"
+    left = share_left(best, search.plain)
     unknown = probability["unknown"]
     return Diagnosis(
         case=asked.case,

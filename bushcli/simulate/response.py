@@ -164,7 +164,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
         return []
     turned = modes()[channel.mode].rotational
     unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if turned else ("mm", "N", 1.0)
-    free = -force[0] / stiffness * factor
+    free = factor * _unloaded(q, force, stiffness)
     return [
         Condition(
             "force_at_rest",
@@ -173,6 +173,25 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
             f"if the rig was set to zero on the free part, add the effect offset with displacement = {-free:.3g}",
         )
     ]
+
+
+def _unloaded(q: Array, force: Array, stiffness: float) -> float:
+    """Return the displacement at which a curve carries no force: the nearest on it, else along the slope at rest.
+
+    Parameters
+    ----------
+    q : array, shape (n,)
+        Displacement, mm or rad, zero first.
+    force : array, shape (n,)
+        Force, N or N mm.
+    stiffness : float
+        At rest, N/mm or N mm/rad.
+    """
+    order = np.argsort(q, kind="stable")
+    x, y = q[order], force[order]
+    (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
+    crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
+    return float(min(crossings, key=abs)) if len(crossings) else float(-force[0] / stiffness)
 
 
 def _of_the_march(channel: Simulated, folded: str) -> list[Condition]:

@@ -290,3 +290,34 @@ def test_direct_and_inverse_say_faults_before_anything_of_the_law(cli: Cli, smal
         result = json.loads(cli(command, small, "--json", "-q").stdout)
         assert [fault["kind"] for fault in result["data_faults"]] == ["spikes"], command
         assert result["problems"][0]["name"] == "bad_samples", command
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--fix", "C99"], "no law or effect of this identification has C99"),
+        (["--fix", "c30"], 'did you mean "C30"'),
+        (["--fix", "C10,C20", "--fix", "C30"], "leaves no parameter of yeoh to identify"),
+        (["--model", "yeoh", "--model", "gent", "--fix", "mu1"], "C10, C20, C30, mu, Jm"),
+    ],
+)
+def test_parameters_to_be_kept_must_exist(cli: Cli, small: Path, arguments: list[str], said: str) -> None:
+    done = cli("inverse", small, *arguments)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+
+
+def test_check_says_which_columns_were_read_and_which_effects_the_case_has(cli: Cli, small: Path) -> None:
+    small.write_text(small.read_text() + '\n[[effects]]\nname = "swaging"\nparameters = {reduction = 0.4}\n')
+    done = cli("check", small)
+    assert done.returncode == 0, done.stderr
+    assert "swaging: reduction 0.4 mm" in done.stdout
+    assert (
+        "axial: time = column 1 (time_s) in s; displacement = column 2 (displacement_mm) in mm" in done.stdout
+    )
+    (file,) = json.loads(cli("check", small, "--json").stdout)["files"]
+    assert [(one["quantity"], one["number"], one["assumed"]) for one in file["columns"]] == [
+        ("displacement", 2, False),
+        ("force", 3, False),
+        ("time", 1, False),
+    ]

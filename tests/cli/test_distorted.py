@@ -38,3 +38,46 @@ def test_distorted_elements_are_reported_with_a_remedy(
     problems = json.loads((tmp_path / "out" / "result.json").read_text())["problems"]
     assert [problem["name"] for problem in problems] == names
     assert all('geometry.contact = "sleeves"' in problem["remedy"] for problem in problems)
+
+
+CONE = """
+[geometry]
+shape = "section"
+outline = [
+  {from = [10.0, -20.0], to = [16.0, -20.0]},
+  {to = [24.0, 20.0], name = "outer"},
+  {to = [18.0, 20.0]},
+  {to = [10.0, -20.0], name = "inner"},
+]
+[mesh]
+elements_across = 2
+elements_along = 6
+[material]
+law = "neo_hookean"
+parameters = {C10 = 0.5}
+bulk_modulus = 2000.0
+[[load_cases]]
+mode = "axial"
+path = [0, 3, -3]
+steps = 6
+[[effects]]
+name = "cure_shrinkage"
+parameters = {shrinkage = 0.02}
+"""
+
+
+def test_a_force_at_rest_is_reported_with_the_offset_of_the_rig(cli: Cli, tmp_path: Path) -> None:
+    """A cone that has shrunk pushes its inner sleeve along; set to zero there, the rig records no force at rest."""
+    (tmp_path / "case.toml").write_text(CONE)
+    done = cli("direct", tmp_path / "case.toml", "--json")
+    (problem,) = json.loads(done.stdout)["problems"]
+    assert problem["name"] == "force_at_rest"
+    offset = problem["remedy"].split("= ")[1]
+    rest = abs(float(problem["message"].split("exerts ")[1].split()[0]))
+    more = f'[[effects]]\nname = "offset"\nparameters = {{displacement = {offset}, force = 0.0}}\n'
+    (tmp_path / "case.toml").write_text(CONE + more)
+    done = cli("direct", tmp_path / "case.toml", "--json")
+    (axial,) = json.loads(done.stdout)["load_cases"]
+    at_rest = min(zip(map(abs, axial["displacement"]), axial["force"], strict=True))[1]
+    # The offset is interpolated between steps of 0.5 mm.
+    assert abs(at_rest) < 0.03 * rest

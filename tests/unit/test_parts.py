@@ -111,7 +111,10 @@ def test_units_rules_and_axis_of_the_case(folder):
     assert given.found.frame.rows[0] == (0.0, 1.0, 0.0)
     for wrong, said in (
         ({"direction": (0, 0, 1)}, "geometry.direction: is along the axis"),
-        ({"bonds": {"inner": [{"radius": 10.0}, {"radius": 11.0}]}}, "rule 2 of 2 selects no face"),
+        (
+            {"bonds": {"inner": [{"radius": 10.0}, {"radius": 11.0}]}},
+            r"rule 2 of 2 \(radius = 11.0\) selects no face .*of radius 10, 22, 27 mm",
+        ),
         ({"bonds": {"inner": {"radius": 10.0}, "outer": {"radius": 10.0}}}, "have 1 face in common"),
     ):
         with pytest.raises(GeometryError, match=said):
