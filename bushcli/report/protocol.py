@@ -28,7 +28,7 @@ def protocol_json(found: Protocol) -> dict[str, Any]:
             for channel, name, asked in found.judged
         ],
         "open_questions": [vars(lack) | {"channels": list(lack.channels)} for lack in found.lacks],
-        "files": [
+        "sources": [
             {
                 "channel": one.name,
                 "columns": [vars(column) for column in one.columns],
