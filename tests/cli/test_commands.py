@@ -313,7 +313,10 @@ def test_check_says_which_columns_were_read_and_which_effects_the_case_has(cli: 
     assert done.returncode == 0, done.stderr
     assert "swaging: reduction 0.4 mm" in done.stdout
     told = " ".join(done.stdout.split())
-    assert "axial: displacement = column 2 (displacement_mm) in mm; force = column 3 (force_N) in N; time" in told
+    assert (
+        "axial: displacement = column 2 (displacement_mm) in mm; force = column 3 (force_N) in N; time"
+        in told
+    )
     (file,) = json.loads(cli("check", small, "--json").stdout)["sources"]
     assert [(one["quantity"], one["number"], one["assumed"]) for one in file["columns"]] == [
         ("displacement", 2, False),
