@@ -6,8 +6,10 @@ empty, or else the file is refused with the number of the line.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
@@ -25,6 +27,8 @@ from bushcli.recording.table import TextTable
 MOST_COLUMNS = 1_000
 #: Number of lines, spread over the file, by which delimiter and decimal sign are recognised.
 _SAMPLE = 4_000
+#: Numbers, dates and times of day in a line above the names.
+_NUMBERS = re.compile(r"\d[\d.,:/]*")
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> TextTable:
@@ -49,7 +53,8 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
     split = [split_line(line.text, delimiter) for line in body]
     left_out = _without_thousands(split, decimal)
-    start, width = _rows(path, body, split, decimal)
+    start, width, repeats = _rows(path, body, split, decimal)
+    left_out += repeats
     top = header(path, lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
     if given is None and (decimal == "," or delimiter in ";\t"):
@@ -94,7 +99,7 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     if not any(_is_row(fields, decimal) for fields in split):
         what = "has no table with two columns of numbers"
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
-    start, width = _rows(path, body, split, decimal)
+    start, width, repeats = _rows(path, body, split, decimal)
     top = header(path, lines, body[start].number, width, "\t", decimal)
     return TextTable(
         path=path,
@@ -106,12 +111,34 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         rows=split[start:],
         lines=[line.number for line in body[start:]],
         decimal=decimal,
+        remarks=tuple(repeats),
     )
 
 
-def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal: str) -> tuple[int, int]:
-    """Return the index of the first row and the number of columns; refuse a line below it that does not fit."""
+def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) -> tuple[int, int, list[str]]:
+    """Return the index of the first row, the number of columns, and remarks; refuse a line below that does not fit.
+
+    Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
+    """
     start, raw, filled = _start(path, split, decimal)
+    wrong = [
+        i
+        for i, fields in enumerate(split[start:], start=start)
+        if len(fields) != raw and len(trimmed(fields)) != filled
+    ]
+    # A header has as many fields as the rows have.
+    wrong += [
+        i
+        for i, fields in enumerate(split[start:], start=start)
+        if len(fields) == raw and fields[-1][:1].isalpha() and not numbers_in(fields, decimal)
+    ]
+    repeated = _repeated(body, split, start, sorted(set(wrong)), filled)
+    said = []
+    if repeated:
+        lines = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
+        said.append(f"{len(repeated)} lines that repeat the header are left out ({lines})")
+        for i in reversed(repeated):
+            del body[i], split[i]
     for line, fields in zip(body[start:], split[start:], strict=True):
         if len(fields) != raw and len(trimmed(fields)) != filled:
             what = f"{len(trimmed(fields))} fields, where the rows before have {filled}"
@@ -124,7 +151,29 @@ def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal:
         raise RecordingError(
             Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
         )
-    return start, width
+    return start, width, said
+
+
+def _repeated(
+    body: Sequence[Line], split: Sequence[list[str]], start: int, among: Sequence[int], width: int
+) -> list[int]:
+    """Return which lines below the first row repeat those above it: whole groups of them, names included.
+
+    Lines with a field for each column, names and units, are repeated if they are the same. The others, such as
+    "Cycle 2", may differ in their numbers.
+    """
+    texts = [line.text.strip() for line in body[:start]]
+    head = {text for text, fields in zip(texts, split, strict=False) if len(trimmed(fields)) == width}
+    labels = {_NUMBERS.sub("#", text) for text in texts if text not in head}
+    found: list[int] = []
+    for group in (list(run) for _, run in groupby(enumerate(among), lambda pair: pair[1] - pair[0])):
+        lines = [i for _, i in group]
+        again = [body[i].text.strip() for i in lines]
+        full = [text for text, i in zip(again, lines, strict=True) if len(trimmed(split[i])) == width]
+        known = all(text in head or _NUMBERS.sub("#", text) in labels for text in again)
+        if full and known and all(text in head for text in full):
+            found += lines
+    return found
 
 
 def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:

@@ -124,3 +124,41 @@ def test_a_positive_compression_is_not_read_as_tension(tmp_path):
         read_recording(Source("uniaxial", tmp_path / "coupon.csv"))
     found = read_recording(Source("uniaxial", tmp_path / "coupon.csv", reverse=("displacement", "force")))
     assert found.displacement[-1] == pytest.approx(-0.35)
+
+
+BLOCKS = """Data Header: Time: {time} Sec
+Cycle {cycle}
+Time,{second},Force
+s,mm,{unit}
+"""
+
+
+def blocks(folder: Path, second: str = "Displacement", unit: str = "kN") -> Path:
+    """Three cycles, each below a header of its own; the names and the unit of the last one may differ."""
+    parts = []
+    for cycle in range(3):
+        last = cycle == 2
+        parts.append(
+            BLOCKS.format(
+                time=4.5 * cycle,
+                cycle=cycle + 1,
+                second=second if last else "Displacement",
+                unit=unit if last else "kN",
+            )
+        )
+        parts += [f"{4 * cycle + i},{0.1 * i:.2f},{i}\n" for i in range(4)]
+    (folder / "blocks.csv").write_text("".join(parts))
+    return folder / "blocks.csv"
+
+
+def test_a_header_that_each_cycle_repeats_is_left_out_and_said(tmp_path):
+    found = read_recording(Source("axial", blocks(tmp_path)))
+    assert len(found.force) == 12
+    assert found.force[-1] == pytest.approx(3000.0)
+    assert any("8 lines that repeat the header are left out" in repair.text for repair in found.repairs)
+
+
+@pytest.mark.parametrize("change", [{"second": "Stroke"}, {"unit": "N"}])
+def test_a_header_that_differs_is_refused(tmp_path, change):
+    with pytest.raises(RecordingError, match=r"blocks.csv:1[78]"):
+        read_recording(Source("axial", blocks(tmp_path, **change)))
