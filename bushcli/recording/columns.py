@@ -279,7 +279,8 @@ def _unit(table: Table, wanted: Wanted, index: int) -> tuple[Unit, str | None]:
         plain = without(head, wanted.allowed)
         is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
-        return Unit(measured, name, UNITS[measured][name]), ""
+        # The name says whether it is a strain or a stretch.
+        return Unit(measured, name, UNITS[measured][name]), None if measured == "strain" else ""
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)

@@ -13,7 +13,10 @@ from bushcli.recording.table import SHOWN
 from bushcli.report.quantity import number, quantities
 from bushcli.standards import Clause, Lack, Observed
 from bushcli.standards.protocol import Protocol
+from cases.mode import modes
 
+#: What a coupon's columns are called.
+_COUPON = {"displacement": "strain", "force": "stress"}
 #: Most unused columns that are listed.
 _MOST = 8
 _MARKS = {True: "yes", False: "no", None: "not known"}
@@ -78,10 +81,13 @@ def _titled(title: str, lines: Sequence[str]) -> list[object]:
 def _file(one: Recording) -> str:
     """Return which columns of a file were read as what, and in which units."""
     words = []
+    coupon = modes()[one.mode].specimen == "coupon"
     for column in one.columns:
+        quantity = _COUPON.get(column.quantity, column.quantity) if coupon else column.quantity
         name = f" ({column.name[:SHOWN]})" if column.name else ""
         assumed = ", assumed because no unit is given" if column.assumed else ""
-        words.append(f"{column.quantity} = column {column.number}{name} in {column.unit}{assumed}")
+        unit = f"as a {column.unit}" if column.unit in ("strain", "stretch") else f"in {column.unit}"
+        words.append(f"{quantity} = column {column.number}{name} {unit}{assumed}")
     if all(column.quantity != "time" for column in one.columns):
         words.append("no column of time")
     shown = [name[:SHOWN] for name in one.unused[:_MOST]]
