@@ -27,6 +27,7 @@ def check(run: Run, strict: bool) -> int:
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
     from bushcli import report
+    from bushcli.case.marks import unedited
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
@@ -45,7 +46,7 @@ def check(run: Run, strict: bool) -> int:
     faults = find_faults(case, [*curves, *coupons])
     if not any(fault.fatal for fault in faults):
         check_travel(case, curves, faults)
-    found = untried_dolfinx(installed_dolfinx())
+    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()))
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons)
