@@ -243,7 +243,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("load_cases.0.steps=0", "load_cases[0].steps = 0 must be at least 1"),
         (
             "load_cases.0={mode='radial',amplitude=-10}",
-            "closes the gap between the sleeves (less than the rubber's",
+            "closes the gap between the sleeves (a displacement below the rubber's",
         ),
         ("load_cases.1.path=[3]", "load_cases[1].path = [3] needs at least 2 entries"),
         ("load_cases.1.path=[0,5,5]", "load_cases[1].path = [0.0, 5.0, 5.0] stands still"),
