@@ -24,6 +24,9 @@ SMALLEST_SHAPE = 0.5
 SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
 # mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
 SMALLEST_TRAVEL = 1e-6
+# Axial travel over the rubber's thickness: a shear of 10 stretches by 10, and unfilled natural rubber, which stretches
+# most, breaks at 7 to 8 (Treloar 1975, The physics of rubber elasticity).
+MOST_SHEAR = 10.0
 
 
 def parameters(material: Material) -> Iterator[Finding]:
@@ -198,3 +201,13 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
         degrees = math.degrees(load_case.amplitude)
         what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="degrees")
+    elif (
+        kind.specimen == "bushing"
+        and not kind.rotational
+        and shape.annulus is not None
+        and load_case.amplitude > MOST_SHEAR * shape.annulus.thickness
+    ):
+        thickness = shape.annulus.thickness
+        times = load_case.amplitude / thickness
+        what = f"{dotted(keys)} = {load_case.amplitude:g} is {times:.0f} times the rubber's thickness"
+        yield Finding(keys, what, expected=f"at most {MOST_SHEAR * thickness:g} mm: beyond that rubber tears")

@@ -57,12 +57,12 @@ def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> Non
 def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, folder: Path) -> None:
     done = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
     assert done.returncode == 2
-    assert 'geometry.bonds.outer: the rule (radius = 21.0) selects no face' in done.stderr
+    assert "geometry.bonds.outer: the rule (radius = 21.0) selects no face" in done.stderr
     assert (folder / "part" / "geometry.png").exists()
     assert not (folder / "part" / "case.toml").exists()
     # The picture is replaced by that of the next attempt, whether or not it succeeds.
     again = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
-    assert 'geometry.bonds.outer: the rule (radius = 21.0) selects no face' in again.stderr
+    assert "geometry.bonds.outer: the rule (radius = 21.0) selects no face" in again.stderr
     assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
 
 

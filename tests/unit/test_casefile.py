@@ -245,6 +245,10 @@ def test_terms_choose_the_parameters_to_fit(folder):
             "load_cases.0={mode='radial',amplitude=-10}",
             "closes the gap between the sleeves (a displacement below the rubber's",
         ),
+        (
+            "load_cases.0={mode='axial',amplitude=300}",
+            "load_cases[0].amplitude = 300 is 30 times the rubber's thickness (at most 100 mm",
+        ),
         ("load_cases.1.path=[3]", "load_cases[1].path = [3] needs at least 2 entries"),
         ("load_cases.1.path=[0,5,5]", "load_cases[1].path = [0.0, 5.0, 5.0] stands still"),
         ("load_cases.1.path=[0,x]", 'load_cases[1].path = "[0,x]" is not a list'),
