@@ -67,6 +67,8 @@ def map_figure(found: LocalMap) -> Figure:
         axes.set_ylim(low[1] - margin, high[1] + margin)
         bar = figure.colorbar(mappable, ax=axes, shrink=0.8, pad=0.03)
         bar.set_label("change of stiffness that helps: softer (-), stiffer (+) [%]", fontsize=9)
+        # Nothing is softer by more than 100 %.
+        bar.ax.set_ylim(max(-100.0, float(norm.vmin or 0.0)), norm.vmax)
         bar.outline.set_visible(False)  # type: ignore[operator]
         axes.grid(False)
         if flat:
