@@ -155,7 +155,8 @@ def _poor(fit: Fit) -> list[Condition]:
         Condition(
             "poor_fit",
             f"the search found a minimum, but the curves are not reproduced: rms {listed}",
-            "try another law (--model all) or more starts (--starts 8); if neither helps, the model lacks some physics",
+            "`bushcli diagnose` finds which physics is missing, if any; or try another law (--model all) and more starts "
+            "(--starts 8)",
         )
     ]
 
@@ -177,7 +178,7 @@ def _above_noise(fit: Fit, task: Task) -> list[Condition]:
             f"the curves are reproduced closely, but not to within their noise: rms {listed}. Something small is not "
             "in the model, and the standard errors and intervals do not cover its influence on the parameters",
             "refine the mesh (bushcli direct --mesh-check), check dimensions and load cells (`leverage` says what an "
-            "error of 1 % does), or try another law (--model all)",
+            "error of 1 % does), or let `bushcli diagnose` look for what is missing",
         )
     ]
 
@@ -261,12 +262,14 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
     if task.source == "coupons":
         remedy = "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters"
     else:
-        used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
+        used = {curve.recording.mode for curve in fit.curves}
+        held = [curve.name for curve in fit.curves if curve.held_out]
         # Translations first, then rotations.
         known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
         single = [mode for mode in known if mode.specimen == "bushing" and mode.follow is None]
         other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
-        remedy = f"a recording to a larger displacement{''.join(other)} would determine it; " + (
+        again = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
+        remedy = f"{again}a recording to a larger displacement{''.join(other)} would determine it; " + (
             "or fix one of them (--fix), or use a law with fewer parameters"
         )
     return [Condition("undetermined", combination.text, remedy) for combination in fit.undetermined]
