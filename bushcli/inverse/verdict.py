@@ -155,8 +155,8 @@ def _poor(fit: Fit) -> list[Condition]:
         Condition(
             "poor_fit",
             f"the search found a minimum, but the curves are not reproduced: rms {listed}",
-            "`bushcli diagnose` finds which physics is missing, if any; or try another law (--model all) and more starts "
-            "(--starts 8)",
+            "`bushcli diagnose` finds which physics is missing, if any; else try another law (--model all) or more "
+            "starts (--starts 8)",
         )
     ]
 
