@@ -19,8 +19,7 @@ from cases.mode import modes
 USUAL_STRETCHES = (0.5, 2.0)
 # A fit is poor if its rms misfit exceeds both this percentage of the force range and this many times the noise.
 POOR_FIT, POOR_NOISE = 3.0, 3.0
-# A recording whose rms misfit is more than this many times its noise is not reproduced to within its noise. The noise
-# is an estimate too, to 10 % with 60 samples.
+# Rms misfit over the noise, itself known to 10 % with 60 samples, above which a recording is not reproduced within it.
 ABOVE_NOISE = 1.5
 # Two ends are equally good if their costs differ by less than this share, and distinct if a parameter differs by more
 # than that one.
@@ -269,9 +268,8 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
         single = [mode for mode in known if mode.specimen == "bushing" and mode.follow is None]
         other = [f" or in mode {mode.name}" for mode in single if mode.name not in used][:1]
         again = f"fit {' and '.join(held)} as well, which was held out; " if held else ""
-        remedy = f"{again}a recording to a larger displacement{''.join(other)} would determine it; " + (
-            "or fix one of them (--fix), or use a law with fewer parameters"
-        )
+        remedy = f"{again}a recording to a larger displacement{''.join(other)} would determine it; or "
+        remedy += "fix one of them (--fix), or use a law with fewer parameters"
     return [Condition("undetermined", combination.text, remedy) for combination in fit.undetermined]
 
 

@@ -314,7 +314,11 @@ def test_what_is_no_file_is_refused_promptly(tmp_path, device):
     [
         (["geometry.length=1e5", "geometry.outer_radius=12.000001"], "no bushing is so large"),
         (["geometry.inner_radius=1e5", "geometry.outer_radius=100000.000001"], "no bushing is so large"),
-        (["geometry.length=2e3", "geometry.outer_radius=12.001"], "elements ("),
+        # A load of five times the rubber's thickness.
+        (
+            ["geometry.length=2e3", "geometry.outer_radius=12.001", "load_cases.0.amplitude=0.005"],
+            "elements (",
+        ),
         (["mesh.elements_across=400", "mesh.elements_along=400", "load_cases.0.mode=radial"], "elements ("),
     ],
 )
