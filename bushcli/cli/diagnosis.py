@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bushcli.cli.listed import names_in
 from bushcli.cli.run import (
     DONE,
     INTERRUPTED,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     "--hold-out",
     "hold_out",
     multiple=True,
-    metavar="CHANNEL",
+    metavar="CHANNEL[,CHANNEL...]",
     help="Leave this channel out of fits and evidence, and predict it; may be given several times.",
 )
 @click.option(
@@ -107,7 +108,7 @@ def diagnose(
                     case,
                     model=model,
                     effects=_names(requested),
-                    hold_out=tuple(dict.fromkeys(hold_out)),
+                    hold_out=names_in(hold_out),
                     uniform=uniform_odds,
                     budget=None if budget is None else 60.0 * budget,
                     workers=workers,
@@ -162,11 +163,11 @@ def _say_what_is_saved(run: Run, journal: Path) -> None:
 
 
 def _names(requested: tuple[str, ...]) -> list[str] | None:
-    """Return the names given with all uses of --effects, each a list with commas; None without the option."""
-    names = [name.strip() for given in requested for name in given.split(",") if name.strip()]
+    """Return the names given with all uses of --effects; None without the option."""
+    names = names_in(requested)
     if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    return list(dict.fromkeys(names)) or None
+    return list(names) or None
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bushcli.cli.listed import names_in
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import (
     DONE,
@@ -101,7 +102,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     "--hold-out",
     "held_out",
     multiple=True,
-    metavar="CHANNEL",
+    metavar="CHANNEL[,CHANNEL...]",
     help="Predict this channel instead of fitting it.",
 )
 @click.option(
@@ -184,9 +185,9 @@ def inverse(
         Task(
             case,
             law,
-            fixed=_listed(fixed),
+            fixed=names_in(fixed),
             bulk_modulus=bulk_modulus,
-            hold_out=_listed(held_out),
+            hold_out=names_in(held_out),
             method=method,
             loss=loss,
             starts=starts,
@@ -248,11 +249,5 @@ def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
 def _laws(case: Case, models: Sequence[str]) -> tuple[str, ...]:
     from forms.law import laws
 
-    chosen = _listed(models)
+    chosen = names_in(models)
     return tuple(laws()) if "all" in chosen else chosen or (case.material.law,)
-
-
-def _listed(options: Sequence[str]) -> tuple[str, ...]:
-    """Return what repeated options name, each of which may be a list with commas."""
-    names = [name.strip() for option in options for name in option.split(",")]
-    return tuple(dict.fromkeys(name for name in names if name))

@@ -262,7 +262,8 @@ def unwritable(error: OSError) -> int:
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
             expected = "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder"
-    what = f"cannot be {'read or ' * (place != 'standard output')}written: {error.strerror or error}"
+    done = "written" if place == "standard output" else "read or written"
+    what = f"cannot be {done}: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.
     sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115

@@ -190,11 +190,11 @@ def _answer(
     after = problem.compared(best.state.fitted.simulated)
     probability = probabilities(models, [one.name for one in asked.effects])
     channels = before_and_after(cache, asked, problem, plain, best)
-    says: Verdict = "faulty_data" if asked.fatal else answer.verdict(best, asked.plain)
     # Models are compared only if the data allow it, and if most of them have been looked at.
-    hidden = asked.fatal or search.left > UNSEARCHED
-    if hidden and not asked.fatal:
-        says = "unexplained"
+    unsearched = search.left > UNSEARCHED
+    hidden = asked.fatal or unsearched
+    known: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
+    says: Verdict = "faulty_data" if asked.fatal else known
     left = share_left(best, search.plain)
     unknown = probability["unknown"]
     return Diagnosis(

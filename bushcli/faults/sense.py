@@ -16,11 +16,13 @@ from geometry.shape import Shape
 # A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
 _FALLING = -0.5
 # A force is a magnitude where its correlations with the displacement on either side of zero are beyond this, with
-# opposite signs. Those of a force with its sign are alike; friction that opens the loop lowers them to some 0.8.
+# opposite signs. A force with its sign has equal signs there: 0.7 to 0.4 where friction makes the loop a third to two
+# thirds of the range wide (calculated for one slider).
 _MAGNITUDE = 0.7
-# Share of the travel that a displacement must reach on its smaller side to be one to both sides.
+# Share of the travel that a displacement must reach on its smaller side to be one to both sides: judgement.
 _SIDE = 0.2
-# Rubber thicknesses from zero beyond which a displacement is the position of the actuator: no bushing is preloaded so.
+# Rubber thicknesses from zero beyond which a displacement is the position of the actuator: judgement, since rubber that
+# is sheared by 3 is stretched more than threefold, and no bushing carries such a preload.
 _FAR = 3.0
 
 
@@ -59,8 +61,8 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         yield DataFault(
             recording.name,
             "sign",
-            "the displacement has both signs and the force only one: it grows to both sides of zero (correlations "
-            f"{right:.2f} and {left:.2f}), as a magnitude does",
+            "the force changes alike to both sides of zero displacement, as a magnitude does (correlations "
+            f"{right:.2f} and {left:.2f})",
             "export the force with its sign, such as one component instead of a resultant",
             True,
             none,

@@ -95,13 +95,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     clock = table.clock(index) if quantity == "time" else None
     if clock is not None:
         return Column(index, clock, "s", remarks)
-    if wanted.given:
-        read, source_of_unit = find_unit(wanted.given, wanted.measured), None
-    else:
-        read, source_of_unit = _unit(table, wanted, index)
-    if read is None or read.measured != wanted.measured:
-        what = f'{table.label(index)}: "{wanted.given}" is not a unit of {_KIND[wanted.measured]}'
-        raise _refused(table, quantity, index, what)
+    known = _given(table, wanted, index, wanted.given) if wanted.given else _unit(table, wanted, index)
+    read, remarks = known.unit, (*remarks, *known.remarks)
     values = table.numbers(index, source.accept) * read.factor
     if mode.specimen == "coupon" and quantity != "time":
         _refuse_compression(table, source, quantity, index, values)
@@ -112,10 +107,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
             expected = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
-    if source_of_unit:
-        remarks = (*remarks, source_of_unit)
     values = -values if quantity in source.reverse else values
-    return Column(index, values, read.name, remarks, source_of_unit == "")
+    return Column(index, values, read.name, remarks, known.assumed)
 
 
 def _refuse_compression(table: Table, source: Source, quantity: Quantity, index: int, values: Array) -> None:
@@ -179,7 +172,7 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     found = []
     for i, name in enumerate(table.names):
         units = [tabulated_unit(text) for text in written_units(table, i, heading(name))]
-        named = re.search(r"time|zeit|elapsed|seconds|timestamp", name.lower()) is not None
+        named = re.search(r"time|zeit|elapsed|seconds", name.lower()) is not None
         if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
             found.append(
                 f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "
@@ -245,10 +238,26 @@ def _chosen(table: Table, chosen: str | int) -> int:
     raise RecordingError(Problem(table.where, what, near, listed))
 
 
-def _unit(table: Table, wanted: Wanted, index: int) -> tuple[Unit, str | None]:
-    """Return the unit that the file gives for a column, or the default one, and a remark about where it is given.
+@dataclass(frozen=True)
+class _Known:
+    """The unit of a column, remarks about where it is given, and whether it is only assumed."""
 
-    The remark is None for a unit of the column itself, and empty where the file gives none.
+    unit: Unit
+    remarks: tuple[str, ...] = ()
+    assumed: bool = False
+
+
+def _given(table: Table, wanted: Wanted, index: int, text: str) -> _Known:
+    """Return the unit that the case gives for a column."""
+    unit = find_unit(text, wanted.measured)
+    if unit is None or unit.measured != wanted.measured:
+        what = f'{table.label(index)}: "{text}" is not a unit of {_KIND[wanted.measured]}'
+        raise _refused(table, wanted.quantity, index, what)
+    return _Known(unit)
+
+
+def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
+    """Return the unit that the file gives for a column, or the default one where it gives none.
 
     Raises
     ------
@@ -274,17 +283,17 @@ def _unit(table: Table, wanted: Wanted, index: int) -> tuple[Unit, str | None]:
             what = f"{table.label(index)} has no unit, and the lines above the table state {several}"
             raise _refused(table, quantity, index, what)
         line, unit = stated[0]
-        return unit, f"{table.label(index)} is read in {unit.name}, which line {line} states"
+        return _Known(unit, (f"{table.label(index)} is read in {unit.name}, which line {line} states",))
     if not units:
         plain = without(head, wanted.allowed)
         is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
         # The name says whether it is a strain or a stretch.
-        return Unit(measured, name, UNITS[measured][name]), None if measured == "strain" else ""
+        return _Known(Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain")
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)
-    return units[0], None
+    return _Known(units[0])
 
 
 def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:

@@ -16,7 +16,7 @@ COMMENTS = ("#", "%", "//")
 LONGEST_LINE = 20_000
 #: A quotation mark that begins a field, and one that ends it; an inch (") stands behind a name instead.
 _OPEN, _CLOSED = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'^[^"]*"\s*(?:$|[,;\t])')
-#: Most line breaks within one cell, or within the cells of a header.
+#: Most line breaks within the names of a header: judgement, two for each of twenty columns.
 _BREAKS = 40
 
 

@@ -16,11 +16,11 @@ from cases.mode import Mode, modes
 
 #: Words that a name may contain where the case file asks for a true stress or a true strain.
 TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
+TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
 #: Words for a change of length that are a strain where they are in percent.
 STRETCHING = frozenset(
     {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
 )
-TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,7 @@ def stated_units(table: Table, wanted: Wanted) -> tuple[tuple[int, Unit], ...]:
     table : Table
     wanted : Wanted
     """
-    found = []
-    for number, text in table.preamble:
-        for unit in _stated(text, wanted):
-            found.append((number, unit))
-    return tuple(found)
+    return tuple((number, unit) for number, text in table.preamble for unit in _stated(text, wanted))
 
 
 def _stated(text: str, wanted: Wanted) -> list[Unit]:

@@ -121,30 +121,25 @@ def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) ->
     Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
     """
     start, raw, filled = _start(path, split, decimal)
-    wrong = [
-        i
-        for i, fields in enumerate(split[start:], start=start)
-        if len(fields) != raw and len(trimmed(fields)) != filled
-    ]
+    rows = list(enumerate(split[start:], start=start))
+    wrong = [i for i, fields in rows if len(fields) != raw and len(trimmed(fields)) != filled]
     # A header has as many fields as the rows have.
-    wrong += [
-        i
-        for i, fields in enumerate(split[start:], start=start)
-        if len(fields) == raw and fields[-1][:1].isalpha() and not numbers_in(fields, decimal)
-    ]
-    repeated = _repeated(body, split, start, sorted(set(wrong)), filled)
+    full = [i for i, fields in rows if len(fields) == raw and fields[-1][:1].isalpha()]
+    texts = [i for i in full if not numbers_in(split[i], decimal)]
+    repeated = _repeated(body, split, start, sorted({*wrong, *texts}), filled)
+    for i in wrong:
+        if i not in repeated:
+            fields = len(trimmed(split[i]))
+            what = f"{fields} field{'s' if fields != 1 else ''}, where the rows before have {filled}"
+            last = " (the last line: was the recording cut off?)" if body[i] is body[-1] else ""
+            expected = f"{filled} numbers; delete the line or put # in front of it"
+            raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
     said = []
     if repeated:
         lines = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
         said.append(f"{len(repeated)} lines that repeat the header are left out ({lines})")
         for i in reversed(repeated):
             del body[i], split[i]
-    for line, fields in zip(body[start:], split[start:], strict=True):
-        if len(fields) != raw and len(trimmed(fields)) != filled:
-            what = f"{len(trimmed(fields))} fields, where the rows before have {filled}"
-            last = " (the last line: was the recording cut off?)" if line is body[-1] else ""
-            expected = f"{filled} numbers; delete the line or put # in front of it"
-            raise RecordingError(Problem(f"{path}:{line.number}", what + last, "", expected))
     width = max(len(trimmed(fields)) for fields in split[start:])
     if width > MOST_COLUMNS:
         what = f"has {width} columns"

@@ -138,7 +138,7 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
     own: list[tuple[str, ...] | None] = [
         tuple(one.name for one in there if one.mode == mode) for mode in found
     ]
-    # A shared one is named by its first channel where it does not act on all, as would be that channel's own.
+    # One that some channels share would have the name of its first channel's own one.
     return [None, *own] if effect.may_be_shared and not some else own
 
 

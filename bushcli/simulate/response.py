@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Force at rest over the force range above which the zero of a rig matters: a hundredth.
+# Force at rest over the force range above which the zero of a rig matters: as large as a load cell's error, 0.5 to 1 %.
 AT_REST = 0.01
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The edges of the bonds
 # reduce convergence to about first order, for which the error is twice the change that halving the elements makes
