@@ -189,7 +189,7 @@ def bad(row: int, old: str, new: str) -> str:
         (bad(3, "199.0000", "1.199,00"), r"rig.csv:4: 4 fields, where the rows before have 3"),
         (bad(4, ",-290.2500", ""), r"rig.csv:5: 2 fields, where the rows before have 3"),
         (bad(6, ",250.0000", ""), r"rig.csv:7: 2 fields.*last line: was the recording cut off"),
-        (bad(4, "0.3000,1.5000,-290.2500", "End of test"), r"rig.csv:5: 1 fields"),
+        (bad(4, "0.3000,1.5000,-290.2500", "End of test"), r"rig.csv:5: 1 field,"),
         (
             bad(3, "0.2000", "0.1000"),
             r"rig.csv:4: column 1 \(time_s\): the time does not increase, 0.1000 follows",
