@@ -31,7 +31,7 @@ from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
-from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
@@ -266,9 +266,12 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
     """Run the search; return a condition if it is interrupted."""
     try:
         search.run()
-        # The report shows the values of the most probable model, which therefore has to be fitted.
-        one = unfitted(posterior(search))
-        if one is not None and search.ended != "budget":
+        # The report shows the most probable models, which therefore have to be fitted.
+        tried: set[Key] = set()
+        while (
+            time.perf_counter() < search.deadline and (one := unfitted(posterior(search), tried)) is not None
+        ):
+            tried.add(one.model.structure)
             search.fit_anyway(one)
     except BaseException as error:
         if not is_interrupt(error) or not search.states:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -127,7 +127,7 @@ def _weighed(search: Search) -> list[Weighed]:
             add(key, bool(unknown), probability)
         if search.seen_in(key) != key:
             continue
-        for gone, log in resembling(state, search.uniform):
+        for gone, log in resembling(state, search.uniform, search.states):
             less = state.without(gone).model
             for unknown, probability in enumerate(both):
                 part = probability * math.exp(log)
@@ -152,27 +152,37 @@ def _weighed(search: Search) -> list[Weighed]:
     return [replace(one, probability=one.probability / whole) for one in found]
 
 
-def unfitted(models: Sequence[Weighed]) -> Queued | None:
-    """Return the most probable model that has the most probable effects, unless one that has them is fitted.
+def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued | None:
+    """Return the most probable model of a set of effects that the report shows, and of which no model is fitted.
 
     Where errors of form resemble an effect, the model without it may have been abandoned by its fit, or never fitted.
+    How large such an error is, is known to first order only until then.
 
     Parameters
     ----------
     models : sequence of Weighed
+    tried : collection of Key
+        Models that are not returned.
     """
     kind = _kind(models)
-    sets: dict[tuple[str, ...], float] = {}
+    sets: dict[tuple[str, ...], list[Weighed]] = {}
     for one in models:
-        if one.kind == kind:
-            sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
-    same = [one for one in models if one.effects == max(sets, key=lambda names: sets[names])]
-    # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
-    fitted = [one.state for one in same if one.predicted is None]
-    if any(one.fitted.converged or not one.model.effects for one in fitted):
-        return None
-    best = max(same, key=lambda one: one.probability)
-    return Queued(best.model, best.state, best.log_evidence, best.log_evidence, best.log_evidence, 0.0)
+        sets.setdefault(one.effects, []).append(one)
+    held = {names: sum(one.probability for one in same) for names, same in sets.items()}
+    first = max(
+        (names for names, same in sets.items() if same[0].kind == kind), key=lambda names: held[names]
+    )
+    shown = [names for names in sorted(sets, key=lambda names: -held[names]) if held[names] >= MEMBER]
+    for names in (first, *shown):
+        # A law without effects is fitted once more in any case, as `bushcli inverse` fits it.
+        fitted = [one.state for one in sets[names] if one.predicted is None]
+        if any(one.fitted.converged or not one.model.effects for one in fitted):
+            continue
+        best = max(sets[names], key=lambda one: one.probability)
+        if best.model.structure not in tried:
+            log = best.log_evidence
+            return Queued(best.model, best.state, log, log, log, 0.0)
+    return None
 
 
 def _kind(models: Sequence[Weighed]) -> str:

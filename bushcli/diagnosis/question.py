@@ -193,7 +193,8 @@ def posed(
 ) -> tuple[Problem, State]:
     """Return the likelihood, and the plain law fitted under it.
 
-    The plain law's misfit sets the units of all fits, its own included: it is fitted twice, and the units then stay.
+    What the plain law leaves is what effects may explain. Its first fit begins with the error that `begin` assumed, its
+    second one with the misfit of the first.
 
     Parameters
     ----------
@@ -217,13 +218,15 @@ def posed(
     ]
     noises = all_levelled(noises, features, left)
     features = all_features(cache, case, plain.model, used, noises)
-    fitted = plain
-    for _ in range(2):
-        empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
+    empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
+
+    def explaining(fitted: Fitted) -> Problem:
         excess = State(empty, fitted).evidence.left.excess
-        problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
-        if not fitted.names:
-            break
-        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.likelihood.plain, noises))])[0]
-        fitted = again or fitted
+        return replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
+
+    fitted, problem = plain, explaining(plain)
+    for _ in range(2 if plain.names else 0):
+        measured = Measured(used, problem.likelihood.plain, noises)
+        fitted = crew.run(fit, [(case, fitted.model, measured)])[0] or fitted
+        problem = explaining(fitted)
     return problem, State(problem, fitted)

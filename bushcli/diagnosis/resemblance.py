@@ -31,8 +31,8 @@ nothing is known, become certain and wrong.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -42,6 +42,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
+from bushcli.selection.model import Key
 from bushcli.selection.state import State
 
 
@@ -54,22 +55,24 @@ class Size:
     whole : float
         Root of the sum of squares while all other parameters stay, in units of the noise.
     own : float
-        The same of what the other parameters cannot imitate.
+        The same of what the parameters of the law and of the effects that are left cannot imitate.
     """
 
     whole: float
     own: float
 
     @classmethod
-    def of(cls, state: State, active: ActiveEffect) -> Size:
+    def of(cls, state: State, active: ActiveEffect, gone: Sequence[ActiveEffect]) -> Size:
         """Return the size of an effect of a model, to first order in its amplitudes.
 
         Parameters
         ----------
         state : State
         active : ActiveEffect
+        gone : sequence of ActiveEffect
+            Effects that are not left, of which it may be one.
         """
-        theirs = {active.full_name(p) for p in active.parameters}
+        theirs = {one.full_name(p) for one in (active, *gone) for p in one.parameters}
         off = {active.full_name(p): float(p.off or 0.0) for p in active.effect.amplitudes}
         names, slopes = state.fitted.names, np.vstack(state.slopes)
         pairs = zip(names, state.fitted.x, strict=True)
@@ -94,7 +97,9 @@ class Size:
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
 
 
-def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str, ...], float]]:
+def resembling(
+    state: State, uniform: bool = False, fits: Mapping[Key, State] | None = None
+) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield sets of effects of a model, each with how probable it is that errors of form resemble them.
 
     Parameters
@@ -103,6 +108,8 @@ def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str,
         The fitted model.
     uniform : bool
         Whether all effects have the same prior odds.
+    fits : dict of Key to State, optional
+        Fitted models.
 
     Yields
     ------
@@ -114,13 +121,18 @@ def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str,
     active = {one.identity: one for one in state.model.effects}
     if not active:
         return
-    sizes = {name: Size.of(state, one) for name, one in active.items()}
     odds = {name: _odds(state, one, uniform) for name, one in active.items()}
     likelihood = state.problem.likelihood
     explained, signal = (math.sqrt(float(one.sum())) for one in (likelihood.explained, likelihood.signal))
     for length in range(1, len(active) + 1):
         for gone in combinations(sorted(active), length):
             left = [one for name, one in active.items() if name not in gone]
+            sizes = {
+                name: Size.of(state, one, [active[other] for other in gone]) for name, one in active.items()
+            }
+            largest = max(gone, key=lambda name: sizes[name].own)
+            together = _fitted_size(state, left, fits or {})
+            sizes[largest] = replace(sizes[largest], own=max(sizes[largest].own, together))
             total = 0.0
             for name in gone:
                 beside = [one for one in left if _together(one, active[name])]
@@ -135,6 +147,18 @@ def resembling(state: State, uniform: bool = False) -> Iterator[tuple[tuple[str,
                 )
             if math.isfinite(total):
                 yield gone, total
+
+
+def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:
+    """Return the size of what the effects that are not left explain, in units of the noise; 0 if that is not known.
+
+    The fit without them says what the other parameters can imitate, within their bounds and beyond first order.
+    """
+    fitted = fits.get(replace(state.model, effects=tuple(left)).structure)
+    if fitted is None or not (fitted.fitted.converged or not left):
+        return 0.0
+    more = fitted.evidence.left.excess.sum() - state.evidence.left.excess.sum()
+    return math.sqrt(max(float(more), 0.0))
 
 
 def _together(one: ActiveEffect, other: ActiveEffect) -> bool:

@@ -66,12 +66,22 @@ class Evidence:
     @cached_property
     def judged(self) -> Judged:
         """Likelihood of the model."""
-        return self.likelihood.judge(self.left)
+        return self.likelihood.judge(self.left, self._alone)
+
+    @cached_property
+    def coarse(self) -> float:
+        """Log likelihood by which the reach of predictions is measured (`Likelihood.coarse`)."""
+        return self.likelihood.coarse(self.left)
 
     @cached_property
     def judged_unknown(self) -> Judged:
         """Likelihood of the model with the unknown effect beside it."""
-        return self.likelihood.judge_unknown(self.left)
+        return self.likelihood.judge_unknown(self.left, self._alone)
+
+    @property
+    def _alone(self) -> bool:
+        """Whether the model is a law without effects, whose parameters have no prior of their own."""
+        return all(one is None for one in self.known)
 
     @cached_property
     def log(self) -> float:
@@ -102,7 +112,25 @@ class Evidence:
     def _laplace(self, scale: Sequence[float]) -> tuple[float, Array]:
         """Logarithm of the average likelihood over the maximum, and covariance, for variances of the features."""
         gram, slope = _gram(self.likelihood.features, self.misfit, self.slopes, scale)
-        return _laplace(gram, slope, *self._priors, self.values, self.known, self.off)
+        log, covariance = _laplace(gram, slope, *self._priors, self.values, self.known, self.off)
+        return log - self._shared_influence, covariance
+
+    @cached_property
+    def _shared_influence(self) -> float:
+        """Nats that a law's parameters lose because each pays for itself, even if another has the same influence.
+
+        Otherwise laws with superfluous parameters would win over laws with the few that are needed. This compares
+        laws: so that it is the same for all models with one law, it is taken for the same variances.
+        """
+        law = [i for i, one in enumerate(self.known) if one is None]
+        if not law:
+            return 0.0
+        slopes = [J[:, law] for J in self.slopes]
+        scale = tuple(map(float, self.likelihood.variances()))
+        gram, _ = _gram(self.likelihood.features, self.misfit, slopes, scale)
+        units, _, precision = (one[law] for one in self._priors)
+        block = gram * np.outer(units, units) + np.diag(precision)
+        return 0.5 * float(np.sum(np.log(np.diag(block)))) - 0.5 * float(np.linalg.slogdet(block)[1])
 
 
 def _gram(
@@ -157,12 +185,6 @@ def _laplace(
     inverse = np.linalg.inv(hessian)
     _, log_det = np.linalg.slogdet(hessian)
     total = float(density.sum()) + 0.5 * p * math.log(2.0 * math.pi) - 0.5 * float(log_det)
-    law = [i for i, one in enumerate(known) if one is None]
-    if law:
-        # Each parameter of a law pays for itself, even if another one has the same influence: otherwise laws with
-        # superfluous parameters would win over laws with the few that are needed.
-        block = hessian[np.ix_(law, law)]
-        total += 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * float(np.sum(np.log(np.diag(block))))
     for i, one in enumerate(known):
         if one is None or not one.one_sided:
             continue

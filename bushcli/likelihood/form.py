@@ -1,10 +1,10 @@
 """The error of form: formulas of a true effect are wrong by an unknown share of the misfit that they explain.
 
-A formula that has the right physics leaves a share of about `PHI` of the misfit without it, smooth along the path; a
-law leaves about `LAMBDA` of the force. Such a misfit has few degrees of freedom, however many samples show it; their
-number grows with the features of all channels (`effective_features`), which share it. With a the feature along the
-force, E the sum of squares of the others beyond the expectation of noise, D that of all features of the plain law's
-misfit, F that of the force, and m effective features, the likelihood of a model is
+A formula that has the right physics leaves a share of about `PHI` of the misfit that it explains, smooth along the
+path; a law leaves about `LAMBDA` of the force. Such a misfit has few degrees of freedom, however many samples show it;
+their number grows with the features of all channels (`effective_features`), which share it. With a the feature along
+the force, E the sum of squares of the others beyond the expectation of noise, D that of all features of the plain law's
+misfit less what the model leaves of it, F that of the force, and m effective features, the likelihood of a model is
 
     log L = log of the mean over phi, lambda and s of prod_c v_c^(-(m_c - 1)/2) exp(-(m_c - 1 + E_c) / (2 v_c))
             (v_c + g_c)^(-1/2) exp(-a_c^2 / (2 (v_c + g_c))),
@@ -22,7 +22,8 @@ free, a model that leaves twice the misfit of another loses m log 2, not the dif
 samples. This is a coarsened likelihood whose scale is marginalised.
 
 D_c is half the channel's own plus half its share, by the force, of the sum over all channels: the formula of an effect
-that mostly changes one channel is as wrong in the others.
+that mostly changes one channel is as wrong in the others. A law without effects has no formula of an effect that could
+be wrong: its D is zero.
 
 References
 ----------
@@ -159,8 +160,12 @@ class Likelihood:
 
     @cached_property
     def explained(self) -> Array:
-        """Sum of squares D_c that an effect may have to explain, by channel."""
-        own = np.maximum(np.array(self.plain), 0.0)
+        """Sum of squares D_c that effects may have to explain, by channel."""
+        return self.explained_by(self.nothing)
+
+    def explained_by(self, left: Left) -> Array:
+        """Return the sum of squares D_c (channels,) that the effects of a model explain, given what it leaves."""
+        own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
 
@@ -219,10 +224,30 @@ class Likelihood:
         total = np.logaddexp.reduce(log, axis=0)
         return total, 1.0 / np.sum(np.exp(log - total) / v, axis=0)
 
-    def judge(self, left: Left) -> Judged:
-        """Return the likelihood of a model, given its remaining misfit."""
+    def judge(self, left: Left, alone: bool = False) -> Judged:
+        """Return the likelihood of a model.
+
+        Parameters
+        ----------
+        left : Left
+            Its remaining misfit.
+        alone : bool
+            Whether the model is a law without effects.
+        """
+        return self._judged(left, 0.0 * self.signal if alone else self.explained_by(left))
+
+    def coarse(self, left: Left) -> float:
+        """Log likelihood if formulas might err by a share of all that the plain law leaves, whatever a model explains.
+
+        It measures how far first-order predictions reach: that of the plain law is bounded, while `judge` condemns it
+        by hundreds of nats where formulas of effects may err and its own may not.
+        """
+        return self._judged(left, self.explained).log
+
+    def _judged(self, left: Left, explained: Array) -> Judged:
+        """Likelihood of a model whose effects explain the sums of squares `explained` (channels,)."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
-        form = _PHIS[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
+        form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)
         log = parts.sum(axis=-1) + np.log(_PHI_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
         total = float(np.logaddexp.reduce(log, axis=None))
@@ -230,11 +255,19 @@ class Likelihood:
         scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
         return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ _PHIS))
 
-    def judge_unknown(self, left: Left) -> Judged:
-        """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel."""
+    def judge_unknown(self, left: Left, alone: bool = False) -> Judged:
+        """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel.
+
+        Parameters
+        ----------
+        left : Left
+            The remaining misfit of the model without the unknown effect.
+        alone : bool
+            Whether the model is a law without effects.
+        """
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
-        base = PHI**2 * self.explained
+        base = 0.0 * self.signal if alone else PHI**2 * self.explained_by(left)
         sizes = np.concatenate([[0.0], _SIZES])
         prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
         prior[0] = 1.0 - UNKNOWN_IN_CHANNEL

@@ -252,12 +252,17 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
             problem.watch(initial)
         except NotConverged:
             return _End(problem.objective(initial), initial, False)
-    end = search(problem, initial, lower, upper)
-    for _ in range(TURNS):
+    best, point = None, initial
+    for _ in range(1 + TURNS):
+        end = search(problem, point, lower, upper)
+        found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
+        # Variances and parameters may take turns about the optimum instead of settling.
+        best = found if best is None else min(best, found)
         if end.hopeless or problem.rescale(end.x) < SETTLED:
             break
-        end = search(problem, inside(end.x, lower, upper), lower, upper)
-    return _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
+        point = inside(end.x, lower, upper)
+    assert best is not None
+    return best
 
 
 def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:

@@ -79,7 +79,7 @@ class Beside:
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         found = self._value(())[0]
-        return Prediction(self.state.model, found.log, 0.0, found.judged.log)
+        return Prediction(self.state.model, found.log, 0.0, found.judged.log, 0.0)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
@@ -101,7 +101,7 @@ class Beside:
             first = self._averaged(points[:1])
             top = max(top, first.log_evidence)
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            matters = first.log_evidence + slack_of(first.gain) > top + math.log(NEGLIGIBLE)
+            matters = first.log_evidence + slack_of(first.reach) > top + math.log(NEGLIGIBLE)
             found.append(self._averaged(points) if matters else first)
         return found
 
@@ -135,7 +135,8 @@ class Beside:
         left = likelihood.left(self._split(rest))
         # Each spline also absorbs one unit of noise.
         across = np.minimum(left.across + u.shape[1] / len(features), found.left.across)
-        gain = likelihood.judge(replace(left, across=across)).log - found.judged.log
+        less = replace(left, across=across, excess=left.excess + across - left.across)
+        gain = likelihood.judge(less, alone=not self.state.model.effects).log - found.judged.log
         variance = float(np.mean(found.judged.scale))
         return found.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
@@ -213,12 +214,18 @@ class Beside:
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
         most = max(one.judged.log for one, _ in found)
-        return Prediction(self._model(points[best], found[best][1]), log, most - self.own, most)
+        reach = max(one.coarse for one, _ in found) - self.coarse
+        return Prediction(self._model(points[best], found[best][1]), log, most - self.own, most, reach)
 
     @cached_property
     def own(self) -> float:
         """Log likelihood of the model itself at its first-order optimum."""
         return self._value(())[0].judged.log
+
+    @cached_property
+    def coarse(self) -> float:
+        """The same of `Likelihood.coarse`."""
+        return self._value(())[0].coarse
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Evidence to first order, and the amplitudes."""

@@ -41,9 +41,12 @@ class Prediction:
         Increase of the log likelihood by the effects, at the best point of their grids.
     log_likelihood : float
         Log likelihood of the model at that point.
+    reach : float
+        The same increase of `Likelihood.coarse`: the larger it is, the less accurate is first order.
     """
 
     model: Model
     log_evidence: float
     gain: float
     log_likelihood: float
+    reach: float

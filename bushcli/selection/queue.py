@@ -255,7 +255,7 @@ class Search:
         others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
         for one in Beside(state, others).singles():
             if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
-                self._queue(one, state, slack_of(BORROWED * one.gain))
+                self._queue(one, state, slack_of(BORROWED * one.reach))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> Row:
         base = self.plain.evidence.log
@@ -273,7 +273,7 @@ class Search:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
         for state, one in more_branches(self, self._expanded | self._branched, NEIGHBOURS):
             if one.gain >= FAINT:
-                self._queue(one, state, slack_of(one.gain))
+                self._queue(one, state, slack_of(one.reach))
         self._branched |= self.states.keys()
 
     def _expand(self, key: Key) -> None:
@@ -290,12 +290,12 @@ class Search:
             if not unfit(self.problem.case, names):
                 is_more = len(one.model.identities) > len(state.model.identities)
                 silent = is_more and one.gain < FAINT
-                self._queue(one, state, 0.0 if silent else slack_of(one.gain), is_silent=silent)
+                self._queue(one, state, 0.0 if silent else slack_of(one.reach), is_silent=silent)
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
                 bound = beside.any_law(more)
-                self._queue(Prediction(model, bound, 0.0, bound), state, 0.0, is_bound=True)
+                self._queue(Prediction(model, bound, 0.0, bound, 0.0), state, 0.0, is_bound=True)
         self._expand_without(state, beside)
         # Not before: an interrupted search has not looked at these neighbours.
         self._expanded.add(key)
@@ -317,12 +317,12 @@ class Search:
                 other = Beside(
                     less, [one for one in others if not one.trial.active.is_among(less.model.effects)]
                 )
-                lost = abs(state.evidence.judged.log - other.own)
+                lost = abs(state.evidence.coarse - other.coarse)
                 self._queue(other.alone(), state, slack_of(lost))
                 for one in other.singles():
                     names = [active.effect.name for active in one.model.effects]
                     if one.gain >= FAINT and not unfit(self.problem.case, names):
-                        self._queue(one, state, slack_of(lost + one.gain))
+                        self._queue(one, state, slack_of(lost + one.reach))
 
     def _exchange_law(self, state: State, model: Model) -> bool:
         """Queue a model with another law if that law alone has been fitted; return whether it has."""
@@ -331,7 +331,7 @@ class Search:
         if own is None or alone is None or not model.effects:
             return False
         other = Beside(state.with_law(alone, own), ())
-        self._queue(other.alone(), state, slack_of(state.evidence.judged.log - other.own))
+        self._queue(other.alone(), state, slack_of(state.evidence.coarse - other.coarse))
         return True
 
     def _queue(

@@ -239,6 +239,6 @@ def test_the_law_alone_on_a_coupon(coupon):
     width = LAW_SHARE * math.sqrt(one.problem.likelihood.signal.sum()) / float(np.linalg.norm(unit))
     moduli = state.fitted.x[0] + np.linspace(-12.0, 12.0, 2001) * math.sqrt(state.evidence.covariance[0, 0])
     whole = one.problem.likelihood
-    logs = [whole.judge(whole.left([c * unit - rest])).log for c in moduli]
+    logs = [whole.judge(whole.left([c * unit - rest]), alone=True).log for c in moduli]
     exact = logsumexp(np.array(logs) + norm.logpdf(moduli, state.fitted.x[0], width), b=moduli[1] - moduli[0])
     assert state.evidence.log == pytest.approx(float(exact), abs=0.5)

@@ -51,7 +51,8 @@ def exactly(one, *added):
     best = np.zeros(J.shape[1])
     low = np.full(J.shape[1], -np.inf)
     low[p:] = [0.0 if k.one_sided else -np.inf for k in known]
-    # Alternate with the variance that follows from the likelihood, as fits and predictions do.
+    ends = []
+    # Alternate with the variance that follows from the likelihood, as fits and predictions do; the best end counts.
     for _ in range(1 + TURNS):
         whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
         for _ in range(100):
@@ -74,11 +75,12 @@ def exactly(one, *added):
             [*state.known, *known],
             [0.0] * J.shape[1],
         )
+        ends.append((found.log, best[p:]))
         (scale,) = found.judged.scale
         if max(scale / variance, variance / scale) < SETTLED:
             break
         variance = scale
-    return found.log, best[p:]
+    return max(ends, key=lambda end: end[0])
 
 
 def loop(one, size=0.5):

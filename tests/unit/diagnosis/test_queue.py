@@ -24,7 +24,7 @@ from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
 from bushcli.selection.state import State
 from tests.linear import NAMES, World
 
-PREDICTION = Prediction(None, 0.0, 0.0, -1e3)
+PREDICTION = Prediction(None, 0.0, 0.0, -1e3, 0.0)
 TRUTH = {"drift.rate": 2.5, "permanent_set.set": 3.5}
 
 

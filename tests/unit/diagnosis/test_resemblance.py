@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,11 +30,11 @@ def pair(coupon, drift, set_):
     return State(world.problem, world.fit(world.one.case, both, None))
 
 
-def own_size(state, name):
-    """Norm of the change by an amplitude without what the other parameters can imitate, by the normal equations."""
+def own_size(state, name, gone=()):
+    """Norm of the change by an amplitude without what the parameters that stay can imitate, by the normal equations."""
     J = state.slopes[0]
     i = state.fitted.names.index(name)
-    others = np.delete(J, i, axis=1)
+    others = np.delete(J, [i, *map(state.fitted.names.index, gone)], axis=1)
     column = J[:, i] * state.fitted.x[i]
     coefficients = np.linalg.solve(others.T @ others, others.T @ column)
     return float(np.linalg.norm(column - others @ coefficients))
@@ -80,7 +81,7 @@ def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkey
     signal = math.sqrt(state.problem.likelihood.signal.sum())
     names = "drift.rate", "permanent_set.set"
     ratio = math.prod(
-        expected(state, name, own_size(state, name), LAMBDA * signal, LAMBDA_SPREAD) for name in names
+        expected(state, name, own_size(state, name, names), LAMBDA * signal, LAMBDA_SPREAD) for name in names
     )
     assert math.exp(dict(resembling(state))[both]) == pytest.approx(ratio, rel=1e-6)
 
@@ -100,6 +101,30 @@ def test_the_error_of_a_rig_is_not_in_the_channel_of_another(coupon, monkeypatch
     for one, channel in zip(state.model.effects, ("axial", "radial"), strict=True):
         monkeypatch.setitem(one.__dict__, "channels", (channel,))
     assert dict(resembling(state)) == {}
+
+
+def test_a_fit_without_the_effects_says_what_the_rest_cannot_imitate(coupon):
+    """First order lets the law imitate what its bounds, or its curvature, do not."""
+    state = pair(coupon, 3.0, 0.5)
+    gone = ("permanent_set",)
+    less = state.without(gone)
+    before = dict(resembling(state))[gone]
+    as_good = State(state.problem, replace(less.fitted, simulated=state.fitted.simulated))
+    assert dict(resembling(state, fits={less.model.structure: as_good}))[gone] == pytest.approx(before)
+    # The same model, with a misfit as large as what the drift explains.
+    fitted = replace(
+        less.fitted, simulated=tuple(np.zeros_like(force) for force in less.fitted.simulated), converged=True
+    )
+    far = State(state.problem, fitted)
+    # What remains is the limit by the change with all other parameters held.
+    held = whole_size(state, "permanent_set.set") / whole_size(state, "drift.rate")
+    most = expected(state, "permanent_set.set", held, PHI, PHI_SPREAD, PHI_MOST)
+    found = math.exp(dict(resembling(state, fits={less.model.structure: far}))[gone])
+    assert found == pytest.approx(most, rel=1e-6)
+    assert found != pytest.approx(math.exp(before), rel=0.1)
+    # A fit that was given up says nothing.
+    abandoned = State(state.problem, replace(fitted, converged=False))
+    assert dict(resembling(state, fits={less.model.structure: abandoned}))[gone] == pytest.approx(before)
 
 
 def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
