@@ -92,6 +92,18 @@ def eccentric() -> None:
     _without(body, hole)
 
 
+def two_bores() -> None:
+    """Either bore may be the bond."""
+    holes = [_occ().addCylinder(x, 0, -20, 0, 0, 40, 4) for x in (-8, 8)]
+    _without(_occ().addCylinder(0, 0, -20, 0, 0, 40, 22), *holes)
+
+
+def quarter() -> int:
+    """A finite-element model that was cut at its planes of symmetry."""
+    sectors = [_occ().addCylinder(0, 0, -20, 0, 0, 40, radius, angle=math.pi / 2) for radius in (22, 10)]
+    return _without(*sectors)
+
+
 def sleeves() -> None:
     """Rubber between a bolt and a housing."""
     for size in ((7, 10, 46), (10, 22, 40), (22, 24, 40)):
@@ -209,7 +221,9 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
     "box": (lambda: _occ().addBox(-20, -20, -10, 40, 40, 20) and None, None, "the axis cannot be found"),
     "rod": (lambda: _occ().addCylinder(0, 0, 0, 0, 0, 40, 20) and None, None, 'the bond "inner"'),
     "cone": (cone, None, None),
-    "eccentric": (eccentric, None, 'the bond "inner"'),
+    "eccentric": (eccentric, None, None),
+    "two_bores": (two_bores, None, 'the bond "inner".*cylinders about other lines of radius 4 mm'),
+    "quarter": (lambda: quarter() and None, None, "holds 90 of 360 degrees of a bushing"),
     "coloured": (flanged, _coloured, None),
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from bushcli.case.case import LoadCase, Material, parameter_terms
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.limits import MOST_SHEAR
 from bushcli.errors import nearest
 from cases.mode import modes
 from forms.law import Law, Parameter, laws
@@ -24,9 +25,6 @@ SMALLEST_SHAPE = 0.5
 SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
 # mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
 SMALLEST_TRAVEL = 1e-6
-# Axial travel over the rubber's thickness: a shear of 10 stretches by 10, and unfilled natural rubber, which stretches
-# most, breaks at 7 to 8 (Treloar 1975, The physics of rubber elasticity).
-MOST_SHEAR = 10.0
 
 
 def parameters(material: Material) -> Iterator[Finding]:

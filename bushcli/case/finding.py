@@ -195,6 +195,9 @@ def _model_at(model: type[BaseModel], loc: Keys) -> type[BaseModel]:
 
 
 def _literals(model: type[BaseModel], loc: Keys) -> list[object]:
+    if loc and isinstance(loc[-1], int):
+        # An entry of a list.
+        loc = loc[:-1]
     fields = _model_at(model, loc[:-1]).model_fields if loc else {}
     # A key such as `class`, which Python does not permit as a name, is the alias of its field.
     field = next((f for name, f in fields.items() if loc[-1] in (name, f.alias)), None)

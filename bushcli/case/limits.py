@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 from bushcli.case.case import MeshOptions
@@ -21,6 +22,9 @@ MOST_ENTRIES, MOST_PROBLEMS = 500, 20
 LARGEST_MESH = {2: 200_000, 3: 50_000}
 #: Largest number of tetrahedra: five of them have as many unknowns as a hexahedron.
 MOST_TETRAHEDRA = 250_000
+#: Axial travel over the rubber's thickness: a shear of 10 stretches by 10, and unfilled natural rubber, which stretches
+#: most, breaks at 7 to 8 (Treloar 1975, The physics of rubber elasticity).
+MOST_SHEAR = 10.0
 
 _QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
 _DOT = re.compile(r"[\w\"'-][ \t]*\.(?=[ \t]*[\w\"'-])")
@@ -98,8 +102,8 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
                 f"the mesh for mode {name} would have {total:.3g} elements ({' x '.join(map(str, counts))})"
             )
             expected = (
-                f"at most {LARGEST_MESH[dimension]}: set smaller elements_... in [mesh], or check that the dimensions "
-                "of [geometry] are in mm; the default has elements twice as long as thick"
+                f"at most {LARGEST_MESH[dimension]}: give smaller numbers of elements in [mesh], or check that the "
+                "dimensions of [geometry] are in mm; the default has elements twice as long as thick"
             )
             yield Finding(("mesh",), what, expected=expected)
             return
@@ -114,10 +118,17 @@ def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> It
         most = LARGEST_MESH[dimension] if shape.axisymmetric else MOST_TETRAHEDRA
         if about > most:
             what = f"the mesh for mode {name} would have about {about:.2g} elements"
+            fewer = replace(mesh.refinement, across=2)
+            coarse = shape.cells(dimension, mirrors, fewer) <= most
+            remedy = (
+                "set fewer elements_across in [mesh], such as --set mesh.elements_across=2"
+                if coarse
+                else "not even elements_across = 2 in [mesh] makes it small enough; for such thin rubber give a body "
+                'of revolution as shape = "section"'
+            )
             expected = (
-                f"at most {most}: set smaller elements_... in [mesh] (or --set mesh.elements_across=2), or check that "
-                "all dimensions are in mm (a dimension in another unit makes the part long and thin) and that the part "
-                "has no tiny edges and faces"
+                f"at most {most}: {remedy}; or check that all dimensions are in mm (a dimension in another unit makes "
+                "the part long and thin) and that the part has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)
             return

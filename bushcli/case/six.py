@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.case.case import LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
@@ -124,6 +125,12 @@ def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> li
         return [
             Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
         ]
+    axial = float(np.abs(motion[:, 2]).max())
+    if shape is not None and shape.annulus is not None and axial > MOST_SHEAR * shape.annulus.thickness:
+        most = MOST_SHEAR * shape.annulus.thickness
+        times = axial / shape.annulus.thickness
+        what = f"{dotted(keys)}: {axial:g} mm along the axis is {times:.0f} times the rubber's thickness"
+        return [Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")]
     if turned > math.pi:
         what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
         return [Finding(keys, what, expected="degrees")]

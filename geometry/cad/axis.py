@@ -114,6 +114,63 @@ def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
     return bool(np.abs(np.einsum("ij,ij->i", around, face.normals)).max() < COAXIAL * distance.max())
 
 
+def own_line(face: Sampled, axis: Axis, size: float) -> Axis | None:
+    """Return the line, parallel to the axis, about which a face is a surface of revolution: the axis itself if it is.
+
+    Parameters
+    ----------
+    face : Sampled
+        Sampled face.
+    axis : Axis
+        Axis of the bushing.
+    size : float
+        Largest extent of the part, mm.
+    """
+    if is_coaxial(face, axis, size):
+        return axis
+    own = axis_of(face, size)
+    if own is None or np.linalg.norm(np.cross(own.direction, axis.direction)) > SAME_AXIS:
+        return None
+    return Axis(own.point, axis.direction)
+
+
+def turned_about(faces: Sequence[Sampled], axis: Axis, size: float) -> Array:
+    """Return a point of the line about which the inner sleeve turns, mm: its own axis, if that is parallel to the axis.
+
+    A bore may be eccentric in its housing, whose faces then have most of the curved area.
+
+    Parameters
+    ----------
+    faces : Sequence[Sampled]
+        Sampled faces of the inner bond.
+    axis : Axis
+        Axis of the bushing.
+    size : float
+        Largest extent of the part, mm.
+    """
+    for face in sorted(faces, key=lambda face: -face.area):
+        line = own_line(face, axis, size)
+        if line is not None:
+            return line.point
+    return axis.point
+
+
+def distance_between(one: Array, other: Array, direction: Array, size: float) -> float:
+    """Return the distance of two parallel lines, mm; 0 if it is less than what exports round.
+
+    Parameters
+    ----------
+    one, other : Array
+        A point of each, shape (3,), mm.
+    direction : Array
+        Of both, shape (3,), a unit vector.
+    size : float
+        Largest extent of the part, mm.
+    """
+    distance = float(np.linalg.norm(from_axis(other[None, :], Axis(one, direction))))
+    return distance if distance > SAME_AXIS * size else 0.0
+
+
 def from_axis(points: Array, axis: Axis) -> Array:
     """Vectors from the axis to points, normal to it, shape (n, 3), mm.
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.cad.axis import Axis, from_axis, is_coaxial
+from geometry.blocks import Array
+from geometry.cad.axis import Axis, distance_between, from_axis, is_coaxial, own_line
 from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
-from geometry.cad.rules import Rule, hexadecimal, selected
+from geometry.cad.rules import STRAIGHT, Rule, hexadecimal, selected
 from geometry.cad.sampling import Sampled
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
@@ -62,12 +63,20 @@ def find_bonds(
     Raises
     ------
     GeometryError
-        A rule selects no face beside others that do, or a face belongs to both bonds.
+        A rule selects no face beside others that do, a face belongs to both bonds, or the inner bond is outside.
     """
     labels = {face.tag: FREE for face in faces}
     how: dict[str, str] = {}
-    for bond in BONDS:
-        found, words = _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ()))
+    every = {bond: _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ())) for bond in BONDS}
+    for bond, other in zip(BONDS, reversed(BONDS), strict=True):
+        found, words = every[bond]
+        if (
+            rules.get(bond)
+            and all(rule.is_box for rule in rules[bond])
+            and not _by_boxes(rules.get(other, ()))
+        ):
+            # A box around an outer face contains the inner one, too, which the other bond names more precisely.
+            found = [tag for tag in found if tag not in every[other][0]]
         twice = [tag for tag in found if labels[tag] != FREE]
         if twice:
             raise GeometryError(
@@ -79,7 +88,32 @@ def find_bonds(
         if found:
             labels |= dict.fromkeys(found, bond)
             how[bond] = words
+    _refuse_exchanged(labels, faces, axis)
     return Bonds(labels, how)
+
+
+def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis: Axis) -> None:
+    away = {
+        bond: [
+            d
+            for f in faces
+            if labels[f.tag] == bond
+            for d in np.linalg.norm(from_axis(f.points, axis), axis=1)
+        ]
+        for bond in BONDS
+    }
+    if all(away.values()) and min(away["inner"]) >= max(away["outer"]):
+        raise GeometryError(
+            "geometry.bonds",
+            f"all of the inner bond is farther from the axis ({min(away['inner']):.4g} mm and more) than the outer one",
+            "inner and outer the other way round",
+            view_of(labels),
+        )
+
+
+def _by_boxes(rules: Sequence[Rule]) -> bool:
+    """Whether a rule of a bond says no more than where faces lie."""
+    return any(rule.is_box for rule in rules)
 
 
 def _bond(
@@ -121,11 +155,14 @@ def _bond(
         return coloured, "by the colours of faces in the file"
     rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
     side = "nearest to" if bond == "inner" else "farthest from"
-    return _extreme(rubber, axis, part.size, bond), f"found: the large coaxial faces {side} the axis"
+    coaxial = _extreme(rubber, axis, part.size, bond)
+    if coaxial:
+        return coaxial, f"found: the large coaxial faces {side} the axis"
+    return _only(rubber, axis, part.size, bond), "found: the only cylindrical surface, beside the axis"
 
 
 def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
-    """Return what rules can select: radii of cylinders about the axis, names and colours of faces.
+    """Return what rules can select: radii, normals, names and colours of faces, and where other faces lie.
 
     Parameters
     ----------
@@ -134,22 +171,47 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     axis : Axis
     part : Part
     """
-    radii = sorted(
-        {
-            float(f"{np.linalg.norm(from_axis(face.points, axis), axis=1).mean():.4g}")
-            for face in faces
-            if face.kind == "Cylinder" and is_coaxial(face, axis, part.size)
-        }
-    )
+    lines = {face.tag: own_line(face, axis, part.size) for face in faces if face.kind == "Cylinder"}
+    cylinders = [(face, line) for face in faces if (line := lines.get(face.tag)) is not None]
+    radii = {line is axis: set[float]() for _, line in cylinders}
+    for face, line in cylinders:
+        radii[line is axis].add(float(f"{_radius(face, line):.4g}"))
+    sides = [
+        face.normals[0]
+        for face in faces
+        if face.kind == "Plane"
+        and len(face.normals)
+        and abs(face.normals[0] @ axis.direction) < 1.0 - STRAIGHT
+    ]
+    others = [
+        face
+        for face in faces
+        if face.kind != "Plane" and len(face.points) and own_line(face, axis, part.size) is None
+    ]
     names = sorted({name for face in faces if (name := part.face_names.get(face.tag, ""))})
     colours = sorted({hexadecimal(part.colours[face.tag]) for face in faces if face.tag in part.colours})
     shown = [
-        ("cylinders about the axis of radius {} mm", [f"{radius:g}" for radius in radii]),
+        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(radii.get(True, ()))]),
+        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(radii.get(False, ()))]),
+        ("plane faces with normal {}", sorted({_rounded(normal) for normal in sides})),
+        ("other faces in the boxes {}", sorted(map(_box, others))),
         ("faces named {}", names),
         ("faces in {}", colours),
     ]
     said = [text.format(", ".join(found[:MOST_SHOWN])) for text, found in shown if found]
     return "; ".join(said) or "no cylinders about the axis, names or colours"
+
+
+def _rounded(vector: Array) -> str:
+    """Write a vector as in the case file."""
+    return "[" + ", ".join(f"{round(float(x), 4) + 0.0:g}" for x in vector) + "]"
+
+
+def _box(face: Sampled) -> str:
+    """Write the box around a face's samples as in the case file, a millimetre wider."""
+    return (
+        "[" + ", ".join(map(_rounded, (face.points.min(axis=0) - 1.0, face.points.max(axis=0) + 1.0))) + "]"
+    )
 
 
 def _owner(face: int) -> int:
@@ -168,6 +230,28 @@ def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> li
     return [face.tag for face in ordered[0 if bond == "inner" else 1]]
 
 
+def _only(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
+    """Return the faces about one line parallel to the axis, as of an eccentric bore; none if there are several lines.
+
+    Several holes may be voids.
+    """
+    toward = -1.0 if bond == "inner" else 1.0
+    found: list[tuple[int, Axis]] = []
+    for face in faces:
+        line = own_line(face, axis, size)
+        if line is not None and _looks_along(face, line, toward, size):
+            found.append((face.tag, line))
+    apart = [distance_between(found[0][1].point, line.point, axis.direction, size) for _, line in found]
+    return [tag for tag, _ in found] if not any(apart) else []
+
+
+def _looks_along(face: Sampled, line: Axis, toward: float, size: float) -> bool:
+    """Whether the normals of a face point at a line (`toward` -1) or away from it (1)."""
+    radial = from_axis(face.points, line)
+    radial /= np.maximum(np.linalg.norm(radial, axis=1, keepdims=True), 1e-12 * size)
+    return float(np.mean(toward * np.einsum("ij,ij->i", radial, face.normals))) > RADIAL
+
+
 def _radius(face: Sampled, axis: Axis) -> float:
     return float(np.linalg.norm(from_axis(face.points, axis), axis=1).mean())
 
@@ -179,9 +263,7 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
     for face in faces:
         if not is_coaxial(face, axis, size):
             continue
-        radial = from_axis(face.points, axis)
-        radial /= np.maximum(np.linalg.norm(radial, axis=1, keepdims=True), 1e-12 * size)
-        if float(np.mean(toward * np.einsum("ij,ij->i", radial, face.normals))) > RADIAL:
+        if _looks_along(face, axis, toward, size):
             radii[face.tag] = _radius(face, axis)
     if not radii:
         return []

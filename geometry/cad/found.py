@@ -11,15 +11,17 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from geometry.blocks import Array
-from geometry.cad.axis import Axis, find_axis
-from geometry.cad.bonds import Bonds, find_bonds, selectable
+from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
+from geometry.cad.bonds import FREE, Bonds, find_bonds, selectable
 from geometry.cad.frame import Frame, frame_of
+from geometry.cad.notes import notes_of
 from geometry.cad.part import Part, Unit, open_part
 from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, sample
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
+from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
 from geometry.joined import BONDS, refuse_loose
 from geometry.session import model, session
@@ -127,7 +129,8 @@ def find_part(wanted: Wanted) -> FoundPart:
         axis, how = _axis(wanted, part, faces)
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
-        _require(bonds, faces, where, selectable(faces, axis, part))
+        _require(bonds, roles, part, where, selectable(faces, axis, part))
+        _refuse_segment(bonds, faces, axis, where)
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
         refuse_loose(bodies, groups, 3, where, part.scale, view_of(bonds.labels))
@@ -167,17 +170,33 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
     return found, "found"
 
 
-def _require(bonds: Bonds, faces: Sequence[Sampled], where: str, there: str) -> None:
+def _refuse_segment(bonds: Bonds, faces: Sequence[Sampled], axis: Axis, where: str) -> None:
+    cuts = [f for f in faces if f.kind == "Plane" and len(f.points) and bonds.labels[f.tag] == FREE]
+    if cuts:
+        points = np.concatenate([face.points for face in faces])
+        normals, places = (
+            np.array([a[0] for a in each])
+            for each in zip(*((f.normals, f.points) for f in cuts), strict=True)
+        )
+        refuse_segment(points, normals, places, axis, where, view_of(bonds.labels))
+
+
+def _require(bonds: Bonds, roles: Mapping[int, str], part: Part, where: str, there: str) -> None:
     missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
     if missing:
         both = " and ".join(f'"{bond}"' for bond in missing)
+        solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
+        taken = (
+            f"; the solids were taken for: {solids} (geometry.solids to change that)"
+            if len(roles) > 1
+            else ""
+        )
         raise GeometryError(
             where,
             f"no face was found for the bond {both}: the rubber would not be held",
-            f"geometry.bonds with radius, normal, box, face or colour; there are {there}",
+            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
             view_of(bonds.labels),
         )
-    assert faces
 
 
 def _described(
@@ -197,9 +216,13 @@ def _described(
     }
     along = np.concatenate([by_tag[tag].points for tag in groups["inner"]]) @ axis.direction
     low, high = _extent(groups["inner"], axis, part.scale, along)
-    centre = axis.point + (0.5 * (low + high) - axis.point @ axis.direction) * axis.direction
+    turned = turned_about([by_tag[tag] for tag in groups["inner"]], axis, part.size)
+    centre = turned + (0.5 * (low + high) - turned @ axis.direction) * axis.direction
     if wanted.origin is not None:
-        centre = np.array(wanted.origin, dtype=float)
+        centre, turned = np.array(wanted.origin, dtype=float), centre
+    # The file's own axis where the centre is on another line; the inner bond's where the case gives the origin.
+    line = turned if wanted.origin is not None else axis.point
+    beside = distance_between(centre, line, axis.direction, part.size)
     frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
     for tag in meshed:
@@ -223,7 +246,9 @@ def _described(
         curved={face.tag: (face.area, part.scale * _least_radius(face.tag)) for face in faces},
         edges=part.scale * _around([tag for bond in BONDS for tag in groups[bond]]),
         scale=part.scale,
-        notes=_notes(wanted, part, roles, meshed, frame, how, bonds, areas, planes),
+        notes=notes_of(
+            part, roles, meshed, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
+        ),
         view=view,
         wall=_wall(groups, by_tag, frame, axis, part.scale),
     )
@@ -307,37 +332,3 @@ def _frame(
             if {"x", "y"} & planes_of(other):
                 return other, planes_of(other)
     return frame, planes
-
-
-def _notes(
-    wanted: Wanted,
-    part: Part,
-    roles: Mapping[int, str],
-    meshed: Sequence[int],
-    frame: Frame,
-    how: str,
-    bonds: Bonds,
-    areas: Mapping[str, float],
-    planes: Planes,
-) -> tuple[str, ...]:
-    notes = []
-    for tag, role in roles.items():
-        state = "" if role == RUBBER else ", elastic" if tag in meshed else ", rigid"
-        volume = part.scale**3 * float(model().occ.getMass(3, tag))
-        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
-    notes.append(
-        f"axis {how}: direction {_vector(frame.rows[2])} through {_vector(frame.centre)} mm, the bushing's centre"
-        + (", given" if wanted.origin is not None else "")
-    )
-    for bond, words in bonds.how.items():
-        count = sum(label == bond for label in bonds.labels.values())
-        notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
-    notes.append(
-        f"a radial load acts along {_vector(frame.rows[0])}" + (", given" if wanted.direction else "")
-    )
-    notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
-    return tuple(notes)
-
-
-def _vector(vector: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"

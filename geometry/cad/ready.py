@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from geometry.blocks import Array
 from geometry.cad.axis import Axis
 from geometry.cad.frame import frame_of
+from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
+from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
@@ -32,7 +34,6 @@ UNIT = 'unit = "mm", "cm", "m" or "inch": that of the numbers in the file; absen
 #: Types of cells by meshio's names.
 KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
 #: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
-_TETRAHEDRON = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 9, 7), (1, 2, 3, 5, 8, 9), (0, 3, 2, 7, 8, 6))
 _HEXAHEDRON = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7))
 FREE, RUBBER = "free", "rubber"
 #: Spread of the normals along the axis, over that across it, up to which an inner bond is a cylinder.
@@ -104,13 +105,14 @@ def read_mesh(
     facets = _boundaries(mesh, outer, str(path))
     _refuse_loose(points, every, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
+    _refuse_segment(points, facets, line, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)
     frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
     points = frame.local(points)
     raw = RawMesh(points, KINDS[kinds[0]], cells, facets)
-    measures = {name: _volume(points, own) for name, own in cells.items()}
+    measures = {name: volume(points, own) for name, own in cells.items()}
     measures |= {
-        f"{name}_bond" if name in ("inner", "outer") else name: _area(points, own)
+        f"{name}_bond" if name in ("inner", "outer") else name: area(points, own)
         for name, own in facets.items()
     }
     notes = (
@@ -121,6 +123,13 @@ def read_mesh(
     )
     bonds = {name: cylindrical(points[np.unique(facets[name])]) for name in ("inner", "outer")}
     return ReadyMesh(raw, measures, _view(points, facets), notes, wall_of(bonds))
+
+
+def _refuse_segment(points: Array, facets: Mapping[str, Ints], axis: Axis, where: str) -> None:
+    if FREE in facets:
+        t = triangles(points, facets[FREE])
+        normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+        refuse_segment(points, normals, t[:, 0], axis, where, _view(points, facets))
 
 
 def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where: str) -> None:
@@ -152,7 +161,7 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
 
 def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
     """The line that the normals of the inner bond meet, through the bond's middle."""
-    t = _triangles(points, inner)
+    t = triangles(points, inner)
     normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
     if given is None:
         _, spread, rows = np.linalg.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))
@@ -253,9 +262,9 @@ def _outer_facets(cells: Ints, kind: str) -> Ints:
 
 def _facet_tables(kind: str) -> list[tuple[int, ...]]:
     if kind == "tetra":
-        return [table[:3] for table in _TETRAHEDRON]
+        return [table[:3] for table in TETRAHEDRON]
     if kind == "tetra10":
-        return list(_TETRAHEDRON)
+        return list(TETRAHEDRON)
     return list(_HEXAHEDRON)
 
 
@@ -292,29 +301,7 @@ def _nodes_of(mesh: Any, name: str) -> Ints:
     return np.unique(np.concatenate(nodes)).astype(np.int64) if nodes else np.zeros(0, dtype=np.int64)
 
 
-def _volume(points: Array, cells: Ints) -> float:
-    """Volume of cells with flat sides, mm^3; that of curved ones differs a little."""
-    corners = points[cells[:, :4]] if cells.shape[1] in (4, 10) else None
-    if corners is not None:
-        a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
-        return float(np.abs(np.einsum("ij,ij->i", np.cross(a, b), c)).sum() / 6)
-    # A hexahedron is five tetrahedra.
-    parts = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
-    return sum(_volume(points, cells[:, list(part)]) for part in parts)
-
-
-def _area(points: Array, facets: Ints) -> float:
-    t = _triangles(points, facets)
-    return float(0.5 * np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1).sum())
-
-
-def _triangles(points: Array, facets: Ints) -> Array:
-    if facets.shape[1] in (3, 6):
-        return np.asarray(points[facets[:, :3]])
-    return np.concatenate([points[facets[:, [0, 1, 2]]], points[facets[:, [0, 2, 3]]]])
-
-
 def _view(points: Array, facets: Mapping[str, Ints]) -> View:
-    parts = [_triangles(points, own) for own in facets.values()]
+    parts = [triangles(points, own) for own in facets.values()]
     label = np.concatenate([np.full(len(part), i) for i, part in enumerate(parts)])
     return View(np.concatenate(parts), label, tuple(facets))

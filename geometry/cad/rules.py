@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
-from geometry.cad.axis import Axis, from_axis, is_coaxial
+from geometry.cad.axis import Axis, from_axis, own_line
 from geometry.cad.sampling import Sampled
 
 #: A radius or a box is met within this share of the part's size, a normal within this sine.
@@ -33,7 +33,9 @@ class Rule(BaseModel):
 
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
-    radius: float | None = Field(default=None, gt=0, description="of cylinders about the axis, mm")
+    radius: float | None = Field(
+        default=None, gt=0, description="of cylinders about the axis or a parallel, mm"
+    )
     normal: Vector | None = Field(
         default=None, description="of plane faces, out of the rubber, in the file's axes"
     )
@@ -57,6 +59,11 @@ class Rule(BaseModel):
         return self
 
     @property
+    def is_box(self) -> bool:
+        """Whether it says no more than where the faces lie."""
+        return self.model_fields_set == {"box"}
+
+    @property
     def text(self) -> str:
         """The conditions as in the case file."""
         given = self.model_dump(exclude_none=True)
@@ -69,6 +76,7 @@ class Rule(BaseModel):
         size: float,
         names: Mapping[int, str],
         colours: Mapping[int, tuple[int, int, int]],
+        parallel: bool = False,
     ) -> bool:
         """Whether a face meets all conditions.
 
@@ -84,10 +92,12 @@ class Rule(BaseModel):
             Names of faces by their tag.
         colours : Mapping[int, tuple[int, int, int]]
             Colours of faces (red, green, blue, 0 to 255) by their tag.
+        parallel : bool
+            Whether the radius may be about any line that is parallel to the axis.
         """
         return all(
             (
-                self.radius is None or _at_radius(face, axis, self.radius, size),
+                self.radius is None or _at_radius(face, axis, self.radius, size, parallel),
                 self.normal is None or _looks(face, self.normal),
                 self.box is None or _within(face, self.box, size),
                 self.face is None or names.get(face.tag, "").lower() == self.face.lower(),
@@ -113,6 +123,9 @@ def selected(
 ) -> list[int]:
     """Faces that meet one of the rules.
 
+    Where no cylinder about the axis has the radius of a rule, those about lines parallel to it count, as an eccentric
+    bore does.
+
     Parameters
     ----------
     rules : Sequence[Rule]
@@ -128,7 +141,14 @@ def selected(
     colours : Mapping[int, tuple[int, int, int]]
         Colours of faces (red, green, blue, 0 to 255) by their tag.
     """
-    return [f.tag for f in faces if any(rule.selects(f, axis, size, names, colours) for rule in rules)]
+    found: list[int] = []
+    for rule in rules:
+        for parallel in (False, True):
+            own = [f.tag for f in faces if rule.selects(f, axis, size, names, colours, parallel)]
+            if own:
+                break
+        found += own
+    return [face.tag for face in faces if face.tag in found]
 
 
 def hexadecimal(colour: tuple[int, int, int] | None) -> str:
@@ -136,9 +156,12 @@ def hexadecimal(colour: tuple[int, int, int] | None) -> str:
     return "" if colour is None else "#" + "".join(f"{part:02x}" for part in colour)
 
 
-def _at_radius(face: Sampled, axis: Axis, radius: float, size: float) -> bool:
-    distance = np.linalg.norm(from_axis(face.points, axis), axis=1)
-    return bool(is_coaxial(face, axis, size) and np.all(np.abs(distance - radius) < NEAR * size))
+def _at_radius(face: Sampled, axis: Axis, radius: float, size: float, parallel: bool) -> bool:
+    about = own_line(face, axis, size)
+    if about is None or (about is not axis and not parallel):
+        return False
+    distance = np.linalg.norm(from_axis(face.points, about), axis=1)
+    return bool(np.all(np.abs(distance - radius) < NEAR * size))
 
 
 def _looks(face: Sampled, normal: Sequence[float]) -> bool:

@@ -37,7 +37,10 @@ def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
         size = float(np.ptp(outline, axis=0).max())
         if outline[:, 0].min() < -CLOSE * size:
             r, z = outline[np.argmin(outline[:, 0])]
-            raise GeometryError(where, f"the outline has a negative radius at ({r:.4g}, {z:.4g})", "r >= 0")
+            what = f"the outline has a negative radius at ({r:.4g}, {z:.4g})"
+            raise GeometryError(
+                where, what, "x is the radius and y the axis: draw the half of the section with x >= 0"
+            )
         crossing = _crossing(outline)
         if crossing is not None:
             r, z = crossing

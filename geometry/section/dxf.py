@@ -59,7 +59,8 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
             str(path),
             "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
         )
-    return _loops(curves, str(path))
+    off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden)
+    return _loops(curves, str(path), off)
 
 
 def _curves(entity: Any, scale: float, hidden: Set[str] = frozenset()) -> Iterator[Curve]:
@@ -112,7 +113,7 @@ def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], .
     return tuple((float(p.x) * scale, float(p.y) * scale) for p in points)
 
 
-def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
+def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loop, ...]:
     """Chain the curves: first those of one layer that close by themselves, then the rest."""
     every = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
     gap = GAP * float(np.ptp(every, axis=0).max())
@@ -130,10 +131,17 @@ def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
             (p for p in ends if sum(np.hypot(p[0] - q[0], p[1] - q[1]) <= gap for q in ends) == 1), ends[0]
         )
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
+        away = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
+        width, there = min(
+            ((d, q) for d, q in zip(away, ends, strict=True) if d > gap), default=(0.0, lonely)
+        )
+        nearest = f", {width:.3g} mm from the next open end at ({there[0]:g}, {there[1]:g})" if width else ""
+        hidden = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
         raise GeometryError(
             where,
-            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}); left over are {len(left)} curves of {layers}",
-            "closed outlines only: no centre lines, no lines twice",
+            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; left over are {len(left)} curves of "
+            f"{layers}{hidden}",
+            f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no lines twice",
         )
     return (*(Loop(loop) for loop in closed), *loops)
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from geometry.errors import GeometryError
+from geometry.joined import BONDS
 from geometry.section.outline import FREE, Curve, Loop
 
 #: Names of edges that do not name a plate.
@@ -42,11 +43,14 @@ def with_plates(loops: Sequence[Loop], where: str) -> tuple[Loop, ...]:
 def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     chains = [chain for loop in loops for chain in _chains(loop, name)]
     if len(chains) != 2:
+        meant = next((bond for bond in BONDS if bond in name.lower()), None)
         raise GeometryError(
             where,
             f'the name "{name}" is given to {len(chains)} row{"s" * (len(chains) > 1)} of edges: a plate is bonded to '
             "rubber on two sides",
-            f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
+            f'did you mean "{meant}"?'
+            if meant
+            else f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
     one, other = chains
     start, end = one[0].points[0], one[-1].points[-1]

@@ -32,6 +32,7 @@ PLANES = {
     "metres": "xyz",
     "tilted": "xyz",
     "cone": "xy",
+    "eccentric": "yz",
     "coloured": "xy",
 }
 
@@ -116,9 +117,37 @@ def test_units_rules_and_axis_of_the_case(folder):
             r"rule 2 of 2 \(radius = 11.0\) selects no face .*of radius 10, 22, 27 mm",
         ),
         ({"bonds": {"inner": {"radius": 10.0}, "outer": {"radius": 10.0}}}, "have 1 face in common"),
+        (
+            {"bonds": {"inner": {"radius": 22.0}, "outer": {"radius": 10.0}}},
+            "inner bond is farther from the axis",
+        ),
     ):
         with pytest.raises(GeometryError, match=said):
             CAD(file=flanged, **wrong).found  # noqa: B018
+
+
+def test_an_eccentric_bore_turns_about_its_own_axis(folder):
+    """The curved area is mostly that of the outside, 2 mm beside the bore."""
+    file = str(make("eccentric", folder))
+    found = CAD(file=file)
+    assert found.found.frame.centre == pytest.approx((2.0, 0.0, 0.0), abs=1e-6)
+    assert any("an axis of its own, 2 mm from that of most faces" in note for note in found.notes)
+    given = CAD(file=file, axis=(0, 0, 1), origin=(0, 0, 0))
+    assert given.found.frame.centre == (0.0, 0.0, 0.0)
+    assert any("the given origin is 2 mm from the inner bond's own axis" in note for note in given.notes)
+    assert not any("torsion" in note for note in CAD(file=str(make("plain", folder))).notes)
+    # A radius about a line beside the axis, and a box that also contains the bore.
+    around = [[-23, -23, -19], [23, 23, 19]]
+    ruled = CAD(file=file, bonds={"inner": {"radius": 10.0}, "outer": {"box": around}})
+    assert ruled.measures() == pytest.approx(found.measures())
+    assert found.measures()["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+
+
+def test_a_radius_about_the_axis_goes_before_one_beside_it(folder):
+    """Voids of the same radius are not taken for the bond."""
+    void = CAD(file=str(make("one_void", folder)))
+    ruled = CAD(file=void.file, bonds={"inner": {"radius": 10.0}, "outer": {"radius": 22.0}})
+    assert ruled.measures() == pytest.approx(void.measures())
 
 
 @pytest.mark.parametrize(
@@ -157,20 +186,37 @@ def test_bodies_of_a_mesh_share_nodes(rings, said, folder):
     assert error.value.view is not None
 
 
-def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),)):
+def test_measures_of_a_mesh_have_its_curved_sides(folder):
+    """Flat sides of 16 elements around leave 2.6 % of a circle's area, second-order ones almost nothing."""
+    flat, curved = (
+        CAD(file=str(_written(folder / f"measured{order}.msh", order))).measures() for order in (1, 2)
+    )
+    exact = {"rubber": np.pi * (22**2 - 10**2) * 40, "inner_bond": 2 * np.pi * 10 * 40}
+    for name, value in exact.items():
+        assert curved[name] == pytest.approx(value, rel=1e-4)
+        assert flat[name] != pytest.approx(value, rel=2e-3)
+
+
+def test_a_quarter_of_a_mesh_is_refused(folder):
+    file = _written(folder / "quarter.msh", 2, share=0.25)
+    with pytest.raises(GeometryError, match="holds 90 of 360 degrees of a bushing"):
+        CAD(file=str(file)).found  # noqa: B018
+
+
+def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),), share=1.0):
     import gmsh
 
-    from tests.parts import ring
+    from tests.parts import quarter, ring
 
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.MshFileVersion", version)
         gmsh.model.add("mesh")
-        bodies = [ring(*radii) for radii in rings]
+        bodies = [ring(*radii) for radii in rings] if share == 1.0 else [quarter()]
         gmsh.model.occ.synchronize()
         # The faces at 10 and 22 mm have these areas.
-        areas = {name: 2 * np.pi * r * 40 for name, r in zip(names, (10, 22), strict=True)}
+        areas = {name: share * 2 * np.pi * r * 40 for name, r in zip(names, (10, 22), strict=True)}
         for _, face in gmsh.model.getEntities(2):
             for name, area in areas.items():
                 if gmsh.model.getType(2, face) == "Cylinder" and gmsh.model.occ.getMass(
