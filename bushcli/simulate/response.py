@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Share of the way within which what is wrong is the assembly's doing.
+AT_ONCE = 0.2
 # Force at rest over the force range above which the zero of a rig matters: as large as a load cell's error, 0.5 to 1 %.
 AT_REST = 0.01
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The edges of the bonds
@@ -148,10 +151,17 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
     channel : Simulated
     """
     folded = OVERHANGING if case.geometry.meeting == "sleeves" else LONGER_SLEEVES
-    acts = {one.effect.acts for one in case.effects if one.acts_on(channel.name, channel.mode)}
+    acting = [one.effect for one in case.effects if one.acts_on(channel.name, channel.mode)]
+    acts = {one.acts for one in acting}
     # An effect of the rig, such as an offset, may give a force at rest as well.
     assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
-    return [*_of_the_march(channel, folded), *assembled, *_of_the_rubber(channel), *_of_the_rest(channel)]
+    made = " and ".join(readable_name(one.name) for one in acting if one.acts == "assembly")
+    return [
+        *_of_the_march(channel, folded, made),
+        *assembled,
+        *_of_the_rubber(channel),
+        *_of_the_rest(channel),
+    ]
 
 
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
@@ -194,8 +204,17 @@ def _unloaded(q: Array, force: Array, stiffness: float) -> float:
     return float(min(crossings, key=abs)) if len(crossings) else float(-force[0] / stiffness)
 
 
-def _of_the_march(channel: Simulated, folded: str) -> list[Condition]:
-    """Return how far the march went, and how far its elements can be trusted."""
+def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
+    """Return how far the march went, and how far its elements can be trusted.
+
+    Parameters
+    ----------
+    channel : Simulated
+    folded : str
+        Remedy where rubber folds.
+    assembly : str
+        Effects of the assembly, which act before the load; empty if there are none.
+    """
     found = []
     strained = channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
@@ -211,10 +230,13 @@ def _of_the_march(channel: Simulated, folded: str) -> list[Condition]:
             )
         )
     if strained.distorted is not None:
+        at = f"at {abs(strained.distorted) * factor:.4g} {unit}"
+        if assembly and abs(strained.distorted) < AT_ONCE * abs(channel.target):
+            at, folded = f"{at}, after the assembly ({assembly}),", ""
         found.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: at {abs(strained.distorted) * factor:.4g} {unit} some rubber elements are "
+                f"{channel.name}: {at} some rubber elements are "
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",
