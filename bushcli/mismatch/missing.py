@@ -28,6 +28,8 @@ TINY = 5e-4
 POINTS, TIMES = 9, 12
 # Least share of the missing force's square that a sentence has to describe.
 SAYS = 0.5
+# The same of one coefficient for each cycle, of which there are many.
+BY_CYCLE = 0.8
 # Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
 PRICE, UNSAID = 0.05, 0.1
 
@@ -136,7 +138,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     if size < TINY:
         return []
     found = []
-    elastic = _elastic(recording, mean)
+    elastic, is_even = _elastic(recording, mean)
     for basis, words, timed in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
         share = _described(basis, mean)
@@ -150,8 +152,16 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
             found.append((share * size, at + words(a)))
     if found:
         return found
+    share, text = max(_by_cycle(recording, mean))
+    if share > max(BY_CYCLE, elastic):
+        return [(share * size, at + text)]
     if elastic > SAYS:
-        text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range), as another law would"
+        law = (
+            ": it has one sign in both directions, which no law of a symmetric bushing gives"
+            if is_even
+            else ", as another law would"
+        )
+        text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range){law}"
         return [(elastic * size, at + text)]
     text = f"a missing force of {100 * size:.1f} % of the range follows neither displacement, time nor cycle alone"
     return [(UNSAID * size, at + text)]
@@ -208,11 +218,38 @@ def _passes(recording: Recording) -> tuple[Array, Array]:
     return loading, cycle
 
 
-def _elastic(recording: Recording, mean: Array) -> float:
-    """Share of the missing force's square that is a function of the displacement."""
+def _by_cycle(recording: Recording, mean: Array) -> list[tuple[float, str]]:
+    """Shares of the missing force's square that a constant, or a factor, of each cycle describes, with a sentence."""
+    _, cycle = _passes(recording)
+    numbers = sorted(set(cycle))
+    if len(numbers) < 3:
+        return [(0.0, "")]
+    own = np.column_stack([np.where(cycle == one, 1.0, 0.0) for one in numbers])
+    found = []
+    for basis, what, unit in (
+        (own, "zero of the force", float(np.ptp(recording.force))),
+        (own * recording.force[:, None], "stiffness", 1.0),
+    ):
+        size = np.linalg.lstsq(basis, mean, rcond=None)[0] / unit
+        text = (
+            f"the {what} differs from cycle to cycle, by {100 * size.min():+.1f} to {100 * size.max():+.1f} %"
+        )
+        text += " of the range" if what != "stiffness" else ""
+        found.append((_described(basis, mean), text))
+    return found
+
+
+def _elastic(recording: Recording, mean: Array) -> tuple[float, bool]:
+    """Share of the missing force's square that is a function of the displacement, and whether that is mostly even."""
     place = _binned(recording.displacement, np.arange(len(mean)), 12)
     smooth = np.zeros(len(mean))
     for _, index in place:
         if len(index):
             smooth[index] = np.mean(mean[index])
-    return 1.0 - float(np.sum((mean - smooth) ** 2)) / float(mean @ mean)
+    share = 1.0 - float(np.sum((mean - smooth) ** 2)) / float(mean @ mean)
+    x, value = (
+        np.array(each) for each in zip(*((q, np.mean(mean[i])) for q, i in place if len(i)), strict=True)
+    )
+    both = np.linspace(0.0, min(max(x[-1], 0.0), max(-x[0], 0.0)), POINTS)
+    there, back = np.interp(both, x, value), np.interp(-both, x, value)
+    return share, bool(np.sum((there + back) ** 2) > np.sum((there - back) ** 2))

@@ -128,7 +128,7 @@ def read_mesh(
 def _refuse_segment(points: Array, facets: Mapping[str, Ints], axis: Axis, where: str) -> None:
     if FREE in facets:
         t = triangles(points, facets[FREE])
-        normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+        normals: Array = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]).astype(np.float64)
         refuse_segment(points, normals, t[:, 0], axis, where, _view(points, facets))
 
 

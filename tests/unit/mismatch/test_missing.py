@@ -92,8 +92,27 @@ def test_a_zero_that_drifts_is_said_so():
 
 
 def test_what_another_law_would_do_is_said_to_follow_the_displacement():
+    found = described(compared(LAW + 0.08 * SPAN * np.sin(np.pi * Q / 3.0)))
+    assert any(
+        "follows the displacement alone" in one and "as another law would" in one for one in found.text
+    )
+
+
+def test_what_has_one_sign_in_both_directions_is_no_law():
     found = described(compared(LAW + 0.08 * SPAN * np.cos(np.pi * Q / 4.0)))
-    assert any("follows the displacement alone" in one for one in found.text)
+    (said,) = found.text
+    assert "follows the displacement alone" in said
+    assert "no law of a symmetric bushing" in said
+
+
+@pytest.mark.parametrize(("factor", "words"), [(0.0, "the zero of the force"), (1.0, "the stiffness")])
+def test_what_differs_from_cycle_to_cycle_is_said_so(factor, words):
+    """Neither a drift nor one step: up and down again."""
+    jumps = np.array([0.0, 0.04, -0.04, 0.03, -0.05, 0.05, -0.03, 0.04, -0.04])[
+        np.unique(cycle(), return_inverse=True)[1]
+    ]
+    found = described(compared(LAW + jumps * (LAW if factor else SPAN)))
+    assert found.text[0].startswith(f"{words} differs from cycle to cycle, by -")
 
 
 def test_noise_is_no_physics():
