@@ -71,7 +71,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
             one.probability,
             one.log_evidence - base,
             one.state.size if one.predicted is None else None,
-            one.state.evidence.judged.phi if one.predicted is None else None,
+            one.state.evidence.judged.phi if one.predicted is None and one.model.effects else None,
             {active.identity: active.variant for active in one.model.effects if active.variant},
         )
         for one in models
@@ -146,7 +146,8 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         percent[one.name] = float(100.0 * size / np.ptp(one.recording.force))
     left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
-    return FormError(judged.phi, percent, 1.0 if left <= allowed else allowed / left)
+    share = judged.phi if best.state.model.effects and not best.unknown else 0.0
+    return FormError(share, percent, 1.0 if left <= allowed else allowed / left)
 
 
 # -- doubts --------------------------------------------------------------------------------------------------------

@@ -225,16 +225,15 @@ def form_error_line(found: Diagnosis) -> str:
     form = found.form_error
     if not found.models:
         return ""
-    if not form.share > 0:
-        exact = "The formulas of the most probable model are assumed to be exact"
-        return exact if UNKNOWN in found.models[0].effects else f"{exact}: what it leaves is noise"
-    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items()]
-    size = f" (of the force range: {listed(by_channel)})" if by_channel else ""
+    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
+    size = f"of {listed(by_channel)} (rms, of the force range)"
     only = "" if form.covers >= 0.5 else "only "
-    return (
-        f"The formulas of the most probable model are assumed to err by {percent(100 * form.share)} of the misfit "
-        f"of the plain law{size}; this explains {only}{_share(form.covers)} of the remaining misfit above the noise"
-    )
+    covered = f"{only}{_share(form.covers)} of the remaining misfit above the noise"
+    if UNKNOWN in found.models[0].effects:
+        return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
+    if not by_channel:
+        return "The formulas of the most probable model are assumed to be exact: what it leaves is noise"
+    return f"The formulas of the most probable model are assumed to err by {size[3:]}; this accounts for {covered}"
 
 
 def rival_lines(found: Diagnosis) -> list[str]:

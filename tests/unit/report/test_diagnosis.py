@@ -421,8 +421,8 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
         "0.83 of the 1.05 bit of information that are still open, in about 8 minutes",
-        "assumed to err by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
-        "radial); this explains 96 % of the remaining misfit above the noise.",
+        "assumed to err by 0.40 % in axial and 0.40 % in radial (rms, of the force range); this accounts for 96 % of "
+        "the remaining misfit above the noise.",
         "radial (held out)",
         "7 models were fitted, others predicted; to fit these as well could shift 12 % of the probability",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
@@ -463,12 +463,20 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     assert "exact: what it leaves is noise" in form_error_line(
         replace(found, form_error=FormError(0.0, {}, 1.0))
     )
-    assert "this explains only 30 %" in form_error_line(replace(found, form_error=FormError(0.1, {}, 0.3)))
-    assert "this explains all of the remaining misfit" in form_error_line(
-        replace(found, form_error=FormError(0.1, {}, 1.0))
+    half = {"axial": 0.5, "radial": 0.0}
+    assert form_error_line(replace(found, form_error=FormError(0.1, half, 0.3))).endswith(
+        "assumed to err by 0.50 % in axial (rms, of the force range); this accounts for only 30 % of the remaining "
+        "misfit above the noise"
+    )
+    assert "this accounts for all of the remaining misfit" in form_error_line(
+        replace(found, form_error=FormError(0.1, half, 1.0))
     )
     # With unknown physics the remaining misfit is not noise.
-    assert form_error_line(diagnoses.diagnosis(case(), "unexplained")).endswith("are assumed to be exact")
+    unknown = diagnoses.diagnosis(case(), "unexplained")
+    assert form_error_line(replace(unknown, form_error=FormError(0.0, half, 1.0))) == (
+        "The unknown force, of 0.50 % in axial (rms, of the force range), accounts for all of the remaining misfit "
+        "above the noise"
+    )
 
 
 def test_the_search_says_whether_it_was_complete(case, diagnoses):
