@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# Highest order of differences: of a sine of six samples a cycle the ninth leave 0.5 % of the amplitude.
+HIGHEST = 9
 # Standard deviations beyond which a sample counts as a spike; of 1e6 samples of normal noise fewer than one lies
 # beyond.
 _SPIKE = 5.0
@@ -64,6 +66,31 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     kept = within & ~_spiked(residuals, np.where(within[:, None], weights, 0.0))
     # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
+
+
+def noise_of_sparse(
+    values: Array, abscissa: Array, order: int, groups: NDArray[np.int_] | None = None
+) -> float:
+    """Return the standard deviation of the noise in a signal that may be sampled sparsely.
+
+    Sines of ten samples a cycle are smooth, but not for third differences, which make noise of a twenty-fifth of their
+    amplitude out of them. Higher orders count where they leave less than half: of noise they leave as much.
+
+    Parameters
+    ----------
+    values : (n,) array
+    abscissa : (n,) array
+        As in `noise`.
+    order : int
+        Lowest order of the differences.
+    groups : (n,) array of int, optional
+        As in `noise`.
+    """
+    sigma = noise(values, abscissa, order, groups)
+    for higher in range(order + 2, HIGHEST + 1, 2):
+        less = noise(values, abscissa, higher, groups)
+        sigma = less if less < 0.5 * sigma else sigma
+    return sigma
 
 
 def median_deviation(sizes: Array) -> float:

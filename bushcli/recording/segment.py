@@ -25,13 +25,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.noise import noise
+from bushcli.recording.noise import noise_of_sparse
 
 Array = NDArray[np.float64]
 Kind = Literal["loading", "unloading", "hold"]
 
-# Orders of differences beyond the third: of a sine of six samples a cycle the last leaves 0.5 % of the amplitude.
-_ORDERS = (5, 7, 9)
 _TURN = 8.0
 _HALF_BAND = 4.0
 # Small compared with any useful program, large compared with the steps of a coarse analogue-digital converter.
@@ -70,9 +68,6 @@ class Branch:
 def displacement_noise(displacement: Array, time: Array | None = None) -> float:
     """Return the standard deviation of the noise of a displacement, in its unit.
 
-    Sines of ten samples a cycle are smooth, but not for third differences, which make noise of a twenty-fifth of their
-    amplitude out of them. Higher orders count where they leave less than half: of noise they leave as much.
-
     Parameters
     ----------
     displacement : Array
@@ -80,12 +75,7 @@ def displacement_noise(displacement: Array, time: Array | None = None) -> float:
     time : Array | None
         Shape (n,), s; None where the recording has none.
     """
-    abscissa = _abscissa(displacement, time)
-    sigma = noise(displacement, abscissa, order=3)
-    for order in _ORDERS:
-        higher = noise(displacement, abscissa, order=order)
-        sigma = higher if higher < 0.5 * sigma else sigma
-    return sigma
+    return noise_of_sparse(displacement, _abscissa(displacement, time), 3)
 
 
 def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...]:

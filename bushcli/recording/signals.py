@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.curve import Curve
-from bushcli.recording.noise import noise
+from bushcli.recording.noise import noise_of_sparse
 from bushcli.recording.recorded import Recording
 from bushcli.recording.segment import Branch, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
@@ -60,7 +60,7 @@ def force_noise(recording: Curve) -> float:
     else:
         abscissa = np.arange(len(q), dtype=float)
     groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(recording))])
-    return noise(recording.force, abscissa, order=4, groups=groups)
+    return noise_of_sparse(recording.force, abscissa, 4, groups)
 
 
 def displacement_noise(recording: Curve) -> float:

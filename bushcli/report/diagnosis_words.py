@@ -62,7 +62,7 @@ def headline(found: Diagnosis) -> str:
             # A sentence must not have two colons.
             return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained" if found.unsearched:
-            return "Not diagnosed: the search ended before it had looked at most effects"
+            return "Not diagnosed: the search ended before it could tell which effects are probable"
         case "unexplained":
             beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
             p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
