@@ -252,16 +252,18 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
             problem.watch(initial)
         except NotConverged:
             return _End(problem.objective(initial), initial, False)
-    best, point = None, initial
+    best, point = _End(float("inf"), initial, False), initial
     for _ in range(1 + TURNS):
+        # A little inside the bounds a model may fail that can be solved on them.
+        if not np.isfinite(problem.residual(point)).all():
+            break
         end = search(problem, point, lower, upper)
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
-        best = found if best is None else min(best, found)
+        best = min(best, found)
         if end.hopeless or problem.rescale(end.x) < SETTLED:
             break
         point = inside(end.x, lower, upper)
-    assert best is not None
     return best
 
 

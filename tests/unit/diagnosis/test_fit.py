@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bushcli.case import load_case
 from bushcli.inverse import identify
-from bushcli.selection.fit import WORSE, pose
+from bushcli.selection.fit import WORSE, _searched, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import fit_plain
@@ -117,3 +118,11 @@ def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
         model = one.model(**{name: begun[name] for name in names})
         states.append(one.fit(model, *(s for s in states if model.contains(s.model))))
     assert no_worse(one, states) == 5
+
+
+def test_a_search_from_a_point_that_cannot_be_solved_ends_there():
+    """A model may be solved on a bound, at the optimum of one that it contains, and fail a little inside."""
+    problem = SimpleNamespace(channels=(), residual=lambda x: np.full(3, np.nan))
+    end = _searched(problem, np.array([1.0]), np.array([0.0]), np.array([2.0]))
+    assert end.objective == np.inf
+    assert not end.converged
