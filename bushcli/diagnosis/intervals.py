@@ -101,28 +101,32 @@ def interval(components: Sequence[Component]) -> tuple[float, float]:
     return quantile(TAIL), quantile(1.0 - TAIL)
 
 
-def components(name: str, models: Sequence[Weighed], law: str | None = None) -> list[Component]:
+def components(parameter: str, models: Sequence[Weighed], law: str = "", effect: str = "") -> list[Component]:
     """Return the posterior of a fitted parameter in every model that has it.
 
     Parameters
     ----------
-    name : str
-        Full name.
+    parameter : str
+        Its name in the law or in the effect.
     models : sequence of Weighed
-    law : str, optional
+    law : str
         Name of the law, if the parameter is one of a law.
+    effect : str
+        Identity of the effect otherwise: the gain error of one channel is not that of another.
     """
     found = []
     for one in models:
         fitted = one.state.fitted
+        same = [own.name for own in fitted.model.effects if own.identity == effect]
+        name = parameter if law else f"{same[0]}.{parameter}" if same else ""
         if one.predicted is not None or name not in fitted.names:
             continue
-        if law is not None and fitted.model.law != law:
+        if law and fitted.model.law != law:
             continue
         known = one.state.priors.get(name)
         i = fitted.names.index(name)
         std = standard_errors(fitted.names, one.state.evidence)[name]
-        logarithmic = law is None and known is not None and known.prior.is_logarithmic
+        logarithmic = not law and known is not None and known.prior.is_logarithmic
         found.append(Component(one.probability, float(fitted.x[i]), std, logarithmic))
     return found
 

@@ -41,11 +41,12 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
     found = {}
     for name, value in zip(fitted.names, map(float, fitted.x), strict=True):
         std = errors[name]
-        low, high = interval(components(name, models, fitted.model.law if name in of_law else None))
         if name in of_law:
+            low, high = interval(components(name, models, law=fitted.model.law))
             found[name] = Quantity(value, std, of_law[name].unit, of_law[name].meaning, low, high)
             continue
         active, parameter = of_effects[name]
+        low, high = interval(components(parameter.name, models, effect=active.identity))
         known = state.priors.get(name)
         found[name] = Quantity(
             value,

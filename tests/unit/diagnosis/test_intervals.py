@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.intervals import Component, interval, scanned
+from bushcli.diagnosis import intervals
+from bushcli.diagnosis.intervals import Component, components, interval, scanned
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 
@@ -52,3 +53,22 @@ def test_a_scanned_value_stands_for_its_surroundings() -> None:
     )
     low, high = scanned(active, effect.parameter("thickness"), [one, other])  # type: ignore[list-item]
     assert (low, high) == pytest.approx((math.sqrt(2.0) * 2.0**0.05, math.sqrt(8.0) * 2.0**0.95))
+
+
+def test_the_gain_of_one_channel_is_not_that_of_another(monkeypatch) -> None:
+    """Either is called gain.error in a model that has no other gain."""
+    gain = effects()["gain"]
+
+    def model(channel: str, value: float) -> SimpleNamespace:
+        active = ActiveEffect(gain, {"error": value}, (channel,)).started()
+        fitted = SimpleNamespace(
+            names=("gain.error",), x=np.array([value]), model=SimpleNamespace(effects=(active,), law="yeoh")
+        )
+        return SimpleNamespace(
+            state=SimpleNamespace(fitted=fitted, priors={}, evidence=None), predicted=None, probability=0.5
+        )
+
+    monkeypatch.setattr(intervals, "standard_errors", lambda names, _: dict.fromkeys(names, 0.008))
+    both = [model("axial", 0.119), model("torsional", -0.1)]
+    (one,) = components(gain.amplitudes[0].name, both, effect="gain@axial")
+    assert one.value == 0.119
