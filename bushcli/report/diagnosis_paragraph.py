@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis_names import chance, law_title, together
+from bushcli.report.diagnosis_names import chance, law_title, model_title, together
 from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
     best_probability,
@@ -80,7 +81,7 @@ def _opening(found: Diagnosis) -> str:
         case "unexplained" if found.unsearched:
             return (
                 f"{origin}, leaves a misfit larger than the noise. The search for its cause ended before it could "
-                "tell which effects are probable: none of them is ruled out."
+                f"tell which effects are probable: none of them is ruled out.{_so_far(found)}"
             )
         case "unexplained":
             sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
@@ -93,6 +94,15 @@ def _opening(found: Diagnosis) -> str:
             if len(likely(found)) > 1:
                 return f"{origin}, leaves something out: most probably {listed(effects_with_chance(found))}."
             return f"{origin}, leaves out {listed(effects_with_chance(found))}."
+
+
+def _so_far(found: Diagnosis) -> str:
+    """Return a sentence on the best model of a search that ended too early; empty if only laws were fitted."""
+    trials = [one for one in found.searched.trials if math.isfinite(one.log_evidence)]
+    best = max(trials, key=lambda one: one.log_evidence, default=None)
+    if best is None or not best.effects:
+        return ""
+    return f" Of the {len(trials)} models fitted so far {model_title(best.law, best.effects)} is the most probable."
 
 
 def _law(found: Diagnosis) -> str:

@@ -492,6 +492,20 @@ def test_the_search_says_whether_it_was_complete(case, diagnoses):
     assert searched_lines(diagnoses.diagnosis(case(), "faulty_data")) == []
 
 
+def test_a_search_that_ended_early_names_its_best_model(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "unexplained")
+    early = replace(
+        found, searched=replace(diagnoses.diagnosis(case()).searched, left=0.9, ended="budget"), models=()
+    )
+    assert early.unsearched
+    said = flat(early)
+    assert "Not diagnosed: the search ended before it could tell which effects are probable" in said
+    solved = [one for one in early.searched.trials if np.isfinite(one.log_evidence)]
+    assert f"Of the {len(solved)} models fitted so far Yeoh + " in said
+    only_law = replace(early.searched, trials=early.searched.trials[:1])
+    assert "models fitted so far" not in flat(replace(early, searched=only_law))
+
+
 def test_faults_of_the_data_are_told_once(case, diagnoses):
     """Even where they are also conditions of the result; the JSON has both."""
     doubt = Condition("bad_samples", "axial: at 41.2, 66.0 and 88.7 s", "nothing: they are left out")
