@@ -13,7 +13,7 @@ Silvapulle and Sen (2005), Constrained statistical inference, Wiley, doi:10.1002
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import combinations, product
@@ -27,10 +27,10 @@ from bushcli.evidence.amplitudes import amplitudes
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import Known, known_parameters
 from bushcli.evidence.promise import NEGLIGIBLE
-from bushcli.selection.columns import Trial, shear_modulus
+from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.model import Model
-from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.prediction import Addition, Prediction, reachable
 from bushcli.selection.queued import slack_of
 from bushcli.selection.state import State
 
@@ -79,7 +79,8 @@ class Beside:
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         found = self._value(())[0]
-        return Prediction(self.state.model, found.log, 0.0, found.judged.log, 0.0)
+        hope = max(found.coarse - found.judged.log, 0.0) if self.state.model.effects else 0.0
+        return Prediction(self.state.model, found.log, 0.0, found.judged.log, 0.0, hope)
 
     def pairs(self) -> list[Prediction]:
         """Return predictions with two more effects, each at the best points of its grid."""
@@ -101,8 +102,8 @@ class Beside:
             first = self._averaged(points[:1])
             top = max(top, first.log_evidence)
             # Where the pair cannot matter at the best points of both, its other points are not evaluated.
-            matters = first.log_evidence + slack_of(first.reach) > top + math.log(NEGLIGIBLE)
-            found.append(self._averaged(points) if matters else first)
+            hoped = first.log_evidence + first.hope + slack_of(first.reach)
+            found.append(self._averaged(points) if hoped > top + math.log(NEGLIGIBLE) else first)
         return found
 
     def share(self, addition: Addition) -> float:
@@ -214,8 +215,15 @@ class Beside:
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
         most = max(one.judged.log for one, _ in found)
-        reach = max(one.coarse for one, _ in found) - self.coarse
-        return Prediction(self._model(points[best], found[best][1]), log, most - self.own, most, reach)
+        coarse = max(one.coarse for one, _ in found)
+        reach, hoped = coarse - self.coarse, coarse
+        if len(points[best]) == 1:
+            # Pairs are predicted again beside the fit of one of their effects.
+            hoped = max(
+                hoped, reachable(found[best][0].likelihood, self._value(())[0].left, found[best][0].left)
+            )
+        model = self._model(points[best], found[best][1])
+        return Prediction(model, log, most - self.own, most, reach, max(hoped - most, 0.0))
 
     @cached_property
     def own(self) -> float:
@@ -325,15 +333,12 @@ class Beside:
                     value = float(off + 0.3 * prior.prior.median(prior.scales))
                 values[name] = value
                 i += 1
-            model = _with(model, one.trial, values)
+            active = replace(one.trial.active, values=values).started()
+            model = replace(one.trial, active=active).added_to(model)
         if model.anchor is None:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))
         return model
-
-
-def _with(model: Model, trial: Trial, values: Mapping[str, float]) -> Model:
-    return replace(trial, active=replace(trial.active, values=dict(values)).started()).added_to(model)
 
 
 def _splines(q: Array) -> Array:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.likelihood.form import Left, Likelihood
 from bushcli.selection.columns import Trial
 from bushcli.selection.model import Model
+from bushcli.selection.queued import SHARE_SLACK
 
 Array = NDArray[np.float64]
 
@@ -43,6 +45,9 @@ class Prediction:
         Log likelihood of the model at that point.
     reach : float
         The same increase of `Likelihood.coarse`: the larger it is, the less accurate is first order.
+    hope : float
+        Increase of the log likelihood that a fit may find in addition: that of `Likelihood.coarse`, under which a model
+        may err by more, or that of an effect which explains more than predicted (`reachable`).
     """
 
     model: Model
@@ -50,3 +55,21 @@ class Prediction:
     gain: float
     log_likelihood: float
     reach: float
+    hope: float = 0.0
+
+
+def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
+    """Return the log likelihood of a model if its effect explains more than predicted, by `SHARE_SLACK` of that.
+
+    If it is predicted to explain most of the misfit, a fit may find that it explains all: what first order leaves of a
+    long lag is as large as other effects, but it is small beside what the lag does.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    before, after : Left
+        Misfit without and with the effect, as predicted.
+    """
+    more = SHARE_SLACK * np.maximum(before.excess - after.excess, 0.0)
+    excess = np.maximum(after.excess - more, np.minimum(after.excess, 0.0))
+    return likelihood.judge(Left(after.across + excess - after.excess, after.along, excess)).log

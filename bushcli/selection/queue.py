@@ -341,7 +341,7 @@ class Search:
         key, predicted = one.model.structure, one.log_evidence + self.odds(one.model)
         # No model is better than one that leaves nothing but noise.
         room = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - one.log_likelihood
-        optimistic = predicted + max(0.0, min(slack, room))
+        optimistic = predicted + max(0.0, min(slack + one.hope, room))
         new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound, is_silent)
         known = self.waiting.get(key)
         if key not in self.states and (known is None or new.rank > known.rank) and math.isfinite(predicted):

@@ -65,7 +65,7 @@ class Queued:
         if not self.is_sure:
             return self.optimistic
         # A fit may find up to the optimistic weight, or a weight that is smaller by the slack.
-        larger = math.expm1(self.optimistic - self.predicted)
+        larger = math.expm1(min(self.optimistic - self.predicted, 700.0))
         smaller = -math.expm1(-self.slack)
         return self.predicted + math.log(max(larger, smaller, 1e-12))
 

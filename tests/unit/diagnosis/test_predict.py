@@ -13,10 +13,11 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import known_parameters
+from bushcli.likelihood.form import Left
 from bushcli.selection.columns import Trial, columns, trials
 from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition
+from bushcli.selection.prediction import Addition, reachable
 from bushcli.selection.queued import SLACK
 from bushcli.selection.state import State
 from tests.linear import World
@@ -207,3 +208,20 @@ def test_first_order_takes_a_parameter_to_its_bound_and_no_further(coupon, monke
     assert held[i]
     assert values[i] == 0.0
     assert np.isfinite(beside.alone().log_evidence)
+
+
+def test_an_effect_that_explains_most_may_explain_all(made):
+    """A quarter more than predicted; one that explains little stays where it is."""
+    likelihood = made.problem.likelihood
+    channels, whole = len(likelihood.features), np.array([1e4])
+    before = Left(whole, np.zeros(channels), whole)
+
+    def after(left):
+        return Left(np.array([left]), np.zeros(channels), np.array([left]))
+
+    noise = likelihood.judge(after(0.0)).log
+    assert reachable(likelihood, before, after(1.9e3)) == pytest.approx(noise)
+    little = after(9.9e3)
+    expected = likelihood.judge(after(9.9e3 - 25.0)).log
+    assert reachable(likelihood, before, little) == pytest.approx(expected)
+    assert expected < noise - 3.0

@@ -135,7 +135,7 @@ def test_an_effect_as_large_as_all_others_is_no_error_of_form(coupon):
 
 def test_a_small_second_effect_is_not_taken_for_certain(coupon, monkeypatch):
     """The same recording with and without such errors of form: certain, and probable at most."""
-    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.1})
     found = world.search(monkeypatch)
     said = probabilities(posterior(found), NAMES)
     assert said["drift"] > 0.95

@@ -307,9 +307,9 @@ def test_noise_model_sees_a_memory():
 def test_coarse_sampling_without_noise_is_not_taken_for_a_memory():
     q = 8 * np.sin(np.linspace(0, 6 * np.pi, 100))
     found = noise_model(recording(np.arange(100.0), q, law(q)))
-    # Cubics do not fit the curve, and differences do not determine the correlation, which keeps its prior value.
-    assert found.correlation == pytest.approx(0.35, abs=0.01)
-    assert found.freedom < 2.0
+    # Fourth differences make noise of the curvature, higher ones do not: there is none.
+    assert found.correlation == 0.0
+    assert found.sigma == found.least
 
 
 def test_a_recording_without_noise_is_not_trusted_beyond_what_models_are():
