@@ -61,7 +61,7 @@ class Posterior(Problem):
 
     def judge(self, rows: Sequence[Array]) -> Judged:
         """Return the likelihood of features (K,) of each channel."""
-        return self.likelihood.judge(self.likelihood.left(rows), alone=not self.known)
+        return self.likelihood.judge(self.likelihood.left(rows))
 
     def rescale(self, x: Array) -> float:
         """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""

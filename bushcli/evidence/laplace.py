@@ -66,7 +66,7 @@ class Evidence:
     @cached_property
     def judged(self) -> Judged:
         """Likelihood of the model."""
-        return self.likelihood.judge(self.left, self._alone)
+        return self.likelihood.judge(self.left)
 
     @cached_property
     def coarse(self) -> float:
@@ -76,12 +76,7 @@ class Evidence:
     @cached_property
     def judged_unknown(self) -> Judged:
         """Likelihood of the model with the unknown effect beside it."""
-        return self.likelihood.judge_unknown(self.left, self._alone)
-
-    @property
-    def _alone(self) -> bool:
-        """Whether the model is a law without effects, whose parameters have no prior of their own."""
-        return all(one is None for one in self.known)
+        return self.likelihood.judge_unknown(self.left)
 
     @cached_property
     def log(self) -> float:

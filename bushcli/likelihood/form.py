@@ -22,8 +22,8 @@ free, a model that leaves twice the misfit of another loses m log 2, not the dif
 samples. This is a coarsened likelihood whose scale is marginalised.
 
 D_c is half the channel's own plus half its share, by the force, of the sum over all channels: the formula of an effect
-that mostly changes one channel is as wrong in the others. A law without effects has no formula of an effect that could
-be wrong: its D is zero.
+that mostly changes one channel is as wrong in the others. The plain law explains nothing, so that its D is zero: what
+it leaves has to be noise or the error of a law.
 
 References
 ----------
@@ -164,7 +164,7 @@ class Likelihood:
         return self.explained_by(self.nothing)
 
     def explained_by(self, left: Left) -> Array:
-        """Return the sum of squares D_c (channels,) that the effects of a model explain, given what it leaves."""
+        """Return the sum of squares D_c (channels,) that a model explains, given what it leaves."""
         own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
@@ -224,17 +224,9 @@ class Likelihood:
         total = np.logaddexp.reduce(log, axis=0)
         return total, 1.0 / np.sum(np.exp(log - total) / v, axis=0)
 
-    def judge(self, left: Left, alone: bool = False) -> Judged:
-        """Return the likelihood of a model.
-
-        Parameters
-        ----------
-        left : Left
-            Its remaining misfit.
-        alone : bool
-            Whether the model is a law without effects.
-        """
-        return self._judged(left, 0.0 * self.signal if alone else self.explained_by(left))
+    def judge(self, left: Left) -> Judged:
+        """Return the likelihood of a model, given its remaining misfit."""
+        return self._judged(left, self.explained_by(left))
 
     def coarse(self, left: Left) -> float:
         """Log likelihood if formulas might err by a share of all that the plain law leaves, whatever a model explains.
@@ -245,7 +237,7 @@ class Likelihood:
         return self._judged(left, self.explained).log
 
     def _judged(self, left: Left, explained: Array) -> Judged:
-        """Likelihood of a model whose effects explain the sums of squares `explained` (channels,)."""
+        """Likelihood of a model that explains the sums of squares `explained` (channels,)."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)
@@ -255,19 +247,11 @@ class Likelihood:
         scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
         return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ _PHIS))
 
-    def judge_unknown(self, left: Left, alone: bool = False) -> Judged:
-        """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel.
-
-        Parameters
-        ----------
-        left : Left
-            The remaining misfit of the model without the unknown effect.
-        alone : bool
-            Whether the model is a law without effects.
-        """
+    def judge_unknown(self, left: Left) -> Judged:
+        """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel."""
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
-        base = 0.0 * self.signal if alone else PHI**2 * self.explained_by(left)
+        base = PHI**2 * self.explained_by(left)
         sizes = np.concatenate([[0.0], _SIZES])
         prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
         prior[0] = 1.0 - UNKNOWN_IN_CHANNEL

@@ -13,7 +13,7 @@ further effect switched off.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,7 +156,8 @@ def fit(
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
-    return fitted(model, problem, best.x, best.converged or not promise.is_at_wall(best.x))
+    ended = best.converged or not (best.hopeless or promise.is_at_wall(best.x))
+    return fitted(model, problem, best.x, ended)
 
 
 def pose(
@@ -261,7 +262,9 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
         best = min(best, found)
-        if end.hopeless or problem.rescale(end.x) < SETTLED:
+        if end.hopeless:
+            return replace(best, converged=False, hopeless=True)
+        if problem.rescale(end.x) < SETTLED:
             break
         point = inside(end.x, lower, upper)
     return best

@@ -137,7 +137,7 @@ class Beside:
         # Each spline also absorbs one unit of noise.
         across = np.minimum(left.across + u.shape[1] / len(features), found.left.across)
         less = replace(left, across=across, excess=left.excess + across - left.across)
-        gain = likelihood.judge(less, alone=not self.state.model.effects).log - found.judged.log
+        gain = likelihood.judge(less).log - found.judged.log
         variance = float(np.mean(found.judged.scale))
         return found.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 

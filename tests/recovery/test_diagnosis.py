@@ -302,6 +302,16 @@ def test_uniform_odds_do_not_change_what_the_recording_decides(tmp_path: Path) -
         assert found.probability["free_play"] > 0.95
 
 
+def test_another_batch_is_told_from_a_law_that_is_identified_anew() -> None:
+    """Of the README: both explain a misfit 125 times the noise; the one factor is the simpler cause."""
+    batch = load_case(EXAMPLE.parent / "batch" / "case.toml", ())
+    found = diagnose(batch, effects=["batch_stiffness", "offset"], maps=False)
+    assert found.probability["batch_stiffness"] > 0.95
+    value = found.effects[0].parameters["log_factor"]
+    # exp(-0.5725) = 0.564, the value that README.md shows.
+    assert abs(value.value + 0.5725) < value.std
+
+
 def test_the_example_conceals_what_its_truth_says() -> None:
     """The bundled recording, made with third-order elements and a step per sample."""
     found = diagnose(load_case(EXAMPLE / "case.toml", ()), effects=["mullins", "friction"], maps=False)
