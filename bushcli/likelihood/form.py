@@ -231,8 +231,8 @@ class Likelihood:
     def coarse(self, left: Left) -> float:
         """Log likelihood if formulas might err by a share of all that the plain law leaves, whatever a model explains.
 
-        It measures how far first-order predictions reach: that of the plain law is bounded, while `judge` condemns it
-        by hundreds of nats where formulas of effects may err and its own may not.
+        It measures how far first-order predictions reach. For the plain law it is bounded, whereas `judge` grants that
+        law no error of an effect's formula and may put it hundreds of nats below all other models.
         """
         return self._judged(left, self.explained).log
 

@@ -79,7 +79,7 @@ class Beside:
     def alone(self) -> Prediction:
         """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         found = self._value(())[0]
-        hope = max(found.coarse - found.judged.log, 0.0) if self.state.model.effects else 0.0
+        hope = max(found.coarse - found.judged.log, 0.0)
         return Prediction(self.state.model, found.log, 0.0, found.judged.log, 0.0, hope)
 
     def pairs(self) -> list[Prediction]:

@@ -64,7 +64,7 @@ class Queued:
         """Logarithm of the weight by which a fit may change the posterior."""
         if not self.is_sure:
             return self.optimistic
-        # A fit may find up to the optimistic weight, or a weight that is smaller by the slack.
+        # A fit may find up to the optimistic weight (the exponential overflows at 709), or one smaller by the slack.
         larger = math.expm1(min(self.optimistic - self.predicted, 700.0))
         smaller = -math.expm1(-self.slack)
         return self.predicted + math.log(max(larger, smaller, 1e-12))

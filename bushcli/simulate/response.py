@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Share of the way within which what is wrong is the assembly's doing.
+# Share of the way within which distorted elements are attributed to the assembly: the first step of five (judgement).
 AT_ONCE = 0.2
 # Force at rest over the force range above which the zero of a rig matters: as large as a load cell's error, 0.5 to 1 %.
 AT_REST = 0.01

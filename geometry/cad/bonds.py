@@ -171,11 +171,15 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     axis : Axis
     part : Part
     """
-    lines = {face.tag: own_line(face, axis, part.size) for face in faces if face.kind == "Cylinder"}
-    cylinders = [(face, line) for face in faces if (line := lines.get(face.tag)) is not None]
-    radii = {line is axis: set[float]() for _, line in cylinders}
-    for face, line in cylinders:
-        radii[line is axis].add(float(f"{_radius(face, line):.4g}"))
+    lines = {face.tag: own_line(face, axis, part.size) for face in faces}
+    about, beside = (
+        {
+            float(f"{_radius(face, line):.4g}")
+            for face in faces
+            if face.kind == "Cylinder" and (line := lines[face.tag]) is not None and (line is axis) == on_axis
+        }
+        for on_axis in (True, False)
+    )
     sides = [
         face.normals[0]
         for face in faces
@@ -183,16 +187,12 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
         and len(face.normals)
         and abs(face.normals[0] @ axis.direction) < 1.0 - STRAIGHT
     ]
-    others = [
-        face
-        for face in faces
-        if face.kind != "Plane" and len(face.points) and own_line(face, axis, part.size) is None
-    ]
+    others = [face for face in faces if face.kind != "Plane" and len(face.points) and lines[face.tag] is None]
     names = sorted({name for face in faces if (name := part.face_names.get(face.tag, ""))})
     colours = sorted({hexadecimal(part.colours[face.tag]) for face in faces if face.tag in part.colours})
     shown = [
-        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(radii.get(True, ()))]),
-        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(radii.get(False, ()))]),
+        ("cylinders about the axis of radius {} mm", [f"{r:g}" for r in sorted(about)]),
+        ("cylinders about other lines of radius {} mm", [f"{r:g}" for r in sorted(beside)]),
         ("plane faces with normal {}", sorted({_rounded(normal) for normal in sides})),
         ("other faces in the boxes {}", sorted(map(_box, others))),
         ("faces named {}", names),

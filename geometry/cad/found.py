@@ -216,12 +216,11 @@ def _described(
     }
     along = np.concatenate([by_tag[tag].points for tag in groups["inner"]]) @ axis.direction
     low, high = _extent(groups["inner"], axis, part.scale, along)
-    turned = turned_about([by_tag[tag] for tag in groups["inner"]], axis, part.size)
-    centre = turned + (0.5 * (low + high) - turned @ axis.direction) * axis.direction
-    if wanted.origin is not None:
-        centre, turned = np.array(wanted.origin, dtype=float), centre
-    # The file's own axis where the centre is on another line; the inner bond's where the case gives the origin.
-    line = turned if wanted.origin is not None else axis.point
+    own = turned_about([by_tag[tag] for tag in groups["inner"]], axis, part.size)
+    middle = own + (0.5 * (low + high) - own @ axis.direction) * axis.direction
+    centre = middle if wanted.origin is None else np.array(wanted.origin, dtype=float)
+    # From the axis of most faces to the inner bond's own, or from that one to a given origin.
+    line = axis.point if wanted.origin is None else middle
     beside = distance_between(centre, line, axis.direction, part.size)
     frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
