@@ -60,7 +60,15 @@ class Run:
             from bushcli.report import check_output
 
             check_output(self.output, case, self.command)
+            self._occupy(self.output)
         return case
+
+    def _occupy(self, output: Path) -> None:
+        """Refuse a folder into which another run writes; not for the ranks of `mpirun`, which share one."""
+        from bushcli.report import occupy
+
+        if ranks_started() == 1:
+            click.get_current_context().call_on_close(occupy(output))
 
     @functools.cached_property
     def tables(self) -> TableCache:

@@ -13,7 +13,7 @@ from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 
 Mask = NDArray[np.bool_]
-Kind = Literal["sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time"]
+Kind = Literal["sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes"]
 
 # Places that a message lists before it counts the rest.
 _LISTED = 3
@@ -27,7 +27,7 @@ class DataFault:
     ----------
     channel : str
         Name of the recording's channel.
-    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time"}
+    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes"}
     where : str
         The observation and the samples concerned, with numbers.
     remedy : str

@@ -9,6 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force
 from bushcli.faults.scale import scales
@@ -61,6 +62,7 @@ def find_faults(
             bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
         senses = [
+            *extremes(recording),
             *signs(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]

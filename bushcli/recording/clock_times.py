@@ -1,4 +1,4 @@
-"""Times of day and dates -> seconds since the first: ``10:15:03.25``, ``2026-03-01T10:15:03``, ``3:04:05 PM``."""
+"""Times of day and durations -> seconds since the first: ``2026-03-01T10:15:03``, ``3:04:05 PM``, ``02:07.5``."""
 
 from __future__ import annotations
 
@@ -17,11 +17,19 @@ _STAMP = re.compile(
     r"(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?",
     re.ASCII,
 )
+#: Minutes and seconds; without a fraction they may be hours and minutes, unless the column or the case file says which.
+_SHORT = re.compile(r"(?P<first>\d{1,4}):(?P<second>[0-5]\d(?P<fraction>[.,]\d{1,9})?)", re.ASCII)
+_SHORT_FORMS = (
+    (re.compile(r"(?<![a-z:])m(?:m|in)?\s?:\s?s(?:s|ec)?", re.IGNORECASE), 1.0),
+    (re.compile(r"(?<![a-z:])hh?\s?:\s?m(?:m|in)?(?!\w|\s?:)", re.IGNORECASE), 60.0),
+)
 _DATES = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y")
 _DAY = 86400.0
+#: Seconds in an hour, and minutes in a day, by the seconds of the unit.
+_ROUND = {1.0: 3600.0, 60.0: 1440.0}
 
 
-def clock_times(fields: Sequence[str]) -> Array | None:
+def clock_times(fields: Sequence[str], form: str = "") -> Array | None:
     """Return the seconds since the first of several stamps, shape (n,); None if any field is no stamp.
 
     Stamps without a date may pass midnight. A date whose order of day and month is not certain (03/04/2026) counts only
@@ -31,7 +39,11 @@ def clock_times(fields: Sequence[str]) -> Array | None:
     ----------
     fields : sequence of str
         Texts of a column.
+    form : str
+        A text that says which numbers they are, such as "Time [mm:ss]"; needed for ``12:34``, see `is_short`.
     """
+    if fields and is_short(fields[0]):
+        return _short(fields, form)
     stamps = []
     for field in fields:
         stamp = _STAMP.fullmatch(field.strip())
@@ -43,6 +55,31 @@ def clock_times(fields: Sequence[str]) -> Array | None:
     seconds = np.array([_seconds(stamp) for stamp in stamps])
     days = _days([stamp["date"] or "" for stamp in stamps], seconds)
     return None if days is None else np.asarray(seconds - seconds[0] + _DAY * (days - days[0]))
+
+
+def is_short(field: str) -> bool:
+    """Whether a field has two numbers, ``12:34`` or ``02:07.5``: minutes and seconds, or hours and minutes."""
+    return _SHORT.fullmatch(field.strip()) is not None
+
+
+def is_form(text: str) -> bool:
+    """Whether a text says which numbers such a field has: "mm:ss", "hh:mm"."""
+    return any(pattern.fullmatch(text.strip()) for pattern, _ in _SHORT_FORMS)
+
+
+def _short(fields: Sequence[str], form: str) -> Array | None:
+    """Return the seconds since the first of stamps with two numbers, (n,); None where it is not certain which."""
+    stamps = [stamp for field in fields if (stamp := _SHORT.fullmatch(field.strip())) is not None]
+    unit = next((unit for pattern, unit in _SHORT_FORMS if pattern.search(form)), None)
+    # A fraction is one of a second: no program writes fractions of minutes.
+    if unit is None and any(stamp["fraction"] for stamp in stamps):
+        unit = 1.0
+    if unit is None or len(stamps) < len(fields):
+        return None
+    numbers = np.array([60.0 * int(one["first"]) + float(one["second"].replace(",", ".")) for one in stamps])
+    # Two digits of minutes begin again after an hour, those of hours after a day.
+    again = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
+    return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * again))
 
 
 def _seconds(stamp: re.Match[str]) -> float:

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.header import heading, match_quality, without, word_quality
+from bushcli.recording.header import heading, without, word_quality
+from bushcli.recording.hints import KIND, hint
 from bushcli.recording.match import (
-    TRUE_STRAIN,
-    TRUE_STRESS,
     Wanted,
     by_unit,
     candidates,
@@ -92,7 +91,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     if index is None:
         return None
     # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
-    clock = table.clock(index) if quantity == "time" else None
+    clock = table.clock(index, source.units.get("time", "")) if quantity == "time" else None
     if clock is not None:
         return Column(index, clock, "s", remarks)
     known = _given(table, wanted, index, wanted.given) if wanted.given else _unit(table, wanted, index)
@@ -150,7 +149,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
         several = " and ".join(table.label(i) for i in best[:8])
         what = f"{several} could each be the {quantity}"
         raise RecordingError(Problem(table.where, what, "", f"name one, or give its number: {key}"))
-    other = _other_modes(table, wanted)
+    other = hint(table, wanted)
     if alike and not other:
         _unit(table, wanted, alike[0])
     listed = ", ".join(name for name in table.names if name)
@@ -179,37 +178,6 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
                 "in the case file"
             )
     return found
-
-
-def _other_modes(table: Table, wanted: Wanted) -> str:
-    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns."""
-    mode = wanted.mode
-    if mode.specimen == "coupon":
-        return _other_forms(table, wanted)
-    for specimen, kind, modes in (
-        ("translation", "length", "axial or radial"),
-        ("rotation", "angle", "torsional or conical"),
-        ("coupon", "stretch", "uniaxial, equibiaxial, planar or volumetric"),
-        ("coupon", "strain", "uniaxial, equibiaxial, planar or volumetric"),
-    ):
-        here = "rotation" if mode.rotational else "translation"
-        if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name):
-            return f"is this a recording of mode {modes}?"
-    return ""
-
-
-def _other_forms(table: Table, wanted: Wanted) -> str:
-    """Return a hint on what to write in the case file, where a coupon's file has force and travel, or true stress."""
-    heads = [heading(name) for name in table.names if name]
-    true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN
-    if any(word_quality(without(head, true), wanted.measured) and set(head.words) & true for head in heads):
-        return f'if it is a true {wanted.measured}, give {wanted.measured} = "true"'
-    raw, key = {
-        "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
-    }.get(wanted.measured, ("", ""))  # fmt: skip
-    if raw and any(word_quality(head, raw) for head in heads):
-        return f"the file has a {_KIND[raw]}: give {key} of the specimen in mm"
-    return ""
 
 
 def _chosen(table: Table, chosen: str | int) -> int:
@@ -251,7 +219,7 @@ def _given(table: Table, wanted: Wanted, index: int, text: str) -> _Known:
     """Return the unit that the case gives for a column."""
     unit = find_unit(text, wanted.measured)
     if unit is None or unit.measured != wanted.measured:
-        what = f'{table.label(index)}: "{text}" is not a unit of {_KIND[wanted.measured]}'
+        what = f'{table.label(index)}: "{text}" is not a unit of {KIND[wanted.measured]}'
         raise _refused(table, wanted.quantity, index, what)
     return _Known(unit)
 
@@ -307,9 +275,7 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
             shown = f'"{text}" may be the range of the sensor, or a factor and the unit'
         raise _refused(table, quantity, index, f"{table.label(index)}: {shown}", slip(text, measured))
     if unit.measured != measured:
-        what = (
-            f"{table.label(index)} is in {unit.name}, but mode {wanted.mode.name} needs a {_KIND[measured]}"
-        )
+        what = f"{table.label(index)} is in {unit.name}, but mode {wanted.mode.name} needs a {KIND[measured]}"
         raise _refused(table, quantity, index, what)
     return unit
 
@@ -338,9 +304,3 @@ def _refused(table: Table, quantity: Quantity, index: int, what: str, near: str 
     where = f"{table.path}:{table.header_line}" if table.header_line else table.where
     expected = f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
     return RecordingError(Problem(where, what, near, expected))
-
-
-_KIND = {
-    "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
-    "strain": "stretch or strain", "stress": "stress",
-}  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.clock_times import clock_times
+from bushcli.recording.clock_times import clock_times, is_short
 from bushcli.recording.fields import is_number, only_numbers, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
@@ -84,8 +84,16 @@ class Table(ABC):
             At the first field that is not a finite number or looks like a code for a missing value.
         """
 
-    def clock(self, column: int) -> NDArray[np.float64] | None:
-        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns."""
+    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
+        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        form : str
+            What the case file says of its form, such as "mm:ss".
+        """
         return None
 
     @property
@@ -248,6 +256,8 @@ class TextTable(Table):
     def _refuse(self, column: int, fields: list[str], values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""
         for i, written in enumerate(fields):
+            if is_short(written):
+                raise self._refused(i, column, f"{written} may be minutes and seconds, or hours and minutes")
             if not is_number(written, self.decimal):
                 what = f'"{written[:SHOWN]}" is not a number' if written else "a field is empty"
                 raise self._refused(i, column, what)
@@ -258,13 +268,24 @@ class TextTable(Table):
             if abs(values[i]) > LARGEST:
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
 
-    def clock(self, column: int) -> NDArray[np.float64] | None:
-        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns."""
-        return clock_times([row[column] if column < len(row) else "" for row in self.rows])
+    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
+        """Return a column of dates or times of day as seconds since the first; see `Table.clock`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        form : str
+            What the case file says of its form, such as "mm:ss".
+        """
+        fields = [row[column] if column < len(row) else "" for row in self.rows]
+        return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
 
     def _refused(self, row: int, column: int, what: str) -> RecordingError:
         sign = "comma" if self.decimal == "," else "point"
         expected = f"numbers with a decimal {sign}, without thousands separators"
         if "missing value" in what:
             expected = "delete the row, or put # and a blank in front of it"
+        if "minutes" in what:
+            expected = 'units = {time = "mm:ss"} or "hh:mm" in the table of the case file'
         return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", expected))

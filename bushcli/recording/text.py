@@ -1,7 +1,8 @@
 """Text file of a test rig -> table of fields: encoding, header, delimiter and decimal sign are recognised.
 
 Nothing is skipped silently: below the first row of numbers every line is a row, a comment (#, %, //) or
-empty, or else the file is refused with the number of the line.
+empty, or else the file is refused with the number of the line. Headers that are repeated and text below the last row
+are left out, and a remark says so.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from bushcli.recording.fields import (
 )
 from bushcli.recording.header_lines import header
 from bushcli.recording.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
-from bushcli.recording.table import TextTable
+from bushcli.recording.table import SHOWN, TextTable
 
 #: Most columns of a table.
 MOST_COLUMNS = 1_000
@@ -121,6 +122,7 @@ def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) ->
     Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
     """
     start, raw, filled = _start(path, split, decimal)
+    said = _without_text_below(body, split, start, decimal)
     rows = list(enumerate(split[start:], start=start))
     wrong = [i for i, fields in rows if len(fields) != raw and len(trimmed(fields)) != filled]
     # A header has as many fields as the rows have.
@@ -134,10 +136,9 @@ def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) ->
             last = " (the last line: was the recording cut off?)" if body[i] is body[-1] else ""
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
-    said = []
     if repeated:
         lines = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
-        said.append(f"{len(repeated)} lines that repeat the header are left out ({lines})")
+        said.insert(0, f"{len(repeated)} lines that repeat the header are left out ({lines})")
         for i in reversed(repeated):
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])
@@ -147,6 +148,30 @@ def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) ->
             Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
         )
     return start, width, said
+
+
+def _without_text_below(body: list[Line], split: list[list[str]], start: int, decimal: str) -> list[str]:
+    """Remove lines of text below the last row of numbers, such as "End of test" or "Max;12.5", and return a remark."""
+    if start >= len(split) or not numbers_in(split[start][:1], decimal):
+        return []
+    end = len(split)
+    while end > start and _begins_with_text(split[end - 1], decimal):
+        end -= 1
+    below = body[end:]
+    if not below:
+        return []
+    del body[end:], split[end:]
+    first = f'{below[0].number}: "{below[0].text.strip()[:SHOWN]}"'
+    if len(below) == 1:
+        return [f"the text below the table is left out (line {first})"]
+    return [f"{len(below)} lines of text below the table are left out (the first is line {first})"]
+
+
+def _begins_with_text(fields: Sequence[str], decimal: str) -> bool:
+    """Whether the first field that is not empty is a word or a line of signs, and no mark of a missing number."""
+    first = next((field for field in fields if field), "")
+    word = first[:1].isalpha() or not any(character.isalnum() for character in first)
+    return word and not numbers_in([first], decimal)
 
 
 def _repeated(

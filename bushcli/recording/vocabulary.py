@@ -51,6 +51,10 @@ _FOREIGN = _set(
     "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance increment sp dt phase "
     "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische"
 )
+#: Words for the extremes of a cycle.
+EXTREME_WORDS = _set(
+    "min max minimum maximum minimal maximal peak valley mean avg average mittelwert range amplitude"
+)
 FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel")
 #: The same at the end of a word: ForceRate.
 _FOREIGN_ENDINGS = (

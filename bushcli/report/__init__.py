@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bushcli.report.diagnosis_document import diagnosis_json
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.identification import inverse_json, inverse_text
+    from bushcli.report.occupied import occupy
     from bushcli.report.output import (
         check_output,
         write_check,
@@ -49,6 +50,7 @@ __all__ = [
     "judge",
     "mesh_json",
     "mesh_text",
+    "occupy",
     "protocol_json",
     "protocol_parts",
     "rank",
@@ -73,6 +75,7 @@ _MODULES = {
     "diagnosis_document": ("diagnosis_json",),
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
     "identification": ("inverse_json", "inverse_text"),
+    "occupied": ("occupy",),
     "output": (
         "check_output",
         "write_check",

@@ -28,6 +28,7 @@ _KINDS = {
     "unit": "wrong unit",
     "swapped": "columns swapped",
     "clipped": "values clipped",
+    "extremes": "extremes in place of samples",
     "spikes": "single bad samples",
     "stuck": "values stuck",
     "time": "wrong times",

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: both end a run in the same way, whatever the run is doing.
+"""Ctrl-C, SIGTERM and the end of the terminal (SIGHUP): all end a run in the same way, whatever the run is doing.
 
 A signal is raised as an exception wherever the interpreter is. In a callback of PETSc it becomes PETSc's own error,
 and a kernel that was being compiled leaves a file whose completion every later run would wait for.
@@ -31,7 +31,7 @@ _remembered: list[int] = []
 
 
 def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = None) -> None:
-    """Raise KeyboardInterrupt on Ctrl-C and on SIGTERM from now on, once for signals that come together.
+    """Raise KeyboardInterrupt on Ctrl-C, SIGTERM and SIGHUP from now on, once for signals that come together.
 
     Parameters
     ----------
@@ -57,6 +57,9 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
 
     for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
         signal.signal(one, interrupt)
+    # Under nohup a run goes on when its terminal is closed.
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, interrupt)
 
 
 def meet(comm: Any) -> None:

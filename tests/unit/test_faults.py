@@ -91,6 +91,24 @@ def test_a_preload_that_keeps_the_force_positive_is_no_magnitude():
     assert find_faults(bushing(), [replace(one, force=one.force + 1.2 * abs(one.force.min()))]) == ()
 
 
+def test_a_table_of_peaks_and_valleys_is_no_recording():
+    cycles = np.tile([3.0, -2.5], 20)
+    (fault,) = find_faults(bushing(), [Recording("axial", cycles, 290.0 * cycles, None, name="axial")])
+    assert (fault.kind, fault.fatal) == ("extremes", True)
+    assert "the motion reverses at each sample" in fault.where
+
+
+@pytest.mark.parametrize("samples", [6, 20])
+def test_few_samples_of_each_cycle_are_no_table_of_peaks(samples):
+    """Six samples of a cycle are few, and they are samples; white noise of a rig that holds still reverses often."""
+    time = np.arange(10 * samples) / samples
+    travel = 3.0 * np.sin(2 * np.pi * time)
+    held = np.r_[travel, 1e-3 * np.random.default_rng(5).standard_normal(200)]
+    for one in (travel, held):
+        found = find_faults(bushing(), [Recording("axial", one, 290.0 * one, None, name="axial")])
+        assert not [fault for fault in found if fault.kind == "extremes"]
+
+
 def test_a_position_of_the_rig_is_no_displacement():
     one = recorded()
     found = find_faults(bushing(), [replace(one, displacement=one.displacement + 87.0)])

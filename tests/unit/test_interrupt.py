@@ -20,11 +20,13 @@ from bushcli.runtime.interrupt import (
     unwrapped_interrupts,
 )
 
+STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 
 @pytest.fixture
 def listening():
     """Listen for signals with a clock that stands still unless it is set."""
-    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    before = {one: signal.getsignal(one) for one in STOPS}
     now = [100.0]
     listen(lambda: now[0])
     yield now
@@ -32,7 +34,7 @@ def listening():
         signal.signal(one, handler)
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+@pytest.mark.parametrize("sent", STOPS, ids=lambda s: s.name)
 def test_signals_that_come_together_are_one_interruption(listening, sent):
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), sent)
@@ -41,6 +43,17 @@ def test_signals_that_come_together_are_one_interruption(listening, sent):
     listening[0] += 1.1 * SAME
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), sent)
+
+
+def test_under_nohup_a_closed_terminal_does_not_interrupt():
+    before = {one: signal.getsignal(one) for one in STOPS}
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        listen()
+        os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
 
 
 class Ranks:
@@ -56,7 +69,7 @@ class Ranks:
 @pytest.fixture
 def together():
     """Listen for signals as one of several cooperating ranks."""
-    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    before = {one: signal.getsignal(one) for one in STOPS}
     now = [100.0]
     listen(lambda: now[0], together=True)
     yield now

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bushcli.errors import RecordingError
 from bushcli.recording import read_recording
 from bushcli.recording.clock_times import clock_times
 from bushcli.recording.source import Source
@@ -20,6 +21,10 @@ from bushcli.recording.source import Source
         (["11:59:59 AM", "12:00:00 PM"], [0, 1]),
         # The order of day and month does not matter where the date stays.
         (["03/04/2026 10:00:00", "03/04/2026 10:00:02"], [0, 2]),
+        # Minutes and seconds, because of the fraction; after an hour two digits begin again.
+        (["00:59.5", "01:00.0", "01:00.5"], [0, 0.5, 1.0]),
+        (["59:59.5", "00:00.5"], [0, 1]),
+        (["119:59,5", "120:00,5"], [0, 1]),
         # A running time may exceed a day.
         (["23:59:59", "24:00:00"], [0, 1]),
     ],
@@ -49,3 +54,30 @@ def test_a_recording_with_times_of_day_has_time(tmp_path, heading):
     file.write_text("\n".join([f"{heading},Displacement [mm],Force [N]", *rows]))
     found = read_recording(Source("axial", file))
     assert found.time == pytest.approx(0.1 * np.arange(200))
+
+
+@pytest.mark.parametrize(
+    ("form", "unit"),
+    [("Time [mm:ss]", 1.0), ("Time (m:ss)", 1.0), ("min:sec", 1.0), ("hh:mm", 60.0), ("Zeit [h:min]", 60.0)],
+)
+def test_the_form_says_which_two_numbers_a_stamp_has(form, unit):
+    assert clock_times(["09:58", "09:59", "10:00"], form) == pytest.approx(unit * np.arange(3.0))
+
+
+def test_a_form_with_three_numbers_says_nothing_about_two():
+    assert clock_times(["09:58", "09:59"], "Time [hh:mm:ss]") is None
+
+
+def short_stamps(folder, heading):
+    rows = [f"{i // 60:02d}:{i % 60:02d},{0.01 * i:.3f},{4.0 * i:.1f}" for i in range(200)]
+    (folder / "a.csv").write_text("\n".join([f"{heading},Displacement [mm],Force [N]", *rows]))
+    return folder / "a.csv"
+
+
+def test_two_numbers_are_refused_unless_the_header_or_the_case_says_which(tmp_path):
+    with pytest.raises(RecordingError, match=r'00:00 may be minutes and seconds.*units = \{time = "mm:ss"\}'):
+        read_recording(Source("axial", short_stamps(tmp_path, "Time")))
+    found = read_recording(Source("axial", short_stamps(tmp_path, "Time [mm:ss]")))
+    assert found.time == pytest.approx(np.arange(200.0))
+    found = read_recording(Source("axial", short_stamps(tmp_path, "Time"), units={"time": "hh:mm"}))
+    assert found.time == pytest.approx(60.0 * np.arange(200.0))

@@ -23,6 +23,7 @@ HEADS = {
     "parquet": b"PAR1",
     "xlsx": b"PK\x03\x04[Content_Types].xml",
     "rpc": b"FORMAT\0",
+    "lvm": b"LabVIEW Measurement\t\n",
     "zs2": gzip.compress(b"\xaf\xbe\xad\xde", mtime=0),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -162,3 +163,38 @@ def test_a_header_that_each_cycle_repeats_is_left_out_and_said(tmp_path):
 def test_a_header_that_differs_is_refused(tmp_path, change):
     with pytest.raises(RecordingError, match=r"blocks.csv:1[78]"):
         read_recording(Source("axial", blocks(tmp_path, **change)))
+
+
+TABLE = "time_s,displacement_mm,force_N\n" + "".join(f"{i},{0.1 * i:.2f},{i}\n" for i in range(30))
+
+
+@pytest.mark.parametrize(
+    ("below", "said"),
+    [
+        ("End of test\n", r'the text below the table is left out \(line 32: "End of test"\)'),
+        ("-----\nOperator: A. Smith, shift 2\n", r"2 lines of text below the table .* line 32: \"-----\""),
+        ("Max,2.9,29\nMin,0,0\n", r'2 lines of text below the table .* line 32: "Max,2.9,29"'),
+    ],
+)
+def test_text_below_the_table_is_left_out_and_said(tmp_path, below, said):
+    (tmp_path / "rig.csv").write_text(TABLE + below)
+    found = read_recording(Source("axial", tmp_path / "rig.csv"))
+    assert len(found.force) == 30
+    assert re.search(said, " ".join(repair.text for repair in found.repairs))
+
+
+@pytest.mark.parametrize(
+    "below", ["30,3.0\n", "NaN,NaN,NaN\n", "30,3.0,abc\n", "time,disp,force\n0,1,2\n", "#N/A,3.0,30\n"]
+)
+def test_what_may_be_a_sample_is_not_left_out(tmp_path, below):
+    (tmp_path / "rig.csv").write_text(TABLE + below)
+    with pytest.raises(RecordingError, match=r"rig\.csv:3[123]: "):
+        read_recording(Source("axial", tmp_path / "rig.csv"))
+
+
+def test_extremes_of_cycles_are_no_samples(tmp_path):
+    (tmp_path / "rig.csv").write_text(
+        "Cycle,Max Displacement [mm],Max Force [N]\n1,3,900\n2,3,890\n3,3,880\n"
+    )
+    with pytest.raises(RecordingError, match="are its rows the extremes of cycles"):
+        read_recording(Source("axial", tmp_path / "rig.csv"))

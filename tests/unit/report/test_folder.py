@@ -7,6 +7,7 @@ import pytest
 
 from bushcli.errors import InputError
 from bushcli.report.folder import check_folder, owned, refuse_others, write_files
+from bushcli.report.occupied import occupy
 from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 
@@ -126,3 +127,23 @@ def test_files_of_an_interrupted_run_are_replaced(tmp_path):
     # From then on result.json lists them.
     assert sorted(file.name for file in tmp_path.iterdir()) == ["axial.csv", "axial.h5", "result.json"]
     assert owned(tmp_path) == {"axial.h5", "result.json"}
+
+
+def test_a_folder_belongs_to_one_run_at_a_time(tmp_path):
+    folder = tmp_path / "deep" / "out"
+    leave = occupy(folder)
+    with pytest.raises(InputError, match=r"out: is in use: another run of bushcli writes into this folder"):
+        occupy(folder)
+    write_files(folder, {"result.json": RESULT}, ())
+    leave()
+    assert (folder / "result.json").exists()
+    occupy(folder)()
+
+
+def test_a_folder_without_a_result_is_not_left_behind(tmp_path):
+    occupy(tmp_path / "out")()
+    assert not (tmp_path / "out").exists()
+    # An empty folder of the user remains.
+    (tmp_path / "mine").mkdir()
+    occupy(tmp_path / "mine")()
+    assert (tmp_path / "mine").exists()

@@ -1,0 +1,56 @@
+"""What a user can do where a file has no column for a quantity, by the columns that it has."""
+
+from __future__ import annotations
+
+from bushcli.recording.header import heading, match_quality, without, word_quality
+from bushcli.recording.match import TRUE_STRAIN, TRUE_STRESS, Wanted
+from bushcli.recording.table import Table
+from bushcli.recording.vocabulary import EXTREME_WORDS
+
+#: Names of quantities in messages.
+KIND = {
+    "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
+    "strain": "stretch or strain", "stress": "stress",
+}  # fmt: skip
+
+
+def hint(table: Table, wanted: Wanted) -> str:
+    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : Wanted
+        The column that the table lacks.
+    """
+    mode = wanted.mode
+    heads = [heading(name) for name in table.names if name]
+    extreme = [head for head in heads if set(head.words) & EXTREME_WORDS]
+    if any(word_quality(without(head, EXTREME_WORDS), wanted.measured) for head in extreme):
+        return "are its rows the extremes of cycles? The samples of whole cycles are needed"
+    if mode.specimen == "coupon":
+        return _other_forms(table, wanted)
+    for specimen, kind, modes in (
+        ("translation", "length", "axial or radial"),
+        ("rotation", "angle", "torsional or conical"),
+        ("coupon", "stretch", "uniaxial, equibiaxial, planar or volumetric"),
+        ("coupon", "strain", "uniaxial, equibiaxial, planar or volumetric"),
+    ):
+        here = "rotation" if mode.rotational else "translation"
+        if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name):
+            return f"is this a recording of mode {modes}?"
+    return ""
+
+
+def _other_forms(table: Table, wanted: Wanted) -> str:
+    """Return a hint on what to write in the case file, where a coupon's file has force and travel, or true stress."""
+    heads = [heading(name) for name in table.names if name]
+    true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN
+    if any(word_quality(without(head, true), wanted.measured) and set(head.words) & true for head in heads):
+        return f'if it is a true {wanted.measured}, give {wanted.measured} = "true"'
+    raw, key = {
+        "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
+    }.get(wanted.measured, ("", ""))  # fmt: skip
+    if raw and any(word_quality(head, raw) for head in heads):
+        return f"the file has a {KIND[raw]}: give {key} of the specimen in mm"
+    return ""
