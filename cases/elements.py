@@ -89,7 +89,7 @@ class Rule:
 
 
 def guarded(mesh: NamedMesh) -> bool:
-    """Whether single cells fold and lose volume, so that they need energies (`strain_gradient`, `forms.volumetric`).
+    """Whether individual cells may fold, so that they need energies (`strain_gradient`, `forms.volumetric`).
 
     Parameters
     ----------

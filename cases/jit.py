@@ -63,7 +63,7 @@ def _machine() -> str:
 
 
 def cache_directory() -> Path:
-    """Where compiled kernels are kept: $BUSHCLI_CACHE, or the user's cache directory.
+    """Return the folder of compiled kernels: $BUSHCLI_CACHE, or the user's cache directory.
 
     One folder for each processor, Python and form compiler.
     """

@@ -36,7 +36,7 @@ class Kept(Generic[Result]):
         return None
 
     def put(self, asked: object, result: Result) -> None:
-        """Keep a result, in place of the one that has not been asked for longest.
+        """Store a result; the least recently used one is discarded.
 
         Parameters
         ----------

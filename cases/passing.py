@@ -84,7 +84,7 @@ def _gathered(alone: Model, parts: list[list[tuple[Array, Array]]], steps: int) 
 
 
 def _between(states: Array, stride: float) -> Iterator[Array]:
-    """Yield the states, and as many between two of them that no unknown changes by more than a stride."""
+    """Yield the states, with intermediate states so that no unknown changes by more than one stride."""
     before = np.zeros(states.shape[1])
     for state in states:
         count = int(np.clip(np.ceil(np.abs(state - before).max() / stride), 1, MOST))

@@ -63,7 +63,7 @@ class Snubber(BaseModel):
 
 @dataclass(frozen=True)
 class Stops:
-    """Plates in front of the free ends: those of the case, the furthest height of the rubber and its thickness (mm)."""
+    """Plates in front of the free ends, with the largest height and the thickness of the rubber (mm)."""
 
     snubber: Snubber
     height: float

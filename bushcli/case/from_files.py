@@ -41,7 +41,7 @@ _HEAD = """\
 title = {title}
 # tolerance = 15.0          # percent; 10 is the default
 
-[geometry]                  # <-- put in the dimensions of your bushing, mm
+[geometry]                  # <-- enter the dimensions of your bushing, mm
 shape = "plain"             # bushcli list shapes names the others; a STEP file: bushcli mesh PART
 inner_radius = {inner:.3g}
 outer_radius = {outer:.3g}

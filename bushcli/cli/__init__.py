@@ -77,7 +77,7 @@ def _printable_usage() -> Iterator[None]:
 
 
 def _collect_seldom() -> None:
-    """Let Python's garbage collector run seldom, and not at exit.
+    """Make Python's garbage collector run rarely, and not at exit.
 
     The libraries make some 150,000 objects, nearly all of which stay: of the 0.74 s of `bushcli direct` on the axial
     case of the benchmark, the usual collector takes 0.02 s while they are made, and 0.03 s at exit. The peak memory of

@@ -93,7 +93,7 @@ def mesh(run: Run) -> int:
         report.write_meshes(output, built, result, case.geometry)
         if case.path.suffix != ".toml" and report.write_starter_case(output, starter_case(case, output)):
             run.say(
-                f"wrote {output / report.BEGINNING}: a case file to continue from; put in your rubber and loads"
+                f"wrote {output / report.BEGINNING}: a case file to start from; enter your rubber and loads"
             )
         run.say(f"wrote {output}")
     return DONE

@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 )
 @scheduled
 @click.option("--resume", is_flag=True, help="Continue from the fits that the last run saved in -o DIR.")
-@click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
+@click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
 def diagnose(

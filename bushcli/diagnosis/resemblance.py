@@ -150,7 +150,7 @@ def resembling(
 
 
 def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, State]) -> float:
-    """Return the size of what the effects that are not left explain, in units of the noise; 0 if that is not known.
+    """Return the size of the misfit that the removed effects explain, in units of the noise; 0 if unknown.
 
     The fit without them says what the other parameters can imitate, within their bounds and beyond first order.
     """
@@ -162,7 +162,7 @@ def _fitted_size(state: State, left: Sequence[ActiveEffect], fits: Mapping[Key, 
 
 
 def _together(one: ActiveEffect, other: ActiveEffect) -> bool:
-    """Whether two effects act on a common channel: only there is an error of one a change by the other."""
+    """Whether two effects share a channel, where an error of form of one can resemble the other."""
     if one.channels is None or other.channels is None:
         return True
     return not set(one.channels).isdisjoint(other.channels)

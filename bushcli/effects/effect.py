@@ -109,7 +109,7 @@ class EffectParameter:
 
     @property
     def branch(self) -> str:
-        """What all parameters of a branch share: the number at the end of their names, or an optional name without."""
+        """Key of the branch: the number at the end of the name; without one, the name of an optional parameter."""
         number = self.name[len(self.name.rstrip("0123456789")) :]
         return number or (self.name if self.optional else "")
 

@@ -192,7 +192,7 @@ class Prior:
         return 0.0, 0.0
 
     def weight(self, value: float, scales: Scales) -> float:
-        """Return the precision of the normal that pulls the value as strongly towards zero as this t does.
+        """Return the precision of the zero-mean normal whose log density has the same slope as this Student's t.
 
         Parameters
         ----------

@@ -35,7 +35,7 @@ AT_OFF = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """The evidence of a model at its maximum a posteriori. What is asked for is calculated, once.
+    """The evidence of a model at its maximum a posteriori. Each quantity is calculated once, when first used.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Evidence:
 
     @cached_property
     def _shared_influence(self) -> float:
-        """Nats that a law's parameters lose because each pays for itself, even if another has the same influence.
+        """Log evidence (nats) lost to the priors of a law's parameters, redundant ones included.
 
         Otherwise laws with superfluous parameters would win over laws with the few that are needed. This compares
         laws: so that it is the same for all models with one law, it is taken for the same variances.

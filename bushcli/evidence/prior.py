@@ -170,7 +170,7 @@ class Known:
         return self.prior.row(value, self.scales)
 
     def pull(self, value: float) -> float:
-        """The precision of a normal about zero that pulls as strongly; 0 for a prior of the logarithm."""
+        """The precision of a zero-mean normal prior with the same gradient; 0 for a prior of the logarithm."""
         return 0.0 if self.prior.is_logarithmic else self.prior.weight(value, self.scales)
 
 

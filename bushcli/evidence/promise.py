@@ -51,7 +51,7 @@ class Needed:
 
 
 def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
-    """Return the evidence from which on a model matters.
+    """Return the least evidence with which a model still matters.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
 
 
 class Promise:
-    """Decides where a fit ends, from what a full step promises.
+    """Decides when a fit ends, from the gain predicted for a full Gauss-Newton step.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Promise:
         return variances == now[0] and kept < KEPT * promised
 
     def _step(self, x: Array) -> tuple[Array, float]:
-        """Return the full step (p,) from parameters that can be solved, and how many nats it promises."""
+        """Return the full step (p,) from solvable parameters, and its predicted gain in nats."""
         problem = self._problem
         value = problem.residual(x)
         step, left = full_step(problem, x, self._lower, self._upper)

@@ -108,7 +108,7 @@ def _several(case: Case) -> list[str]:
 
 
 def _nothing(source: Exported) -> InputError:
-    what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
+    what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
     if _several(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))

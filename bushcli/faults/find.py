@@ -113,7 +113,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
         yield DataFault(
             recording.name,
             "clipped",
-            f"{clip.sum()} of {len(clip)} samples repeat the same extreme force while the displacement goes on "
+            f"{clip.sum()} of {len(clip)} samples repeat the same extreme force while the displacement changes "
             f"({at})",
             "record it again with a larger range of the load cell or its amplifier, or with a smaller travel"
             + ("" if fatal else f"; {_LEFT_OUT}"),

@@ -59,7 +59,7 @@ def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50)
             [(problem.residual(x + STEP * unit) - value) / STEP for unit in np.eye(len(x))]
         )
         if not np.isfinite(slope).all():
-            message = "a finite difference met parameters that cannot be solved"
+            message = "the model could not be solved at a point of a finite difference"
             break
         gradient, hessian = slope.T @ value, slope.T @ slope
         if np.linalg.norm(gradient) < GRADIENT:

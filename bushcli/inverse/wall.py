@@ -1,4 +1,4 @@
-"""Search along the boundary of the parameters that can be solved, for the lowest misfit beside it.
+"""Search along the boundary of the parameters for which the model can be solved, for the lowest misfit.
 
 A wall has no derivative: only points on either side of it are known. Near the point where a search ended it is
 approximated by the plane that separates solved points from failed points with the widest margin. A step lowers the

@@ -118,7 +118,7 @@ def _log_likelihood(
 
 
 def _falls() -> Array:
-    """Return the probability that missing physics of each size in one degree has another in the next, (38, 38)."""
+    """Return the transition probabilities (38, 38) of the size of missing physics from one degree to the next."""
     count = len(SIZES)
     found = np.zeros((count, count))
     found[0, 0] = 1.0

@@ -89,7 +89,7 @@ def local_map(
     jacobians: Sequence[Array],
     notify: Callable[[str], None] = lambda channel: None,
 ) -> LocalMap:
-    """Where in the rubber a change of stiffness would help all of these channels together.
+    """Return where in the rubber a change of stiffness would reduce the misfit of all these channels together.
 
     The map is drawn on the mesh that shows most of the rubber; on a half-plane it is the same all round the axis.
 

@@ -161,9 +161,9 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
             if is_even
             else ", as another law would"
         )
-        text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range){law}"
+        text = f"the missing force depends on the displacement alone ({100 * size:.1f} % of the range){law}"
         return [(elastic * size, at + text)]
-    text = f"a missing force of {100 * size:.1f} % of the range follows neither displacement, time nor cycle alone"
+    text = f"a missing force of {100 * size:.1f} % of the range is not a function of displacement, time or cycle alone"
     return [(UNSAID * size, at + text)]
 
 

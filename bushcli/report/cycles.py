@@ -92,7 +92,7 @@ class History:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Return the channels of a direct prediction whose path comes back or holds, except paths of six motions.
+    """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 
 
 def fit_histories(fit: Fit) -> tuple[History, ...]:
-    """Return the channels of an identification whose path comes back or holds, except paths of six motions."""
+    """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
     curves = [curve for curve in fit.curves if curve.recording.six is None]
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves

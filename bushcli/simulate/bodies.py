@@ -41,7 +41,7 @@ class _Kept:
 
 
 class Bodies:
-    """Prepare models like `cases.simulate.prepare`, and reuse earlier ones.
+    """Prepares models as `cases.simulate.prepare` does, and reuses earlier ones.
 
     The next call may change a model that an earlier call returned: march each model before the next call.
 

@@ -42,8 +42,8 @@ LONGER_SLEEVES = (
     'geometry.contact = "sleeves"'
 )
 OVERHANGING = (
-    '; where the rubber overhangs a bond, geometry.contact = "sleeves" puts the sleeve into it: leave it out, or draw '
-    "the sleeve as a body"
+    '; where the rubber overhangs a bond, geometry.contact = "sleeves" places the sleeve inside the rubber: '
+    "omit this setting, or draw the sleeve as a body"
 )
 
 Progress = Callable[[str, int, int, int, float], None]
@@ -179,7 +179,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
         Condition(
             "force_at_rest",
             f"{channel.name}: the assembled part is asymmetric and exerts {force[0]:.4g} {kind} before it is loaded; "
-            f"free of force, its inner sleeve would stand at about {free:.3g} {unit}",
+            f"without load its inner sleeve would settle at about {free:.3g} {unit}",
             f"if the rig was set to zero on the free part, add the effect offset with displacement = {-free:.3g}",
         )
     ]
@@ -226,7 +226,7 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps or a coarser mesh" + folded,
+                "set a smaller displacement, more steps or a coarser mesh" + folded,
             )
         )
     if strained.distorted is not None:
@@ -269,7 +269,7 @@ def _of_the_rest(channel: Simulated) -> list[Condition]:
             Condition(
                 "no_stiffness_matrix",
                 f"{channel.name}: no stiffness matrix, since the march of the body without planes of symmetry stopped",
-                "ask for a smaller displacement, or for other steps",
+                "set a smaller displacement, or more steps",
             )
         )
     if channel.unwritten:

@@ -297,6 +297,6 @@ def _conditions(
     singular = np.linalg.svd(scaled, compute_uv=False)
     rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
     if rank < len(keys) and not missed:
-        what = f"{len(keys)} keys are searched, of which the targets determine {rank}: other designs reach them too"
+        what = f"{len(keys)} keys are searched, of which the targets determine {rank}: other designs meet the targets"
         found.append(Condition("underdetermined", what, "add a --target, or vary fewer keys"))
     return tuple(found)

@@ -82,7 +82,7 @@ def find_bonds(
             raise GeometryError(
                 "geometry.bonds",
                 f"the inner and the outer bond have {len(twice)} face{'s' * (len(twice) > 1)} in common",
-                "rules of which each selects the faces of one bond",
+                "rules for each bond that select none of the other bond's faces",
                 view_of({tag: "both" if tag in twice else label for tag, label in labels.items()}),
             )
         if found:
@@ -106,7 +106,7 @@ def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis:
         raise GeometryError(
             "geometry.bonds",
             f"all of the inner bond is farther from the axis ({min(away['inner']):.4g} mm and more) than the outer one",
-            "inner and outer the other way round",
+            "an inner bond nearer to the axis than the outer one: exchange the two rules",
             view_of(labels),
         )
 
