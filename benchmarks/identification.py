@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case, load_case
 from bushcli.inverse import Fit, Task, identify
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.recording import write_curve_csv
 from bushcli.recording.curve import Curve
 from cases.simulate import sweep
@@ -76,9 +76,9 @@ def timed(act: Callable[[], Fit]) -> tuple[Fit, float]:
 
 def by_differences(case: Case) -> Fit:
     """The same search with forward differences instead of exact derivatives."""
-    exact = Problem.jacobian
+    exact = LeastSquaresProblem.jacobian
 
-    def differences(self: Problem, x: Array) -> Array:
+    def differences(self: LeastSquaresProblem, x: Array) -> Array:
         value = self.residual(x)
         columns = []
         for i in range(len(x)):
@@ -87,11 +87,11 @@ def by_differences(case: Case) -> Fit:
             columns.append((self.residual(moved) - value) / (moved[i] - x[i]))
         return np.column_stack(columns)
 
-    Problem.jacobian = differences  # type: ignore[method-assign]
+    LeastSquaresProblem.jacobian = differences  # type: ignore[method-assign]
     try:
         return identify(Task(case, "yeoh"))
     finally:
-        Problem.jacobian = exact  # type: ignore[method-assign]
+        LeastSquaresProblem.jacobian = exact  # type: ignore[method-assign]
 
 
 def shown(fit: Fit) -> str:

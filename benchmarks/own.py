@@ -31,7 +31,7 @@ from problem import C10, C20, C30, INNER_RADIUS, KAPPA, LENGTH, OUTER_RADIUS  # 
 
 from cases.march import march  # noqa: E402
 from cases.mode import modes, setting_for  # noqa: E402
-from cases.model import Model  # noqa: E402
+from cases.model import FiniteElementModel  # noqa: E402
 from cases.program import Program  # noqa: E402
 from cases.system import System  # noqa: E402
 from forms.law import law  # noqa: E402
@@ -93,7 +93,7 @@ def main():
     dimension = 2 if mode.section is not None else 3
     mesh = build(plain, dimension, setting_for(mode, dimension).mirrors, refinement)
     meshed = time.perf_counter()
-    model = Model(mesh, mode, law("yeoh"), {"C10": C10, "C20": C20, "C30": C30}, KAPPA)
+    model = FiniteElementModel(mesh, mode, law("yeoh"), {"C10": C10, "C20": C20, "C30": C30}, KAPPA)
     formed = time.perf_counter()
     targets = np.linspace(0.0, options.stop, options.steps + 1)[1:]
     times = []

@@ -120,7 +120,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     from bushcli.study.answers import default_answers
     from bushcli.study.cache import DesignCache
     from bushcli.study.plan import plan
-    from bushcli.study.task import SECONDS, Task, evaluate, settled
+    from bushcli.study.task import SECONDS, StudyTask, evaluate, settled
     from bushcli.study.variable import of_tolerance
 
     marched = []
@@ -134,7 +134,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     case = load_case(file)
     chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
     cache = DesignCache()
-    task = settled(cache, Task(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
+    task = settled(cache, StudyTask(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
     evaluate(cache, task, 0, chosen.rows)
     module.predict = watched  # type: ignore[assignment]
     try:

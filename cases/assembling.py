@@ -6,7 +6,7 @@ import time
 
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt, unsolved
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.stepper import SMALLEST_CUT
 
 # Steps in which a bushing is assembled, and the time that its rubber has to relax afterwards (s).
@@ -14,7 +14,7 @@ ASSEMBLY_STEPS = 4
 RELAXED = 1e12
 
 
-def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
+def assemble(model: FiniteElementModel, solver: Equilibrium) -> list[Attempt]:
     """Apply the parameters of the assembly in steps while the sleeve is at rest, then let the rubber relax.
 
     Parameters

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.rigid import Tangent, tangent
@@ -36,7 +36,7 @@ class Border:
         Factorisation of the tangent in the mesh's own free unknowns.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: FiniteElementModel) -> None:
         six = model.motion.six
         assert six is not None
         self._model, self._free = model, list(six.free)
@@ -177,7 +177,7 @@ class Border:
         return answer + rate + model.motion.over_all((self._columns @ free) @ twists), free
 
 
-def _coordinates(model: Model, twists: Array, rate: Array) -> Array:
+def _coordinates(model: FiniteElementModel, twists: Array, rate: Array) -> Array:
     """The twist (6,) that gives the constrained unknowns their rate; collective."""
     normal = np.asarray(summed(model.comm, twists @ twists.T))
     return np.asarray(np.linalg.lstsq(normal, np.asarray(summed(model.comm, twists @ rate)), rcond=None)[0])

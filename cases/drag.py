@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Drag:
         Ratio of the drag's stiffness to that of the displacements at rest.
     """
 
-    def __init__(self, model: Model, origin: Array, most: int) -> None:
+    def __init__(self, model: FiniteElementModel, origin: Array, most: int) -> None:
         self.viscosity, self.origin, self.most = 0.0, origin, most
         self._stiffness = model.system.tangent_at_rest()
         self._origin, self._way = model.system.create_vector(), model.system.create_vector()

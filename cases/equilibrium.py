@@ -20,7 +20,7 @@ from cases.border import Border
 from cases.broyden import broyden_step
 from cases.drag import Drag
 from cases.limit import Limit
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
@@ -61,7 +61,7 @@ class Equilibrium:
         Tangents assembled and factorised so far.
     """
 
-    def __init__(self, model: Model, tolerance: float, limit: Limit | None = None) -> None:
+    def __init__(self, model: FiniteElementModel, tolerance: float, limit: Limit | None = None) -> None:
         self.model, self.tolerance, self.limit = model, tolerance, limit or Limit()
         self._interrupt: KeyboardInterrupt | None = None
         self.x, self.b = model.system.create_vector(), model.system.create_vector()

@@ -11,14 +11,14 @@ from dolfinx import fem, io
 from numpy.typing import NDArray
 
 from cases.jit import options
-from cases.model import Model
+from cases.model import FiniteElementModel
 from geometry.dolfinx_api import interpolation_points, mesh_order
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 
 
-def write_fields(model: Model, displacements: Array, states: Array, file: Path) -> None:
+def write_fields(model: FiniteElementModel, displacements: Array, states: Array, file: Path) -> None:
     """Write an XDMF time series (with its HDF5 file beside it).
 
     "Time" in it is the generalised displacement where the path visits each value only once, else the number of the
@@ -26,7 +26,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     displacements : Array, shape (n,)
         mm or rad.
@@ -73,7 +73,7 @@ def _points(function: fem.Function) -> Array:
     return np.asarray(interpolation_points(function.function_space.element))
 
 
-def _cartesian(model: Model, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+def _cartesian(model: FiniteElementModel, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
     if model.setting.kinematics == "cartesian":
         return u
     if model.setting.kinematics == "axisymmetric":
@@ -84,7 +84,7 @@ def _cartesian(model: Model, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
     return ufl.as_vector([r * ufl.cos(u[1]) - radius, u[2], r * ufl.sin(u[1])])
 
 
-def _stretch(model: Model, function: fem.Function) -> None:
+def _stretch(model: FiniteElementModel, function: fem.Function) -> None:
     from cases.stretches import principal_stretches
 
     for name, tag in model.mesh.region.items():

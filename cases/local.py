@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.march import History, march
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.rigid import adjoint
 from cases.simulate import sweep
@@ -84,7 +84,7 @@ class LocalStiffness:
     cells : Cells
     """
 
-    def __init__(self, model: Model, reaction: int | None = None) -> None:
+    def __init__(self, model: FiniteElementModel, reaction: int | None = None) -> None:
         self.model, self._reaction = model, reaction
         inner = model.mesh.mesh
         found = model.cells("rubber")
@@ -131,12 +131,12 @@ class LocalStiffness:
         return Cells(places.reshape(-1, dimension)[first], corners.reshape(names.shape), volume)
 
 
-def swept(model: Model, targets: Array) -> Local:
+def swept(model: FiniteElementModel, targets: Array) -> Local:
     """Derivatives along the curve of a path-independent body, as `cases.simulate.sweep` follows it.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     targets : Array
         Displacements, shape (n,), mm or rad.
@@ -154,12 +154,12 @@ def swept(model: Model, targets: Array) -> Local:
     return Local(stiffness.cells, history, np.array([rows[float(q)] for q in history.displacement]))
 
 
-def marched(model: Model, program: Program) -> Local:
+def marched(model: FiniteElementModel, program: Program) -> Local:
     """Derivatives along a program, at its targets.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     program : Program
         The path of the sleeve.

@@ -17,7 +17,7 @@ from cases.assembling import assemble
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt, History, NotConverged, Observer, Progress, unsolved
 from cases.limit import limit
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.recorder import Recorder
 from cases.sensitivity import Sensitivity
@@ -44,7 +44,7 @@ TOLERANCE = 1e-8
 
 
 def march(
-    model: Model,
+    model: FiniteElementModel,
     program: Program,
     *,
     tolerance: float = TOLERANCE,
@@ -105,7 +105,7 @@ def march(
 
 
 def _started(
-    model: Model,
+    model: FiniteElementModel,
     solver: Equilibrium,
     program: Program,
     derivatives: _Derivatives,
@@ -136,7 +136,7 @@ def _started(
 class _Run:
     """State of a march in progress."""
 
-    model: Model
+    model: FiniteElementModel
     solver: Equilibrium
     program: Program
     derivatives: _Derivatives

@@ -50,7 +50,7 @@ Array = NDArray[np.float64]
 QUADRATURE_DEGREE_PER_ORDER = 2
 
 
-class Model:
+class FiniteElementModel:
     """A bushing under one mode, ready to be marched.
 
     Parameters

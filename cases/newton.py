@@ -7,8 +7,8 @@ from typing import Any
 from petsc4py import PETSc
 
 from cases.border import Border
-from cases.model import Model
-from cases.small import MOST as MOST_SMALL
+from cases.model import FiniteElementModel
+from cases.small import MOST_UNKNOWNS as MOST_SMALL
 from cases.small import Small
 
 # Where MUMPS says how many negative eigenvalues a symmetric matrix has (INFOG).
@@ -51,7 +51,7 @@ def newton_solver(comm: Any, most: int, unknowns: int, border: Border | None) ->
     return snes
 
 
-def bends(model: Model, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
+def bends(model: FiniteElementModel, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
     """Whether a tangent with contact has more negative eigenvalues than pressures, factorising it.
 
     The energy then has no minimum in the displacements nearby, and Newton's step is not one of descent. Behind a

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 from geometry.dolfinx_api import collapsed
 
 Array = NDArray[np.float64]
@@ -22,15 +22,15 @@ Array = NDArray[np.float64]
 STRIDE = 0.5
 # Most states that are searched on the way from one state of the march to the next: a limit of the time, some ten
 # milliseconds each, that only steps of 25 facets' breadth reach.
-MOST = 50
+MOST_BETWEEN = 50
 
 
-def passes_through(model: Model, states: Array, whole: Callable[[], Model]) -> bool:
+def passes_through(model: FiniteElementModel, states: Array, whole: Callable[[], FiniteElementModel]) -> bool:
     """Whether any surfaces penetrate each other at the states of a march, or on the way from one to the next.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         Model whose mesh several processes share.
     states : Array
         This rank's unknowns, shape (steps, m), in mm for displacements.
@@ -62,7 +62,7 @@ def passes_through(model: Model, states: Array, whole: Callable[[], Model]) -> b
     return bool(comm.bcast(found, root=0))
 
 
-def _displacements(model: Model, owned: bool) -> Iterator[tuple[Array, NDArray[np.int32]]]:
+def _displacements(model: FiniteElementModel, owned: bool) -> Iterator[tuple[Array, NDArray[np.int32]]]:
     """Points (n, 3) and unknowns (n,) of each component of the displacement."""
     space = model.space.sub(0)
     for component in range(space.num_sub_spaces):
@@ -71,7 +71,7 @@ def _displacements(model: Model, owned: bool) -> Iterator[tuple[Array, NDArray[n
         yield alone.tabulate_dof_coordinates()[:count], dofs[:count]
 
 
-def _gathered(alone: Model, parts: list[list[tuple[Array, Array]]], steps: int) -> Array:
+def _gathered(alone: FiniteElementModel, parts: list[list[tuple[Array, Array]]], steps: int) -> Array:
     """Return all unknowns of the whole mesh, shape (steps, n): displacements of all ranks, zero pressures."""
     from scipy.spatial import cKDTree
 
@@ -87,7 +87,7 @@ def _between(states: Array, stride: float) -> Iterator[Array]:
     """Yield the states, with intermediate states so that no unknown changes by more than one stride."""
     before = np.zeros(states.shape[1])
     for state in states:
-        count = int(np.clip(np.ceil(np.abs(state - before).max() / stride), 1, MOST))
+        count = int(np.clip(np.ceil(np.abs(state - before).max() / stride), 1, MOST_BETWEEN))
         for share in np.arange(1, count + 1) / count:
             yield before + share * (state - before)
         before = state

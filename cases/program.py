@@ -35,6 +35,14 @@ class Program:
         if self.time is not None and self.time.shape != self.displacement.shape:
             raise ValueError("a program needs a time for each displacement")
 
+    @property
+    def from_rest(self) -> Program:
+        """The program with rest before its first target, unless it begins there; corners are not kept."""
+        q, time = self.displacement, self.time
+        if q[0] == 0.0:
+            return Program(q, time)
+        return Program(np.concatenate([[0.0], q]), None if time is None else np.concatenate([time[:1], time]))
+
     def turns(self, number: int) -> bool:
         """Whether a path of six motions turns at a target, given by its number."""
         return number in self.corners
@@ -65,9 +73,7 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
     rate : float | None
         mm/s or rad/s, which gives the times; a hold (a repeated point) has no duration then and is refused.
     """
-    corners = np.asarray(points, dtype=float)
-    if corners[0] != 0.0:
-        corners = np.concatenate([[0.0], corners])
+    corners = Program(np.asarray(points, dtype=float)).from_rest.displacement
     lengths = np.abs(np.diff(corners))
     if rate is not None and not lengths.all():
         raise ValueError(

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.predictor import Known
 from cases.ranks import summed
 
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 # Largest number of iterations. Two dozen cost as much as a fresh factorisation in three dimensions, six in the
 # half-plane.
-MOST = 8
+MOST_ITERATIONS = 8
 # Relative error of a rate over the march's tolerance, and the least error that rounding allows. With these, the
 # derivatives by parameters were within 4e-7 of their largest value at the default tolerance (Yeoh and Ogden, four
 # modes).
@@ -53,7 +53,7 @@ class Found:
         Tolerance of the march.
     """
 
-    model: Model
+    model: FiniteElementModel
     ksp: PETSc.KSP
     q: float
     rate: Array
@@ -116,7 +116,7 @@ class Rates:
         close = max(LOOSER * at.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
         while not self._norm(at, left) <= close * self._norm(at, rate):
-            if len(directions) == MOST:
+            if len(directions) == MOST_ITERATIONS:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.
             image, direction = self._preconditioned(at, left, b, step), left.copy()

@@ -8,16 +8,16 @@ from __future__ import annotations
 import numpy as np
 from petsc4py import PETSc
 
-from cases.model import Array, Model
+from cases.model import Array, FiniteElementModel
 from cases.ranks import summed
 
 
-def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
+def reaction(model: FiniteElementModel, residual: PETSc.Vec, rate: Array) -> float:
     """Force Q (N, N mm, or MPa for a coupon) that holds the driven sleeve.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     residual : PETSc.Vec
         Assembled by `System.residual` at the present state, nothing cleared.

@@ -24,7 +24,7 @@ from cases.rigid import completed, solved
 Array = NDArray[np.float64]
 
 # Largest number of iterations; with more, a fresh factorisation costs no more.
-MOST = 4
+MOST_CORRECTIONS = 4
 # Directions whose images are as dependent as this, by the eigenvalues of their products, are left out: rounding changes
 # the eigenvalues by 1e-16 of the largest, so that smaller ones would be wrong by more than 1e-6 of themselves.
 DEPENDENT = 1e-10
@@ -60,7 +60,9 @@ def refined(at: Found, loads: Array, guess: Array) -> Array | None:
         if error * rate <= close:
             return found + left
         # At that rate the iterations that are left must suffice.
-        if len(known) == MOST or (known and error * rate ** (1 + MOST - len(known)) > close):
+        if len(known) == MOST_CORRECTIONS or (
+            known and error * rate ** (1 + MOST_CORRECTIONS - len(known)) > close
+        ):
             return None
         before = error
         directions = left[errors * rate > close]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cases.contact.contact import contact_of
-from cases.model import Array, Model
+from cases.model import Array, FiniteElementModel
 from geometry.mesh import NamedMesh
 
 
-def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
+def relocate(model: FiniteElementModel, mesh: NamedMesh, constrained: Array) -> None:
     """Update a model after the nodes of its mesh have been moved.
 
     Parameters

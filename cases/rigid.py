@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.six import possible, skew, twist_of
@@ -24,7 +24,7 @@ from cases.six import possible, skew, twist_of
 Array = NDArray[np.float64]
 
 
-def reactions(model: Model, residual: PETSc.Vec, q: float) -> Array:
+def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """Force and moment that hold the sleeve, (6,) in N and N mm, about its centre.
 
     Parameters
@@ -79,7 +79,7 @@ class Tangent:
         return found
 
 
-def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
+def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
     """Solve for the response of the body to all rigid motions together.
 
     Parameters
@@ -118,7 +118,7 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
     return Tangent(stiffness * np.outer(mask, mask), answers, pull, arms, moment)
 
 
-def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
+def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
     """Return the direction (n,) whose work on the derivative of the forces is the change of a reaction.
 
     Free motions then move such that their reactions stay zero.
@@ -141,7 +141,7 @@ def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
     return direction
 
 
-def completed(model: Model, forces: Array) -> Array:
+def completed(model: FiniteElementModel, forces: Array) -> Array:
     """Add what all ranks contribute to each unknown's force, and clear those of constrained ones.
 
     Parameters
@@ -172,7 +172,7 @@ def completed(model: Model, forces: Array) -> Array:
     return complete
 
 
-def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
+def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     """Solve for the free unknowns under forces on them.
 
     Parameters
@@ -207,7 +207,7 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
     return found
 
 
-def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
+def _turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """Work of the present forces on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
@@ -218,7 +218,7 @@ def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
     return np.asarray(dyad.T - np.trace(dyad) * np.eye(3))
 
 
-def _unmirrored(model: Model, values: Array) -> Array:
+def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
     """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
     left = np.zeros(6)
     left[list(possible(model.mesh.mirrors))] = 1.0

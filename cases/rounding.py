@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import FiniteElementModel
 
 REASONS = {
     value: name
@@ -14,7 +14,7 @@ REASONS = {
 }
 
 
-def rounding(model: Model) -> float:
+def rounding(model: FiniteElementModel) -> float:
     """Return several times the residual (N) that rounding errors of mu, springs and the sleeves' E leave over a face.
 
     In the half-plane a node stands for a whole circle, and sleeves leave ten times as much (measured up to E = 1e9

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.predictor import Known
 from cases.ranks import summed
@@ -55,7 +55,7 @@ class Sensitivity:
         others that only move the path.
     """
 
-    def __init__(self, model: Model, names: Iterable[str]) -> None:
+    def __init__(self, model: FiniteElementModel, names: Iterable[str]) -> None:
         self.model = model
         self.names = tuple(names)
         self.begin()

@@ -31,7 +31,7 @@ FIRST = 1.0
 THICKER, THINNER = 4.0, 3.0
 # Number of states after which a flow is given up, and largest drag that is tried. Below the least drag, a state without
 # any drag is sought.
-STATES, MOST, LEAST = 100, 1e2, 1e-2
+STATES, MOST_DRAG, LEAST_DRAG = 100, 1e2, 1e-2
 # Largest number of Newton iterations for a state of the flow: a larger drag finds a state sooner than more iterations.
 IMPATIENT = 8
 
@@ -59,7 +59,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
     try:
         for _ in range(STATES):
-            free = drag.viscosity < LEAST
+            free = drag.viscosity < LEAST_DRAG
             if free:
                 outcome = solver.solve(q, here)
             else:
@@ -67,7 +67,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
                 with solver.dragged(drag):
                     outcome = solver.solve(q, here)
             corrections += outcome.iterations
-            if (free and outcome.found) or (drag.viscosity > MOST and not outcome.found):
+            if (free and outcome.found) or (drag.viscosity > MOST_DRAG and not outcome.found):
                 break
             if not outcome.found:
                 drag.viscosity *= THICKER

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode, setting_for
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.snubber import plates
 from forms.law import Law
@@ -42,7 +42,7 @@ def prepare(
     refinement: Refinement = DEFAULT,
     comm: MPI.Comm = MPI.COMM_WORLD,
     features: Sequence[Installed] = (),
-) -> Model:
+) -> FiniteElementModel:
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric.
 
     Parameters
@@ -70,10 +70,10 @@ def prepare(
             shape = item.feature.shape(shape, item.values)
     mesh = build(shape, dimension, mirrors, refinement, comm)
     features = [*features, *plates(shape)]
-    return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
+    return FiniteElementModel(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
 
 
-Prepare = Callable[..., Model]
+Prepare = Callable[..., FiniteElementModel]
 """A function with the arguments of `prepare`, for callers that reuse models made before."""
 
 
@@ -129,7 +129,7 @@ def even_targets(lower: float, upper: float, steps: int) -> Array:
 
 
 def sweep(
-    model: Model,
+    model: FiniteElementModel,
     targets: Array,
     *,
     tolerance: float = TOLERANCE,
@@ -143,7 +143,7 @@ def sweep(
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         Prepared model.
     targets : Array
         Displacements, mm or rad, in any order; rest is added where it is missing.

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 
 # Largest number of unknowns. A coupon has 25, for which dense elimination took 12 microseconds, a back-substitution by
 # MUMPS some 100; for 64 unknowns dense elimination took 240.
-MOST = 32
+MOST_UNKNOWNS = 32
 
 
 class Small:

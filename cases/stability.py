@@ -19,27 +19,36 @@ Dassault Systemes, Abaqus Theory Guide, 4.6.1 (Hyperelastic material behavior): 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cases.kernels import kernel
+from cases.mode import modes
 from forms.answers import principal_moduli
 from forms.law import Law, UnknownName
 
 Array = NDArray[np.float64]
 
-#: Coupon mode -> log strains (e1, e2) per log stretch in the loaded direction.
-PATHS: Mapping[str, tuple[float, float]] = {
-    "uniaxial": (1.0, -0.5),
-    "equibiaxial": (1.0, 1.0),
-    "planar": (1.0, 0.0),
-}
-# Faces that carry the nominal stress: work per volume is (number of faces) P d(stretch).
-_LOADED = {"uniaxial": 1, "equibiaxial": 2, "planar": 1}
 # Stretches that are tried at once, on a path to the first unstable one; arbitrary.
 _CHUNK = 512
+
+
+@cache
+def paths() -> Mapping[str, tuple[float, float]]:
+    """Return the log strains (e1, e2) of each mode of an incompressible coupon per log stretch of a driven axis."""
+    found = {}
+    for mode in modes().values():
+        if mode.specimen == "coupon" and not mode.needs_compressibility:
+            strains: dict[str, float] = dict.fromkeys((face[-1] for face in mode.driven), 1.0)
+            strains |= dict.fromkeys((face[-1] for face in mode.held if face.startswith("face_")), 0.0)
+            # The free axes keep the volume.
+            free = [axis for axis in "xyz" if axis not in strains]
+            strains |= dict.fromkeys(free, -sum(strains.values()) / max(len(free), 1))
+            found[mode.name] = (strains["x"], strains["y"])
+    return found
 
 
 def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:
@@ -115,13 +124,14 @@ def nominal_stress(law: Law, parameters: Mapping[str, float], mode: str, stretch
     path = _path(mode)
     stretch = np.asarray(stretch, dtype=np.float64)
     slopes = _evaluate(law, parameters, np.log(stretch).reshape(-1, 1) * path)[:, :2]
-    return np.asarray((slopes @ path).reshape(stretch.shape) / (_LOADED[mode] * stretch))
+    # Work per volume is the number of driven faces times P d(stretch).
+    return np.asarray((slopes @ path).reshape(stretch.shape) / (modes()[mode].shares * stretch))
 
 
 def coupon_limits(
     law: Law,
     parameters: Mapping[str, float],
-    modes: Sequence[str] = tuple(PATHS),
+    names: Sequence[str] | None = None,
     lower: float = 0.1,
     upper: float = 10.0,
 ) -> dict[str, tuple[float, float]]:
@@ -133,8 +143,8 @@ def coupon_limits(
         The law.
     parameters : Mapping[str, float]
         Values by name, in the units of the law.
-    modes : sequence of str
-        Any of uniaxial, equibiaxial, planar.
+    names : sequence of str, optional
+        Coupon modes other than volumetric ones; all of them if not given.
     lower : float
         Least stretch that is searched, a ratio; the default is what Abaqus searches.
     upper : float
@@ -148,7 +158,7 @@ def coupon_limits(
     """
     return {
         mode: (_limit(law, parameters, mode, lower, 0.0), _limit(law, parameters, mode, upper, float("inf")))
-        for mode in modes
+        for mode in (paths() if names is None else names)
     }
 
 
@@ -171,6 +181,6 @@ def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, bey
 
 
 def _path(mode: str) -> NDArray[Any]:
-    if mode not in PATHS:
-        raise UnknownName(mode, "coupon mode with a closed stress", tuple(PATHS))
-    return np.array(PATHS[mode])
+    if mode not in paths():
+        raise UnknownName(mode, "coupon mode with a closed stress", tuple(paths()))
+    return np.array(paths()[mode])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.outcome import Outcome
 from cases.predictor import Known
 from cases.settling import settle
@@ -90,7 +90,7 @@ class Stepper:
     """
 
     def __init__(
-        self, model: Model, solver: Equilibrium, began: float, widest: float, flows: bool = True
+        self, model: FiniteElementModel, solver: Equilibrium, began: float, widest: float, flows: bool = True
     ) -> None:
         self._model, self._solver, self._widest = model, solver, widest
         self._flows = flows and solver.border is None

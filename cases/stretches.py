@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.elements import Rule
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.points import Points
 from forms.setting import SETTINGS
 from geometry.dolfinx_api import cell_nodes
@@ -18,12 +18,14 @@ from geometry.mesh import NamedMesh
 Array = NDArray[np.float64]
 
 
-def principal_stretches(model: Model, points: Array | None = None, region: str = "rubber") -> Array:
+def principal_stretches(
+    model: FiniteElementModel, points: Array | None = None, region: str = "rubber"
+) -> Array:
     """Principal stretches at the model's present state, on this rank.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     points : Array | None
         Reference coordinates in the cell, shape (p, dimension); those of a quadrature of second degree if not given (of
@@ -39,12 +41,12 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     return stretches_at(stretch_points(model, points, region), model.state.x.array)
 
 
-def stretch_points(model: Model, points: Array | None = None, region: str = "rubber") -> Points:
+def stretch_points(model: FiniteElementModel, points: Array | None = None, region: str = "rubber") -> Points:
     """Points at which `principal_stretches` evaluates, for several states of a model.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     points : Array | None
         Reference coordinates in the cell, shape (p, dimension); those of `principal_stretches` if not given.
@@ -56,7 +58,7 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
     return _default_points(model, region)
 
 
-def _default_points(model: Model, region: str) -> Points:
+def _default_points(model: FiniteElementModel, region: str) -> Points:
     """Return the default points, which are cached for each model and moved with it to another shape."""
     mesh = model.mesh
     degree = 2 if mesh.simplices else 3
@@ -86,7 +88,7 @@ def stretches_at(at: Points, x: Array) -> Array:
     return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))
 
 
-def _points(model: Model, region: str, points: Array) -> Points:
+def _points(model: FiniteElementModel, region: str, points: Array) -> Points:
     """Points of a region's cells, the stress-free body in its present place."""
     rule, setting = Rule.at(points), SETTINGS[model.setting.kinematics]
     found = Points(model.mesh, model.space, setting, model.cells(region), rule)
@@ -134,14 +136,14 @@ _SOLID_FACES = (
 )
 
 
-def surface(model: Model, displacement: float = 0.0) -> Surface | None:
+def surface(model: FiniteElementModel, displacement: float = 0.0) -> Surface | None:
     """The model's faces at its present state: every cell of a half-plane, the outside of a solid.
 
     Collective; the faces of all ranks on rank 0, None elsewhere.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         The model, ready to be marched.
     displacement : float
         Generalised displacement of this state, mm or rad.
@@ -201,7 +203,7 @@ def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
     return np.array(_SECTION_FACES if mesh.dimension == 2 else _SOLID_FACES)
 
 
-def _corners(model: Model, region: str, corners: Array) -> tuple[Array, Array]:
+def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Array, Array]:
     """Reference and deformed Cartesian corner coordinates, each (cells, corners, 3)."""
     at = _points(model, region, corners)
     x, u_ = at.coordinates, at.displacements(model.state.x.array)

@@ -21,6 +21,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import Literal
 
+import ufl
+
 from forms.kinematics import Kinematics
 from forms.law import Scalar
 from forms.symmetric import Symmetric
@@ -57,6 +59,11 @@ class Step:
         """Right Cauchy-Green tensor at the end of the step, volume included."""
         assert self.strain.metric is not None
         return self.strain.metric
+
+    @property
+    def isochoric(self) -> Symmetric:
+        """Right Cauchy-Green tensor at the end of the step without its volume change: J^(-2/3) C."""
+        return ufl.exp(-2 / 3 * ufl.ln(self.strain.J)) * self.metric
 
 
 @dataclass(frozen=True)

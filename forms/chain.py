@@ -74,19 +74,6 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
     return total
 
 
-def made_of(expression: Scalar, variable: Scalar) -> bool:
-    """Whether a ufl.variable occurs in an expression, also inside other variables.
-
-    Parameters
-    ----------
-    expression : Scalar
-        Any UFL expression.
-    variable : Scalar
-        A ufl.variable.
-    """
-    return any(_label(node) == variable.label() for node in _nodes(expression, lambda _: False))
-
-
 @dataclass(frozen=True)
 class Collapse:
     """Derivatives of an energy density W(x(y)) with respect to the innermost variables y.

@@ -10,11 +10,11 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, TypeVar
 
 #: A UFL scalar expression (or a plain number where one is allowed). UFL carries no type information.
 Scalar = Any
@@ -33,6 +33,39 @@ class UnknownName(ValueError):
         self.nearest: str | None = near[0] if near else None
         hint = f'; did you mean "{self.nearest}"?' if self.nearest else "; known:"
         super().__init__(f'"{name}" is not a {kind}{hint} ({", ".join(known)})')
+
+
+class Named(Protocol):
+    """A parameter."""
+
+    @property
+    def name(self) -> str:
+        """Name within the law or effect."""
+
+
+N = TypeVar("N", bound=Named)
+
+
+def named(parameters: Sequence[N], name: str, owner: str) -> N:
+    """Return the parameter called ``name``.
+
+    Parameters
+    ----------
+    parameters : sequence of parameters
+        Those of the owner.
+    name : str
+    owner : str
+        Law or effect, for the message.
+
+    Raises
+    ------
+    UnknownName
+        When there is no such parameter.
+    """
+    for parameter in parameters:
+        if parameter.name == name:
+            return parameter
+    raise UnknownName(name, f"parameter of {owner}", tuple(p.name for p in parameters))
 
 
 class Strain(Protocol):
@@ -124,10 +157,7 @@ class Law:
         UnknownName
             When the law has no such parameter.
         """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
+        return named(self.parameters, name, self.name)
 
     @property
     def start(self) -> dict[str, float]:

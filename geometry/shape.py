@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal
@@ -30,6 +30,20 @@ from geometry.wall import Annulus, Wall
 Mirrors = frozenset[Literal["x", "y", "z"]]
 Names = dict[int, dict[str, int]]
 """Dimension -> name -> tag of the physical group in Gmsh."""
+
+
+def shown_measures(measures: Mapping[str, float], regions: Iterable[str]) -> dict[str, float]:
+    """Return the volumes of meshed bodies and the areas of the bonds, mm3 and mm2, of all that were measured.
+
+    Parameters
+    ----------
+    measures : mapping of str to float
+        By name of a body or an edge, mm3 or mm2.
+    regions : iterable of str
+        Meshed bodies.
+    """
+    wanted = {*regions, "inner_bond", "outer_bond"}
+    return {name: value for name, value in measures.items() if name in wanted}
 
 
 class Sleeve(BaseModel):

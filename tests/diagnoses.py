@@ -23,7 +23,7 @@ from bushcli.mismatch.maps import LocalMap, Missing, MissingProfile
 from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
-from bushcli.selection.searched import Searched, Trial
+from bushcli.selection.searched import Searched, TriedModel
 
 NAN = float("nan")
 CASE = """\
@@ -256,11 +256,12 @@ def ranked(*models):
 
 def searched(models, **changes):
     """A search that fitted these models and found one that cannot be solved."""
-    trials = [Trial("yeoh", (), NAN, 0.0, 8.4)]
+    trials = [TriedModel("yeoh", (), NAN, 0.0, 8.4)]
     trials += [
-        Trial(one.law, one.effects, one.log_evidence - 3.0, one.log_evidence, one.misfit) for one in models
+        TriedModel(one.law, one.effects, one.log_evidence - 3.0, one.log_evidence, one.misfit)
+        for one in models
     ]
-    trials.append(Trial("yeoh", ("swaging",), 4.0, NAN, NAN, "cannot be solved from any start"))
+    trials.append(TriedModel("yeoh", ("swaging",), 4.0, NAN, NAN, "cannot be solved from any start"))
     given = {
         "complete": True,
         "left": 0.002,

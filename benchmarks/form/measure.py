@@ -19,7 +19,7 @@ from bushcli.effects.effect import effects
 from bushcli.faults import find_faults, masks
 from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
-from bushcli.selection.fit import Measured, fit
+from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin
 from bushcli.selection.predict import Beside
@@ -77,7 +77,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
                 cache,
                 bare,
                 one.model,
-                Measured(used, problem.likelihood.plain, problem.noises),
+                FittedSamples(used, problem.likelihood.plain, problem.noises),
                 (base.model,),
                 base.objective,
             )

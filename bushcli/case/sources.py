@@ -218,8 +218,8 @@ class SourceBuilder:
         elif table.diameter is not None:
             area = 0.25 * math.pi * table.diameter**2
         for key in ("stress", "strain"):
-            if getattr(table, key) == "true" and mode == "volumetric":
-                what = f'{dotted((*keys, key))} = "true" has no meaning in a volumetric test'
+            if getattr(table, key) == "true" and modes()[mode].needs_compressibility:
+                what = f'{dotted((*keys, key))} = "true" has no meaning in a {mode} test'
                 self.findings.append(Finding((*keys, key), what, expected='"engineering"'))
         return Specimen(
             table.gauge_length, area, table.stress or "engineering", table.strain or "engineering"

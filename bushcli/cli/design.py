@@ -15,7 +15,7 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.case.toleranced import Toleranced
-    from bushcli.study.task import Task
+    from bushcli.study.task import StudyTask
     from bushcli.study.variable import Variable
 
 
@@ -112,15 +112,15 @@ def design(
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 
 
-def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> Task:
+def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> StudyTask:
     from bushcli.study.hardness import HARDNESS
-    from bushcli.study.task import Task
+    from bushcli.study.task import StudyTask
 
     nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)
     if HARDNESS in tolerances:
         nominal = tolerances[HARDNESS].nominal
     material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
-    return Task(
+    return StudyTask(
         case=run.path.absolute(),
         overrides=run.overrides,
         keys=tuple(one.key for one in variables),

@@ -14,7 +14,7 @@ from bushcli.cli.run import DONE, Run, on_a_case, ranks_there_are
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.export import Source, Writer
+    from bushcli.export import ExportSource, Writer
     from bushcli.export.curves import Bushing
 
 
@@ -90,7 +90,7 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     return DONE
 
 
-def _identified(run: Run, source: Source) -> Source:
+def _identified(run: Run, source: ExportSource) -> ExportSource:
     """Return the source with its law fitted to its coupon tests, as `direct` does."""
     if not source.case.coupons:
         what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
@@ -100,7 +100,7 @@ def _identified(run: Run, source: Source) -> Source:
     return replace(source, case=replace(source.case, material=found.material))
 
 
-def _bushing(run: Run, chosen: Writer, source: Source) -> Bushing:
+def _bushing(run: Run, chosen: Writer, source: ExportSource) -> Bushing:
     """Return curves and matrix; those that the source lacks are simulated."""
     from bushcli.export.bushing import bushing_of
 
@@ -124,7 +124,9 @@ def _said(bushing: Bushing | None) -> list[str]:
     ]
 
 
-def _summary(run: Run, chosen: Writer, source: Source, units: str, bushing: Bushing | None) -> dict[str, Any]:
+def _summary(
+    run: Run, chosen: Writer, source: ExportSource, units: str, bushing: Bushing | None
+) -> dict[str, Any]:
     from bushcli.report.document import cleaned, head
 
     result = head("export", source.case, (), run.timings())

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from bushcli.study.plan import Plan, Sampling
     from bushcli.study.rows import Rows
     from bushcli.study.study import Study
-    from bushcli.study.task import Task
+    from bushcli.study.task import StudyTask
 
 SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
 
@@ -150,11 +150,11 @@ def _plan(
     return plan(given, sampling, designs, seed)
 
 
-def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> Task:
+def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
     from bushcli.report.study import described
     from bushcli.study.answers import answer, default_answers
     from bushcli.study.hardness import HARDNESS
-    from bushcli.study.task import Task
+    from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:
         expected = "[[recordings]] or [[load_cases]]"
@@ -166,7 +166,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
         raise InputError(
             Problem(f"--vary hardness={hardness.spec}", "is not a Shore A hardness", "", '"60 +- 5"')
         )
-    return Task(
+    return StudyTask(
         case=run.path.absolute(),
         overrides=run.overrides,
         keys=plan.keys,

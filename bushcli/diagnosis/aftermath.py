@@ -23,7 +23,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Fitted
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.queue import Progress
-from bushcli.selection.state import Problem, State
+from bushcli.selection.state import CommonData, State
 from cases.march import NotConverged
 
 
@@ -37,7 +37,7 @@ class Extras:
 
     def make(
         self,
-        problem: Problem,
+        problem: CommonData,
         plain: Fitted,
         models: Sequence[Weighed],
         crew: Workers,
@@ -49,7 +49,7 @@ class Extras:
 
         Parameters
         ----------
-        problem : Problem
+        problem : CommonData
         plain : Fitted
             The plain law.
         models : sequence of Weighed
@@ -80,7 +80,7 @@ class Extras:
             self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
 
 
-def _maps(problem: Problem, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:
+def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:
     from bushcli.mismatch.bushing import local_map
 
     if problem.case.geometry.specimen == "coupon":
@@ -128,7 +128,7 @@ def share_left(best: Weighed, plain: State) -> float:
 
 
 def before_and_after(
-    cache: ModelCache, asked: Question, problem: Problem, plain: Fitted, best: Weighed
+    cache: ModelCache, asked: Question, problem: CommonData, plain: Fitted, best: Weighed
 ) -> tuple[DiagnosedChannel, ...]:
     """Return every recording beside the plain law and the most probable model; those held out are predicted.
 
@@ -136,7 +136,7 @@ def before_and_after(
     ----------
     cache : ModelCache
     asked : Question
-    problem : Problem
+    problem : CommonData
     plain : Fitted
         The plain law.
     best : Weighed

@@ -18,6 +18,7 @@ from bushcli.diagnosis.result import (
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, displacement_noise
+from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
@@ -100,10 +101,9 @@ def channel(
         Samples that count.
     held_out : bool
     """
-    span = float(np.ptp(recording.force[used]))
 
     def percent(force: Array) -> float:
-        return 100.0 * float(np.sqrt(np.mean((force - recording.force)[used] ** 2))) / span
+        return rms_percent((force - recording.force)[used], recording.force[used])
 
     steps = schedule(recording.time, recording.displacement, displacement_noise(recording))
     clock = np.arange(len(recording.displacement), dtype=float) if recording.time is None else recording.time
@@ -115,7 +115,7 @@ def channel(
         after,
         percent(before),
         percent(after),
-        100.0 * sigma / span,
+        100.0 * sigma / float(np.ptp(recording.force[used])),
         held_out,
         steps.path(clock),
         ~used,

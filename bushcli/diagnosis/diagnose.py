@@ -18,8 +18,7 @@ from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities, unfitted
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
-from bushcli.errors import InputError
-from bushcli.errors import Problem as Finding
+from bushcli.errors import InputError, Problem
 from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
@@ -36,7 +35,7 @@ from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
-from bushcli.selection.state import Problem, State
+from bushcli.selection.state import CommonData, State
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
     if rough is None:
         tried = ", ".join(f"{k} = {v:g}" for k, v in asked.plain.start.items())
         raise InputError(
-            Finding(
+            Problem(
                 asked.case.path.name,
                 f"{asked.plain.law} cannot be solved on these recordings from {tried}, nor from its own start values",
             )
@@ -287,7 +286,7 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
 
 
 def _finished(
-    best: Weighed, rough: Fitted, chosen: Model, problem: Problem, crew: Workers
+    best: Weighed, rough: Fitted, chosen: Model, problem: CommonData, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
     """Return the best model on the default mesh, and the plain law fitted as accurately as by `bushcli inverse`.
 

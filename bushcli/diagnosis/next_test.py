@@ -39,7 +39,7 @@ from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
-from bushcli.selection.state import Problem
+from bushcli.selection.state import CommonData
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
 from cases.march import NotConverged
@@ -80,13 +80,13 @@ class ExpectedCurve:
 
 
 def next_test(
-    problem: Problem, rivals: Sequence[Weighed], workers: Workers, notify: Progress
+    problem: CommonData, rivals: Sequence[Weighed], workers: Workers, notify: Progress
 ) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it.
 
     Parameters
     ----------
-    problem : Problem
+    problem : CommonData
     rivals : sequence of Weighed
     workers : Workers
     notify : callable
@@ -211,7 +211,7 @@ def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
     return max(float(difference @ difference - imitated), 0.0) / (8.0 * v)
 
 
-def _menu(problem: Problem) -> list[Proposal]:
+def _menu(problem: CommonData) -> list[Proposal]:
     """Return the cheapest recordings of the modes that have been recorded, and one of each other mode."""
     mounted = [one.mode for one in problem.recordings]
     amplitudes: dict[str, float] = {}
@@ -234,7 +234,7 @@ def _menu(problem: Problem) -> list[Proposal]:
     return found
 
 
-def _sigma(problem: Problem, proposal: Proposal, span: float) -> float:
+def _sigma(problem: CommonData, proposal: Proposal, span: float) -> float:
     for recording, noise in zip(problem.recordings, problem.noises, strict=True):
         if recording.mode == proposal.channel:
             return noise.sigma

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case, Material
 from bushcli.effects.effect import Effect
 from bushcli.effects.effect import effects as catalogue
-from bushcli.errors import InputError, nearest
-from bushcli.errors import Problem as Finding
+from bushcli.errors import InputError, Problem, nearest
 from bushcli.faults import DataFault, find_faults, masks
 from bushcli.inverse.identify import fit_coupons
 from bushcli.likelihood.form import Likelihood
@@ -22,11 +21,11 @@ from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.workers import Workers
-from bushcli.selection.fit import Measured, fit
+from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import all_features
-from bushcli.selection.state import Problem, State
+from bushcli.selection.state import CommonData, State
 from forms.law import law, laws
 
 Mask = NDArray[np.bool_]
@@ -120,11 +119,11 @@ def _checked(
     """The recordings of the case, after all names have been checked."""
     if not case.recordings:
         wanted = "[[recordings]] with mode and file"
-        raise InputError(Finding(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
+        raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
     recordings = tuple(read_recording(source, tables=tables) for source in case.recordings)
     if model is not None and model not in laws():
         raise InputError(
-            Finding("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
+            Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
         )
     names = [one.name for one in recordings]
     for given, known, option, kind in (
@@ -137,12 +136,12 @@ def _checked(
             lists = [""] * (len(wrong) - 1) + [", ".join(known)]
             raise InputError(
                 *(
-                    Finding(option, f'"{name}" is not {kind}', nearest(name, known), expected)
+                    Problem(option, f'"{name}" is not {kind}', nearest(name, known), expected)
                     for name, expected in zip(wrong, lists, strict=True)
                 )
             )
     if hold_out and set(names) <= set(hold_out):
-        raise InputError(Finding("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
+        raise InputError(Problem("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
     return recordings
 
 
@@ -190,7 +189,7 @@ def posed(
     used: tuple[Mask, ...],
     crew: Workers,
     cache: ModelCache,
-) -> tuple[Problem, State]:
+) -> tuple[CommonData, State]:
     """Return the likelihood, and the plain law fitted under it.
 
     What the plain law leaves is what effects may explain. Its first fit begins with the error that `begin` assumed, its
@@ -218,15 +217,15 @@ def posed(
     ]
     noises = all_levelled(noises, features, left)
     features = all_features(cache, case, plain.model, used, noises)
-    empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
+    empty = CommonData(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
 
-    def explaining(fitted: Fitted) -> Problem:
+    def explaining(fitted: Fitted) -> CommonData:
         excess = State(empty, fitted).evidence.left.excess
         return replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
 
     fitted, problem = plain, explaining(plain)
     for _ in range(2 if plain.names else 0):
-        measured = Measured(used, problem.likelihood.plain, noises)
+        measured = FittedSamples(used, problem.likelihood.plain, noises)
         fitted = crew.run(fit, [(case, fitted.model, measured)])[0] or fitted
         problem = explaining(fitted)
     return problem, State(problem, fitted)

@@ -53,6 +53,17 @@ class ActiveEffect:
         given = {p.branch for p in self.effect.parameters if p.name in self.values}
         return tuple(p for p in self.effect.parameters if not p.optional or p.branch in given)
 
+    def with_values(self, parameters: Mapping[str, float]) -> ActiveEffect:
+        """Return the effect with other values of its parameters; those that are not given keep theirs.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            By full name, in N, mm, MPa, s, rad; those of other effects are ignored.
+        """
+        values = {p.name: parameters.get(self.full_name(p), self.values[p.name]) for p in self.parameters}
+        return replace(self, values=values)
+
     @property
     def variant(self) -> str:
         """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often empty."""

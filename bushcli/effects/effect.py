@@ -26,7 +26,7 @@ from bushcli.effects.change import RigChange
 from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
-from forms.law import UnknownName
+from forms.law import UnknownName, named
 from geometry.shape import Mirrors, Shape, Sleeve
 
 if TYPE_CHECKING:
@@ -229,10 +229,7 @@ class Effect:
         UnknownName
             When the effect has no such parameter.
         """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
+        return named(self.parameters, name, self.name)
 
     @property
     def branches(self) -> int:

@@ -21,7 +21,7 @@ from bushcli.likelihood.linearised import cone_fit
 Array = NDArray[np.float64]
 
 # Largest number of solutions, and relative change between two of them that counts as zero.
-MOST, SAME = 30, 1e-6
+MOST_SOLUTIONS, SAME = 30, 1e-6
 
 
 def amplitudes(
@@ -69,7 +69,7 @@ def _settled(
     """Return the converged solution; the first one uses the pull of the priors at the values `at` (k,)."""
     signs = [1 if one is not None and one.one_sided else 0 for one in known]
     found: Array = np.zeros(len(start))
-    for _ in range(MOST):
+    for _ in range(MOST_SOLUTIONS):
         before = found
         pull = [0.0 if k is None else k.pull(float(v)) for k, v in zip(known, at, strict=True)]
         found = bounded(cone_fit(gram + np.diag(pull), score, signs)[0])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.prior import Known
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
 from bushcli.likelihood.form import Judged, Likelihood
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-class Posterior(Problem):
+class Posterior(LeastSquaresProblem):
     """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
 
     likelihood: Likelihood

@@ -4,14 +4,14 @@
 `writer.all_writers` returns the writers, one file per program in ``bushcli/export/writers``.
 """
 
-from bushcli.export.source import Source, read_source
+from bushcli.export.source import ExportSource, read_source
 from bushcli.export.units import SYSTEMS, UnitSystem, unit_system
 from bushcli.export.writer import Order, Writer, all_writers, writer_for
 
 __all__ = [
     "SYSTEMS",
+    "ExportSource",
     "Order",
-    "Source",
     "UnitSystem",
     "Writer",
     "all_writers",

@@ -12,7 +12,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.export.curves import Array, Bushing, ForceCurve
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
-from bushcli.export.source import Source as Exported
+from bushcli.export.source import ExportSource
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
@@ -24,13 +24,13 @@ FADING = ("viscoelasticity", "friction")
 
 
 def bushing_of(
-    source: Exported, chosen: Writer, progress: Progress | None = None, tables: TableCache | None = None
+    source: ExportSource, chosen: Writer, progress: Progress | None = None, tables: TableCache | None = None
 ) -> Bushing:
     """Return the bushing's data for a writer of vehicle models.
 
     Parameters
     ----------
-    source : Exported
+    source : ExportSource
         Case whose parameters all have values, and the curves that exist already.
     chosen : Writer
         Of kind "bushing", "matrix" or "force_law".
@@ -79,7 +79,7 @@ def bushing_of(
 
 
 def _simulated(
-    source: Exported, case: Case, progress: Progress | None, tables: TableCache
+    source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
     from bushcli.simulate.kept import Kept
@@ -107,14 +107,14 @@ def _several(case: Case) -> list[str]:
     return [name for (name, _), one in zip(case.channels, channels, strict=True) if one.six is not None]
 
 
-def _nothing(source: Exported) -> InputError:
+def _nothing(source: ExportSource) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
     if _several(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _ranges(source: Exported, case: Case, tables: TableCache) -> list[tuple[str, str, float, float]]:
+def _ranges(source: ExportSource, case: Case, tables: TableCache) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
     # A result contains the paths; the files of its recordings may have moved.

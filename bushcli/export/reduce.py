@@ -30,6 +30,7 @@ from bushcli.effects.active import ActiveEffect, acting
 from bushcli.errors import InputError, Problem
 from bushcli.export.fmu.force_law import Channel
 from bushcli.export.soften import softening
+from bushcli.recording.misfit import peak_percent, rms_percent
 from cases.march import NotConverged
 from cases.mode import modes
 
@@ -72,13 +73,12 @@ class Reduced:
     @property
     def rms_percent(self) -> float:
         """Root mean square error as a percentage of the range of the force."""
-        difference = self.predicted - self.simulated
-        return float(100.0 * np.sqrt(np.mean(difference**2)) / np.ptp(self.simulated))
+        return rms_percent(self.predicted - self.simulated, self.simulated)
 
     @property
     def peak_percent(self) -> float:
         """Largest error as a percentage of the range of the force."""
-        return float(100.0 * np.max(np.abs(self.predicted - self.simulated)) / np.ptp(self.simulated))
+        return peak_percent(self.predicted - self.simulated, self.simulated)
 
 
 def reduce(

@@ -28,7 +28,7 @@ _COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
 
 
 @dataclass(frozen=True)
-class Source:
+class ExportSource:
     """Source of an export.
 
     Attributes
@@ -48,7 +48,7 @@ class Source:
     curves: tuple[ForceCurve, ...] = ()
     stiffness_matrix: Array | None = None
 
-    def without(self, names: Sequence[str]) -> Source:
+    def without(self, names: Sequence[str]) -> ExportSource:
         """Return this source without some of its effects.
 
         Parameters
@@ -73,7 +73,7 @@ class Source:
         return replace(self, case=replace(self.case, effects=kept), curves=curves)
 
 
-def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> Source:
+def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> ExportSource:
     """Read a case file, or a folder of results.
 
     Parameters
@@ -93,7 +93,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
     file = path / RESULT if path.is_dir() else path
     if file.name != RESULT:
         case = load_case(path, overrides, tables)
-        source = Source(case, str(path))
+        source = ExportSource(case, str(path))
     elif overrides:
         what = "changes a case file, but a result is given"
         raise InputError(
@@ -126,7 +126,7 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
     return result
 
 
-def _from_result(result: dict[str, Any], where: str, folder: Path) -> Source:
+def _from_result(result: dict[str, Any], where: str, folder: Path) -> ExportSource:
     shown = dict(result["case"])
     command = result["command"]
     if command == "direct":
@@ -144,7 +144,7 @@ def _from_result(result: dict[str, Any], where: str, folder: Path) -> Source:
     elif command in ("fit", "inverse"):
         _put_identified(shown, result)
     case = rebuilt_case(shown, folder)
-    return Source(case, where, curves_of(result), matrix_of(result))
+    return ExportSource(case, where, curves_of(result), matrix_of(result))
 
 
 def _material(shown: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:

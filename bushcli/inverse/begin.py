@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from bushcli.inverse.local import inside
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from cases.stability import moduli
 
 Array = NDArray[np.float64]
@@ -23,7 +23,9 @@ ENLARGED = (1.0, 3.0, 10.0, 30.0)
 SOLVED = 8
 
 
-def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> tuple[Array, Array | None]:
+def first_point(
+    problem: LeastSquaresProblem, start: Array, lower: Array, upper: Array
+) -> tuple[Array, Array | None]:
     """Return the solvable point at the right scale that is nearest to the start, and its origin.
 
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
@@ -31,7 +33,7 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
@@ -57,12 +59,12 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
     return initial, None
 
 
-def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
+def candidates(problem: LeastSquaresProblem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
     """Yield points from the start to the law's own start, which has the safest parameters for the shape of the curve.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
@@ -85,12 +87,12 @@ def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> It
             yield inside(np.where(shaping, mixed * enlarged, mixed), lower, upper)
 
 
-def own_start(problem: Problem, start: Array) -> Array:
+def own_start(problem: LeastSquaresProblem, start: Array) -> Array:
     """Return the law's own start values, and the given values of all other parameters.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     start : Array
         Values of the parameters that are not the law's, shape (parameters,).
@@ -99,23 +101,23 @@ def own_start(problem: Problem, start: Array) -> Array:
     return np.array([known.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
 
-def own_parameters(problem: Problem) -> NDArray[np.bool_]:
+def own_parameters(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     """Return which of the parameters belong to the law."""
     known = {parameter.name for parameter in problem.law.parameters}
     return np.array([name in known for name in problem.names])
 
 
-def scalable(problem: Problem) -> NDArray[np.bool_]:
+def scalable(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
     """Return which of the parameters the energy is linear in."""
     return np.array([name in problem.law.linear for name in problem.names])
 
 
-def shear(problem: Problem, x: Array) -> float:
+def shear(problem: LeastSquaresProblem, x: Array) -> float:
     """Initial shear modulus, MPa.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -123,12 +125,12 @@ def shear(problem: Problem, x: Array) -> float:
     return float(problem.law.shear_modulus(**problem.law_parameters(x)))
 
 
-def is_stable(problem: Problem, x: Array) -> bool:
+def is_stable(problem: LeastSquaresProblem, x: Array) -> bool:
     """Whether the law is stable in all monitored states; this takes milliseconds, a march much longer.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -137,7 +139,7 @@ def is_stable(problem: Problem, x: Array) -> bool:
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 
 
-def scaled(problem: Problem, trial: Array, lower: Array, upper: Array) -> Array:
+def scaled(problem: LeastSquaresProblem, trial: Array, lower: Array, upper: Array) -> Array:
     """Return a solvable point in which the parameters that the energy is linear in have the right scale.
 
     One evaluation removes any error of scale. If the motion prescribes the deformation (coupons), the force is linear
@@ -146,7 +148,7 @@ def scaled(problem: Problem, trial: Array, lower: Array, upper: Array) -> Array:
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     trial : Array
         Parameters, shape (parameters,), in the units of the law.

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import Combination
+from bushcli.recording.misfit import correlation_time
 
 Array = NDArray[np.float64]
 
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 UNDETERMINED = 1e-3
 
 
-def covariance(problem: Problem, x: Array) -> Array:
+def covariance(problem: LeastSquaresProblem, x: Array) -> Array:
     """Return the covariance of the parameters, shape (p, p), from the misfit that remains.
 
     The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes its own variance of
@@ -26,7 +27,7 @@ def covariance(problem: Problem, x: Array) -> Array:
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -51,7 +52,7 @@ def covariance(problem: Problem, x: Array) -> Array:
     return np.asarray(bread @ middle @ bread)
 
 
-def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
+def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, float]]:
     """Return, by channel and parameter, the relative change of the parameter when the channel's force is 1 % larger.
 
     A recording's noise is not its only error: a load cell out of calibration, a coarse mesh or missing physics shift a
@@ -59,7 +60,7 @@ def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -83,29 +84,17 @@ def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
 def autocorrelation_time(error: Array) -> float:
     """Return how many neighbouring samples carry the information of one independent sample; 1 for white noise.
 
-    It is the sum of the autocorrelation up to the first lag that is five times the sum so far (Sokal's rule).
+    A mean of the error is subtracted, because a force offset does not correlate neighbours.
     """
-    n = len(error)
-    centred = error - error.mean()
-    power = float(centred @ centred)
-    if n < 8 or power == 0.0:
-        return 1.0
-    spectrum = np.fft.rfft(centred, 2 * n)
-    correlation = np.fft.irfft(spectrum * np.conj(spectrum))[: n // 2] / power
-    total = 1.0
-    for lag in range(1, len(correlation)):
-        total += 2.0 * float(correlation[lag])
-        if lag >= 5.0 * total:
-            break
-    return float(np.clip(total, 1.0, n / 4))
+    return correlation_time(error - error.mean())
 
 
-def directions(problem: Problem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
+def directions(problem: LeastSquaresProblem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
     """Return the relative singular values, per relative change of each parameter, and the undetermined combinations.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.

@@ -26,12 +26,14 @@ from bushcli.recording import (
     matching,
 )
 from bushcli.recording.curve import Curve
+from bushcli.recording.misfit import NOISE_FLOOR
+from bushcli.recording.odd import swept_range, unfolded
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
 from cases.mode import modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
 from geometry.shape import Shape
@@ -50,12 +52,10 @@ REACHED = 60
 PATIENCE = 3
 # Solved curves that are cached: one fit often begins where another one ended, and a curve may take some seconds.
 KEPT = 32
-# No recording is trusted to better than this share of its force range, because models and rigs are no more accurate.
-NOISE_FLOOR = 1e-3
 
 
 @dataclass(frozen=True)
-class Answer:
+class ChannelForces:
     """Force at the solved displacements, shape (m,), and its derivatives, shape (m, parameters).
 
     Nothing else of an evaluation has to be saved, because samples are interpolated from it. For a channel with effects
@@ -108,7 +108,7 @@ class Channel:
             self.simulation = with_effects(recording, path, *body)
         # Samples of the cycles in use, among those of the whole path.
         self._used = matching(recording if recording.six else path, recording)
-        self.model: Model = (
+        self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
             else self.simulation.model
@@ -121,7 +121,7 @@ class Channel:
         # Largest number of failed steps of a march that reached its end; None before the first one.
         self.hardest: int | None = None
         # Solved curves by parameter values and names of the derivatives.
-        self._solved: dict[tuple[object, ...], Answer] = {}
+        self._solved: dict[tuple[object, ...], ChannelForces] = {}
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -143,7 +143,7 @@ class Channel:
         """Name of the channel."""
         return self.recording.name
 
-    def solve(self, parameters: Mapping[str, float], names: Sequence[str]) -> Answer:
+    def solve(self, parameters: Mapping[str, float], names: Sequence[str]) -> ChannelForces:
         """Return the curve for a set of parameters, and its exact derivatives with respect to those named.
 
         Parameters
@@ -166,7 +166,7 @@ class Channel:
                 raise unsolved(str(error)) from None
             self._remember(answer.history)
             q = self.recording.displacement
-            return Answer(q, answer.force[self._used], answer.slope[self._used])
+            return ChannelForces(q, answer.force[self._used], answer.slope[self._used])
         # The model has no parameters of effects that do not act on this channel.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         self.model.set_parameters(own)
@@ -177,7 +177,7 @@ class Channel:
             self._solved[asked] = self._swept(names)
         return self._solved[asked]
 
-    def _swept(self, names: Sequence[str]) -> Answer:
+    def _swept(self, names: Sequence[str]) -> ChannelForces:
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
@@ -189,7 +189,7 @@ class Channel:
         )
         self._remember(history)
         none = np.zeros((len(history.force), 0))
-        return Answer(
+        return ChannelForces(
             history.displacement,
             history.force,
             none if history.sensitivity is None else history.sensitivity,
@@ -241,7 +241,7 @@ class Channel:
         chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
         return np.asarray(isochoric[chosen])
 
-    def curve(self, answer: Answer) -> Curve:
+    def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
         if self.simulation is not None:
             path = self.simulation.path[self._used]
@@ -253,14 +253,13 @@ class Channel:
         fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
         return Curve(self.recording.mode, fine, CubicSpline(q, force)(fine))
 
-    def _both_sides(self, answer: Answer) -> tuple[Array, Array, Array]:
-        q, force, slope = answer.displacement, answer.force, answer.slope
+    def _both_sides(self, answer: ChannelForces) -> tuple[Array, Array, Array]:
+        q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
         if self.odd:
-            q, first = np.unique(np.concatenate([q, -q]), return_index=True)
-            force, slope = (np.concatenate([v, -v])[first] for v in (force, slope))
-        return q, force, slope
+            q, values = unfolded(q, values)
+        return q, values[:, 0], values[:, 1:]
 
-    def at_samples(self, answer: Answer) -> tuple[Array, Array]:
+    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
             return self.share * answer.force + self.offset, self.share * answer.slope
@@ -285,8 +284,7 @@ def _coupon_targets(q: Array) -> Array:
 
 
 def _targets(q: Array, odd: bool) -> Array:
-    low, high = min(0.0, float(q.min())), max(0.0, float(q.max()))
-    return even_targets(0.0, max(high, -low), STEPS) if odd else even_targets(low, high, STEPS)
+    return even_targets(*swept_range(q, odd), STEPS)
 
 
 def _noise(recording: Recording) -> float:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Answer, Channel
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.channel import Channel, ChannelForces
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import FittedCurve
 from bushcli.inverse.task import Task
 from bushcli.recording.curve import Curve
+from bushcli.recording.misfit import rms_percent
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 
 
 def compared_curves(
-    task: Task, problem: Problem, held_out: list[Channel], x: Array, start: Array
+    task: Task, problem: LeastSquaresProblem, held_out: list[Channel], x: Array, start: Array
 ) -> tuple[FittedCurve, ...]:
     """Return each channel's recording with its curve at `x`, and at `start` where that has been solved.
 
@@ -26,7 +27,7 @@ def compared_curves(
     ----------
     task : Task
         Definition of the identification.
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     held_out : list[Channel]
         Channels that are predicted instead of fitted.
@@ -51,15 +52,17 @@ def compared_curves(
     return tuple(found)
 
 
-def _compared(channel: Channel, answer: Answer, started: Answer | None, held_out: bool) -> FittedCurve:
+def _compared(
+    channel: Channel, answer: ChannelForces, started: ChannelForces | None, held_out: bool
+) -> FittedCurve:
     recording = channel.recording
     # Bad samples, which the fit leaves out, say nothing about it.
     used = np.isfinite(channel.scale)
-    span = float(np.ptp(recording.force[used]))
+    measured = recording.force[used]
 
-    def curve(solved: Answer) -> tuple[Curve, float]:
+    def curve(solved: ChannelForces) -> tuple[Curve, float]:
         force, _ = channel.at_samples(solved)
-        rms = 100 * float(np.sqrt(np.mean((force - recording.force)[used] ** 2))) / span
+        rms = rms_percent(force[used] - measured, measured)
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
     fitted, rms = curve(answer)
@@ -71,7 +74,7 @@ def _compared(channel: Channel, answer: Answer, started: Answer | None, held_out
         rms_percent=rms,
         started=first,
         started_percent=first_rms,
-        noise_percent=100 * channel.noise / span,
+        noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,
         smooth=channel.curve(answer),
     )

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ REJECTIONS = 3
 GRADIENT = 1e-8
 
 
-def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50) -> Minimum:
+def minimise_by_dogleg(problem: LeastSquaresProblem, start: Array, max_iterations: int = 50) -> Minimum:
     """Minimise half the squared misfit without bounds.
 
     A parameter set that cannot be solved ends the search if a derivative needs it, and counts as a rejection if it is
@@ -39,7 +39,7 @@ def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50)
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
-from bushcli.inverse.problem import ACTIVE, Problem, differences
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem, differences
 
 Array = NDArray[np.float64]
 
@@ -31,12 +31,12 @@ STEPS = 15
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 
-def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array) -> Minimum:
+def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, upper: Array) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     ended : Minimum
         End of the search so far.
@@ -99,7 +99,7 @@ class _Linearised:
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : (p,) array
         Parameters, each in its unit.
@@ -109,7 +109,7 @@ class _Linearised:
         Its derivative.
     """
 
-    def __init__(self, problem: Problem, x: Array, value: Array, slope: Array) -> None:
+    def __init__(self, problem: LeastSquaresProblem, x: Array, value: Array, slope: Array) -> None:
         samples = len(value) - len(problem.states)
         self.problem, self.x, self.norms = problem, x, _norms(slope[:samples])
         self._misfit, self._slope = value[:samples], slope[:samples] / self.norms

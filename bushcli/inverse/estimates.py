@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from bushcli.case import Material
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse import certainty
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.profile import interval
 from bushcli.inverse.result import EndPoint, Estimate, Profile
 from bushcli.inverse.task import Task
@@ -24,7 +23,11 @@ AT_BOUND = 1e-6
 
 
 def estimates(
-    task: Task, problem: Problem, x: Array, bounds: tuple[Array, Array], profiles: Sequence[Profile]
+    task: Task,
+    problem: LeastSquaresProblem,
+    x: Array,
+    bounds: tuple[Array, Array],
+    profiles: Sequence[Profile],
 ) -> tuple[dict[str, Estimate], Array]:
     """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters).
 
@@ -32,7 +35,7 @@ def estimates(
     ----------
     task : Task
         Definition of the identification.
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Identified parameters, shape (parameters,), in the units of the law.
@@ -60,14 +63,14 @@ def estimates(
     return found, covariance / np.maximum(np.outer(spread, spread), 1e-300)
 
 
-def material(task: Task, problem: Problem, x: Array) -> Material:
+def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
     """Return the identified rubber.
 
     Parameters
     ----------
     task : Task
         Definition of the identification.
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Identified parameters, shape (parameters,), in the units of the law.
@@ -78,25 +81,20 @@ def material(task: Task, problem: Problem, x: Array) -> Material:
     return Material(task.model, bulk, problem.law_parameters(x), task.material.terms)
 
 
-def effects(task: Task, problem: Problem, x: Array) -> tuple[ActiveEffect, ...]:
+def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:
     """Return the effects with their identified values.
 
     Parameters
     ----------
     task : Task
         Definition of the identification.
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Identified parameters, shape (parameters,), in the units of the law.
     """
     values = problem.parameters(x)
-    return tuple(
-        replace(
-            one, values={p.name: values.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
-        )
-        for one in task.effects
-    )
+    return tuple(one.with_values(values) for one in task.effects)
 
 
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:

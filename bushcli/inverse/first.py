@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.begin import first_point
 from bushcli.inverse.local import Loss, Minimum
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.search import search
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class First:
 
 
 def first_minimum(
-    problem: Problem,
+    problem: LeastSquaresProblem,
     start: Array,
     lower: Array,
     upper: Array,
@@ -51,7 +51,7 @@ def first_minimum(
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.

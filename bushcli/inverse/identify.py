@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.errors import InputError
-from bushcli.errors import Problem as Finding
+from bushcli.errors import InputError, Problem
 from bushcli.faults import condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
@@ -23,7 +22,7 @@ from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.journal import Journal, history_damaged
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.problem import Problem, Progress
+from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
@@ -151,7 +150,7 @@ class _Run:
     """
 
     task: Task
-    problem: Problem
+    problem: LeastSquaresProblem
     held_out: list[Channel]
     start: Array
     lower: Array
@@ -249,9 +248,9 @@ def _in_file_units(task: Task, x: Array) -> dict[str, float]:
     return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
-def _unsolvable(task: Task, initial: Array) -> Finding:
+def _unsolvable(task: Task, initial: Array) -> Problem:
     tried = ", ".join(f"{name} = {value:g}" for name, value in _in_file_units(task, initial).items())
-    return Finding(
+    return Problem(
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
         "",
@@ -267,7 +266,7 @@ def _best(minima: Sequence[Minimum]) -> int:
 
 def _further_starts(
     task: Task,
-    problem: Problem,
+    problem: LeastSquaresProblem,
     initial: Array,
     lower: Array,
     upper: Array,
@@ -290,7 +289,7 @@ def _further_starts(
 
 def _refine(
     task: Task,
-    problem: Problem,
+    problem: LeastSquaresProblem,
     given: Sequence[Assignment],
     minima: list[Minimum],
     states: dict[int, Array],
@@ -318,7 +317,7 @@ def _refine(
 
 
 def _profiled(
-    task: Task, problem: Problem, best: Minimum, lower: Array, upper: Array, interrupted: bool
+    task: Task, problem: LeastSquaresProblem, best: Minimum, lower: Array, upper: Array, interrupted: bool
 ) -> tuple[Minimum, list[Profile], bool]:
     """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
     found: dict[int, Profile] = {}

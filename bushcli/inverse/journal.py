@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.inverse.channel import Answer
+from bushcli.inverse.channel import ChannelForces
 from bushcli.runtime.bounded import read_bounded
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.store import Store
@@ -35,7 +35,7 @@ _WORK = "bushcli.inverse.journal.evaluation"
 class AnswersCodec:
     """Converts the answers of all channels at one vector of parameters to arrays and back; none if the march failed."""
 
-    def encoded(self, answers: list[Answer]) -> dict[str, Any]:
+    def encoded(self, answers: list[ChannelForces]) -> dict[str, Any]:
         """Return the arrays of the answers by channel and field."""
         arrays: dict[str, Any] = {"channels": np.array(len(answers))}
         for i, answer in enumerate(answers):
@@ -46,7 +46,7 @@ class AnswersCodec:
             }
         return arrays
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[Answer]:
+    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays.
 
         Parameters
@@ -57,7 +57,7 @@ class AnswersCodec:
             Identity of the run and parameters, shape (parameters,) in the units of the law; not needed here.
         """
         return [
-            Answer(
+            ChannelForces(
                 found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
             )
             for i in range(int(found["channels"]))
@@ -89,7 +89,7 @@ class Journal:
         if resume and self._index.exists():
             self._check()
         self._store = Store(folder, AnswersCodec(), resume)
-        self._known: dict[bytes, list[Answer]] = {}
+        self._known: dict[bytes, list[ChannelForces]] = {}
         self._write_index()
 
     def _check(self) -> None:
@@ -136,7 +136,7 @@ class Journal:
         """Number of saved evaluations that were found damaged and calculated again."""
         return self._store.damaged
 
-    def find(self, x: Array) -> list[Answer] | None:
+    def find(self, x: Array) -> list[ChannelForces] | None:
         """Return the answers saved for exactly these parameters, none if the march failed; None if nothing is saved."""
         question = self._question(x)
         known = self._known.get(question[1].tobytes())
@@ -145,14 +145,14 @@ class Journal:
         there, answers = self._store.read(self._store.file(_WORK, question), question)
         return answers if there else None
 
-    def add(self, x: Array, answers: list[Answer]) -> None:
+    def add(self, x: Array, answers: list[ChannelForces]) -> None:
         """Save an evaluation, on disk before this returns; where that fails, `failure` says so.
 
         Parameters
         ----------
         x : Array
             Parameters, shape (parameters,), in the units of the law.
-        answers : list of Answer
+        answers : list of ChannelForces
             One for each channel; none where the march failed.
         """
         question = self._question(x)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, Problem
+from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, LeastSquaresProblem
 from bushcli.inverse.radius import Follower, Trial
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ class Watched:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: LeastSquaresProblem,
         follower: Follower | None,
         patience: int,
         explained: Callable[[Array], bool] | None = None,
@@ -180,7 +180,7 @@ class Watched:
 
 
 def minimise(
-    problem: Problem,
+    problem: LeastSquaresProblem,
     start: Array,
     lower: Array,
     upper: Array,
@@ -193,7 +193,7 @@ def minimise(
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         Its residual is not a number where a march fails, which the trust region answers by shrinking.
     start, lower, upper : Array, shape (parameters,)
         The start, which must be solvable, and the bounds.
@@ -241,18 +241,20 @@ def minimise(
     )
 
 
-def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, upper: Array) -> bool:
+def _is_minimum_already(
+    problem: LeastSquaresProblem, start: Array, x: Array, lower: Array, upper: Array
+) -> bool:
     """Whether a search ended where it began because no step lowers the misfit."""
     stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
     return stayed and predicted_decrease(problem, x, lower, upper) <= STATIONARY
 
 
-def predicted_decrease(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
+def predicted_decrease(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> float:
     """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -266,12 +268,12 @@ def predicted_decrease(problem: Problem, x: Array, lower: Array, upper: Array) -
     return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))
 
 
-def full_step(problem: Problem, x: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+def full_step(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> tuple[Array, float]:
     """Return the full Gauss-Newton step within the bounds, shape (parameters,), and the sum of squares that it leaves.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.

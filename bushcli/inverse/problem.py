@@ -15,13 +15,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
 from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
-from cases.stability import PATHS, moduli
+from cases.stability import moduli, paths
 from forms.law import Law
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ ROUNDS = 5
 Progress = Callable[[Evaluation], None]
 
 
-class Problem:
+class LeastSquaresProblem:
     """Misfit and Jacobian of a set of channels as a function of the law's parameters.
 
     Parameters
@@ -99,7 +99,7 @@ class Problem:
         # Why the search ends at one of its points although the optimiser would continue, or None; also given are
         # whether a trial has failed since the last point, and whether the law was unstable in any trial.
         self.ends: Callable[[Array, bool, bool], Exception | None] | None = None
-        self._known: dict[bytes, list[Answer] | None] = {}
+        self._known: dict[bytes, list[ChannelForces] | None] = {}
 
     def watch(self, x: Array) -> None:
         """Also require stability in the states that the rubber of the bushing reaches with these parameters."""
@@ -203,19 +203,19 @@ class Problem:
         """Whether the parameters have been evaluated already."""
         return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
 
-    def learn(self, x: Array, answers: list[Answer]) -> None:
+    def learn(self, x: Array, answers: list[ChannelForces]) -> None:
         """Take over solved curves from another problem with the same channels.
 
         Parameters
         ----------
         x : Array
             Parameters, shape (parameters,), in the units of the law.
-        answers : list[Answer]
+        answers : list[ChannelForces]
             Solved curves, one for each channel.
         """
         self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
 
-    def answers(self, x: Array) -> list[Answer] | None:
+    def answers(self, x: Array) -> list[ChannelForces] | None:
         """Solved curves of all channels; None where a march did not converge."""
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if key not in self._known:
@@ -230,7 +230,7 @@ class Problem:
             self._report(x)
         return self._known[key]
 
-    def _solve(self, x: Array) -> list[Answer]:
+    def _solve(self, x: Array) -> list[ChannelForces]:
         """Answers of all channels, or an empty list where one of them failed."""
         answers = []
         for channel in self.channels:
@@ -305,7 +305,7 @@ def _coupon_states(stretches: tuple[float, float]) -> Array:
     )
     logs = np.log(loaded)
     states = []
-    for first, second in PATHS.values():
+    for first, second in paths().values():
         e = np.column_stack([first * logs, second * logs, -(first + second) * logs])
         # A state counts only where none of its stretches leaves the range.
         inside = (np.exp(e) >= low - 1e-9).all(axis=1) & (np.exp(e) <= high + 1e-9).all(axis=1)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse import certainty
 from bushcli.inverse.local import Minimum, inside
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import POOR, Limit, Profile
 from bushcli.inverse.search import is_stable_there, is_unstable
@@ -55,12 +55,12 @@ class _Point:
     instability: float
 
 
-def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> float:
+def noise_unit(problem: LeastSquaresProblem, x: Array, covariance: Array, index: int) -> float:
     """Return the rise of the cost at one standard error of a parameter, which accounts for autocorrelation.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -83,7 +83,7 @@ def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> flo
     return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
 
 
-def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
+def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, covariance: Array) -> list[int]:
     """Return the parameters whose standard error would mislead.
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
@@ -94,7 +94,7 @@ def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) ->
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     best : Minimum
         End of the search.
@@ -113,7 +113,12 @@ def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) ->
 
 
 def profiles_of(
-    problem: Problem, best: Minimum, covariance: Array, lower: Array, upper: Array, found: dict[int, Profile]
+    problem: LeastSquaresProblem,
+    best: Minimum,
+    covariance: Array,
+    lower: Array,
+    upper: Array,
+    found: dict[int, Profile],
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
@@ -122,7 +127,7 @@ def profiles_of(
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     best : Minimum
         End of the search.
@@ -151,13 +156,13 @@ def profiles_of(
 
 
 def profile(
-    problem: Problem, x: Array, index: int, covariance: Array, lower: Array, upper: Array
+    problem: LeastSquaresProblem, x: Array, index: int, covariance: Array, lower: Array, upper: Array
 ) -> tuple[Profile, Array | None]:
     """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array, shape (parameters,)
         The best point.
@@ -196,7 +201,7 @@ class _Along:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: LeastSquaresProblem,
         x: Array,
         index: int,
         unit: float,

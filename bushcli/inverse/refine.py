@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum, inside
 from bushcli.inverse.problem import Progress
@@ -58,7 +58,7 @@ class Refined:
 
     minimum: Minimum
     states: Array
-    answers: list[Answer] | None
+    answers: list[ChannelForces] | None
     evaluations: tuple[Evaluation, ...]
     forward_solves: int
     failed_solves: int

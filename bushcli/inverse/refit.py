@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from bushcli.inverse.local import Stopped, Watched
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import Limit
 
 Array = NDArray[np.float64]
@@ -40,7 +40,9 @@ class Refit:
     lower, upper : shape (parameters,)
     """
 
-    def __init__(self, problem: Problem, index: int, unit: float, lower: Array, upper: Array) -> None:
+    def __init__(
+        self, problem: LeastSquaresProblem, index: int, unit: float, lower: Array, upper: Array
+    ) -> None:
         self.problem, self.unit, self.lower, self.upper = problem, unit, lower, upper
         self.rest = np.arange(len(lower)) != index
 

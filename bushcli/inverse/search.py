@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Loss, Minimum, minimise
-from bushcli.inverse.problem import ACTIVE, Problem
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.wall import along_the_wall
 
 Array = NDArray[np.float64]
 
 
 def search(
-    problem: Problem,
+    problem: LeastSquaresProblem,
     start: Array,
     lower: Array,
     upper: Array,
@@ -69,12 +69,12 @@ def search(
     return replace(found, start=start, iterations=iterations)
 
 
-def watch(problem: Problem, x: Array) -> bool:
+def watch(problem: LeastSquaresProblem, x: Array) -> bool:
     """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -87,12 +87,12 @@ def watch(problem: Problem, x: Array) -> bool:
     return True
 
 
-def is_stable_there(problem: Problem, x: Array) -> bool:
+def is_stable_there(problem: LeastSquaresProblem, x: Array) -> bool:
     """Whether the law is stable in the states that the rubber reaches at `x`.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
@@ -100,12 +100,12 @@ def is_stable_there(problem: Problem, x: Array) -> bool:
     return not is_unstable(problem, x, problem.reached(x))
 
 
-def is_unstable(problem: Problem, x: Array, states: Array) -> bool:
+def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
     """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3).
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.

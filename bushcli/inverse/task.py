@@ -15,13 +15,12 @@ from bushcli.case.unit import turning
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
-from bushcli.errors import InputError, nearest
-from bushcli.errors import Problem as Finding
+from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.channels import bushing_channels, coupon_channels
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
-from bushcli.inverse.problem import Problem, Progress
+from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -84,7 +83,7 @@ class Task:
         """
         if self.model not in laws():
             what = f'"{self.model}" is not a law'
-            raise InputError(Finding("--model", what, nearest(self.model, laws()), ", ".join(laws())))
+            raise InputError(Problem("--model", what, nearest(self.model, laws()), ", ".join(laws())))
         return law(self.model)
 
     @property
@@ -101,7 +100,7 @@ class Task:
         unknown = [name for name in self.start if name not in values]
         if unknown:
             what = f"{unknown[0]} is not a parameter of {chosen.name}"
-            raise InputError(Finding("start values", what, nearest(unknown[0], values), ", ".join(values)))
+            raise InputError(Problem("start values", what, nearest(unknown[0], values), ", ".join(values)))
         return Material(chosen.name, given.bulk_modulus, values | dict(self.start), empty.terms)
 
     @property
@@ -193,12 +192,12 @@ class Task:
                 expected = (
                     "one of both; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
-                raise InputError(Finding(case.path.name, what, "", expected))
+                raise InputError(Problem(case.path.name, what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, tables)
         else:
             if not case.recordings:
                 raise InputError(
-                    Finding(case.path.name, "there are no [[recordings]] to identify a law from")
+                    Problem(case.path.name, "there are no [[recordings]] to identify a law from")
                 )
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
@@ -208,10 +207,10 @@ class Task:
         for name in self.hold_out:
             if name not in known:
                 what = f'"{name}" is not a channel of this case'
-                raise InputError(Finding("--hold-out", what, nearest(name, known), ", ".join(known)))
+                raise InputError(Problem("--hold-out", what, nearest(name, known), ", ".join(known)))
         fitted = [channel for channel in found if channel.name not in self.hold_out]
         if not fitted:
-            raise InputError(Finding("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
+            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
         return fitted, [channel for channel in found if channel.name in self.hold_out]
 
     def problem(
@@ -221,7 +220,7 @@ class Task:
         progress: Progress | None = None,
         comm: MPI.Comm = MPI.COMM_WORLD,
         tables: TableCache | None = None,
-    ) -> tuple[Problem, list[Channel]]:
+    ) -> tuple[LeastSquaresProblem, list[Channel]]:
         """The least-squares problem and the channels held out of it.
 
         Parameters
@@ -242,7 +241,7 @@ class Task:
 
     def pose(
         self, fitted: list[Channel], journal: Journal | None = None, progress: Progress | None = None
-    ) -> Problem:
+    ) -> LeastSquaresProblem:
         """The least-squares problem of some channels.
 
         Parameters
@@ -257,7 +256,7 @@ class Task:
         material = self.material
         known = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
-        return Problem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
+        return LeastSquaresProblem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
 
     def identity(self) -> dict[str, Any]:
         """Return the values that must be equal for a run to resume another one."""
@@ -312,7 +311,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         )
     )
     problems = [
-        Finding(
+        Problem(
             "--fix",
             f"no law or effect of this identification has {name}",
             nearest(name, known),
@@ -322,7 +321,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         if name not in known
     ]
     problems += [
-        Finding("--fix", f"leaves no parameter of {task.model} to identify")
+        Problem("--fix", f"leaves no parameter of {task.model} to identify")
         for task in tasks
         if not problems and not task.names
     ]

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from bushcli.case.checks import moduli
-from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
+from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
+from forms.law import laws
 
 # Principal stretches that a bushing's rubber rarely leaves: instability within them is reported.
 USUAL_STRETCHES = (0.5, 2.0)
@@ -209,17 +210,16 @@ def _bounds(fit: Fit) -> list[Condition]:
 
 
 def _tests(fit: Fit, task: Task) -> list[Condition]:
-    modes = {curve.recording.mode for curve in fit.curves if not curve.held_out} - {"volumetric"}
-    if task.source != "coupons" or task.law.basis == "I1" or len(modes) != 1:
+    used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
+    elastic = [mode for mode in used if not modes()[mode].needs_compressibility]
+    if task.source != "coupons" or task.law.basis == "I1" or len(elastic) != 1:
         return []
-    return [
-        Condition(
-            "one_coupon_mode",
-            f"{task.law.name} depends on more than I1, and only {', '.join(modes)} tests are given: what it predicts "
-            "in other modes is not determined",
-            "add a coupon test of another mode, or use a law in I1 alone (yeoh, arruda_boyce, gent, neo_hookean)",
-        )
-    ]
+    what = (
+        f"{task.law.name} depends on more than I1, and only {elastic[0]} tests are given: what it predicts "
+    )
+    simple = ", ".join(one.name for one in laws().values() if one.basis == "I1")
+    remedy = f"add a coupon test of another mode, or use a law in I1 alone ({simple})"
+    return [Condition("one_coupon_mode", f"{what}in other modes is not determined", remedy)]
 
 
 def _stability(fit: Fit) -> list[Condition]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from bushcli.inverse.local import STATIONARY, Loss, Minimum, minimise
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ PATIENCE = 3
 
 
 def along_the_wall(
-    problem: Problem,
+    problem: LeastSquaresProblem,
     ended: Minimum,
     lower: Array,
     upper: Array,
@@ -46,7 +46,7 @@ def along_the_wall(
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     ended : Minimum
         End of the search so far.
@@ -72,7 +72,7 @@ def along_the_wall(
     return best
 
 
-def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
+def _steps(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> Array:
     """Return the best point found by steps within the plane of the boundary; every failure turns the plane."""
     reach = np.inf
     for _ in range(TRIALS):
@@ -109,14 +109,14 @@ def _unknown(sides: Array, points: Array) -> Array | None:
     return next((side for side in sides if not (points @ side > 0.9).any()), None)
 
 
-def known(problem: Problem, x: Array, norms: Array) -> tuple[Array, Array]:
+def known(problem: LeastSquaresProblem, x: Array, norms: Array) -> tuple[Array, Array]:
     """Directions from `x` to the nearest points that failed, and to those solved, shape (n, parameters), unit length.
 
     Of points in nearly the same direction only the nearest is used.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LeastSquaresProblem
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.

@@ -35,11 +35,9 @@ from bushcli.likelihood.windows import (
     noise_in_windows,
 )
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
+from bushcli.recording.misfit import NOISE_FLOOR
 
 Array = NDArray[np.float64]
-
-# Least noise as a share of the force range, as in the identification: models are not more accurate than this.
-FLOOR = 1e-3
 
 # Order of the differences of `force_noise`, which follow any curve and contain little of correlated noise.
 _ORDER = 3
@@ -138,7 +136,7 @@ class Compared:
 
 
 def noise_model(
-    recording: Recording, used: NDArray[np.bool_] | None = None, floor: float = FLOOR
+    recording: Recording, used: NDArray[np.bool_] | None = None, floor: float = NOISE_FLOOR
 ) -> NoiseModel:
     """Return the noise of a recording, estimated from itself.
 
@@ -211,26 +209,6 @@ def autoregression(noise: NoiseModel, values: Array) -> Array:
     """
     r = noise.correlation
     return np.asarray((values[1:] - r * values[:-1]) / np.sqrt(1.0 - r**2))
-
-
-def correlation_time(misfit: Array) -> float:
-    """How many neighbouring samples of a misfit (n,) count as one: 1 for white noise.
-
-    Sum of the autocorrelation up to the first window that is five times the sum so far (Sokal's rule). The mean is
-    not subtracted: a misfit with a mean is not noise.
-
-    References
-    ----------
-    Sokal (1997), Monte Carlo methods in statistical mechanics, doi:10.1007/978-1-4899-0319-8_6.
-    """
-    n, power = len(misfit), float(misfit @ misfit)
-    if n < 8 or power == 0.0:
-        return 1.0
-    spectrum = np.fft.rfft(misfit, 2 * n)
-    correlation = np.fft.irfft(spectrum * np.conj(spectrum))[: n // 2] / power
-    sums = 1.0 + 2.0 * np.cumsum(correlation[1:])
-    enough = np.flatnonzero(np.arange(1, len(sums) + 1) >= 5.0 * sums)
-    return float(np.clip(sums[enough[0]] if len(enough) else sums[-1], 1.0, n / 4))
 
 
 def smoothed(recording: Recording) -> Array:

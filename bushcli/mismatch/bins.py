@@ -13,7 +13,7 @@ from scipy.stats import f, t
 
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, branches, departure
-from bushcli.recording.segment import Branch
+from bushcli.recording.segment import Segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -192,7 +192,7 @@ def _groups(numbers: Sequence[int]) -> tuple[tuple[int, int], ...]:
 
 
 def _rates(
-    found: tuple[Branch, ...], recording: Recording
+    found: tuple[Segment, ...], recording: Recording
 ) -> tuple[list[int], tuple[tuple[float, float], ...]]:
     """Rate class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
     time, q = recording.time, recording.displacement

@@ -28,6 +28,7 @@ from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve
+from bushcli.recording.odd import unfolded
 from bushcli.simulate.six_simulation import Reaction
 from cases import local
 from cases.local import Cells, Local
@@ -162,9 +163,7 @@ def _interpolated(found: Local, channel: Channel) -> Array:
     q, slope = found.history.displacement, found.slope
     if channel.odd:
         # Mirrored halves of the rubber change places with the sign of the load.
-        slope = np.concatenate([slope, -slope[:, _reflected(found.cells, channel)]])
-        q, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        slope = slope[first]
+        q, slope = unfolded(q, slope, -slope[:, _reflected(found.cells, channel)])
     return np.asarray(CubicSpline(q, slope)(channel.recording.displacement))
 
 

@@ -16,7 +16,7 @@ from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
 from bushcli.recording import Recording, branches
-from bushcli.recording.segment import Branch
+from bushcli.recording.segment import Segment
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -81,7 +81,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
         return [MissingProfile(channel.name, along, branch, x, value, std)]
 
     found: list[MissingProfile] = []
-    by_kind: dict[str, list[Branch]] = {}
+    by_kind: dict[str, list[Segment]] = {}
     for branch in branches(recording):
         by_kind.setdefault(branch.kind, []).append(branch)
     for kind, some in by_kind.items():
@@ -111,7 +111,7 @@ def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
     return [(0.5 * float(edges[i] + edges[i + 1]), index[place == i]) for i in range(count)]
 
 
-def _rate(recording: Recording, branch: Branch) -> float:
+def _rate(recording: Recording, branch: Segment) -> float:
     if recording.time is None or branch.kind == "hold" or branch.stop - branch.start < 2:
         return 0.0
     last = branch.stop - 1

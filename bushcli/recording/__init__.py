@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from bushcli.recording.recorded import RecordedPath, Recording, Repair
-from bushcli.recording.segment import Branch
+from bushcli.recording.segment import Segment
 from bushcli.recording.signals import (
     branches,
     cycle_mask,
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from bushcli.recording.write import write_curve_csv
 
 __all__ = [
-    "Branch",
     "RecordedPath",
     "Recording",
     "Repair",
+    "Segment",
     "branches",
     "cycle_mask",
     "departure",

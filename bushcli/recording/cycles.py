@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
-from bushcli.recording.segment import Branch, segment
+from bushcli.recording.segment import Segment, segment
 from bushcli.recording.signals import departure, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
 
 
 def cycles_along(
-    path: Curve, force: Array, noise: Noise = NO_NOISE, found: Sequence[Branch] | None = None
+    path: Curve, force: Array, noise: Noise = NO_NOISE, found: Sequence[Segment] | None = None
 ) -> tuple[Cycle | None, ...]:
     """Return every cycle of a path with another force, such as that simulated at the recorded samples.
 
@@ -122,7 +122,7 @@ def cycles_along(
         nan where it is not known.
     noise : Noise
         Noise of path and force.
-    found : sequence of Branch, optional
+    found : sequence of Segment, optional
         Branches of the path, if it has been cut already.
 
     Returns
@@ -142,7 +142,7 @@ def cycles_along(
 
 
 def _cycle(
-    part: Sequence[Branch], begin: int, path: Curve, force: Array, noise: Noise, slack: float
+    part: Sequence[Segment], begin: int, path: Curve, force: Array, noise: Noise, slack: float
 ) -> Cycle:
     """Return a cycle that starts from the sample `begin`: the one before it, unless cycles between are left out."""
     end = part[-1].stop
@@ -226,12 +226,12 @@ def _weights(x: Array, closed: bool) -> Array:
     return np.asarray(0.5 * (padded[2:] - padded[:-2]))
 
 
-def _work(q: Array, force: Array, branch: Branch, begin: int) -> float:
+def _work(q: Array, force: Array, branch: Segment, begin: int) -> float:
     cut = slice(max(branch.start - 1, begin), branch.stop)
     return float(np.trapezoid(force[cut], q[cut]))
 
 
-def _rate(part: Sequence[Branch], begin: int, path: Curve) -> float | None:
+def _rate(part: Sequence[Segment], begin: int, path: Curve) -> float | None:
     if path.time is None:
         return None
     moving = [(max(b.start - 1, begin), b.stop - 1) for b in part if b.kind != "hold"]
@@ -240,7 +240,7 @@ def _rate(part: Sequence[Branch], begin: int, path: Curve) -> float | None:
     return float(way / seconds) if seconds > 0 else None
 
 
-def _without_holds(part: Sequence[Branch], begin: int) -> NDArray[np.int_]:
+def _without_holds(part: Sequence[Segment], begin: int) -> NDArray[np.int_]:
     """Return the samples of a cycle, of each hold only the first."""
     pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
     return np.unique(np.concatenate([[begin], *pieces]))

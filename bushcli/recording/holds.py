@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
 from bushcli.recording.cycles import NO_NOISE, Noise, Uncertain
-from bushcli.recording.segment import Branch, segment
+from bushcli.recording.segment import Segment, segment
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def holds_along(
     path: Curve,
     force: Array,
     noise: Noise = NO_NOISE,
-    found: Sequence[Branch] | None = None,
+    found: Sequence[Segment] | None = None,
     least_force: float = 0.0,
 ) -> tuple[Hold | None, ...]:
     """Return every hold of a path with another force, such as that simulated at the recorded samples.
@@ -94,7 +94,7 @@ def holds_along(
         nan where it is not known.
     noise : Noise
         Noise of the force.
-    found : sequence of Branch, optional
+    found : sequence of Segment, optional
         Branches of the path, if it has been cut already.
     least_force : float
         Smallest held force for which a relaxation is given, in the unit of the force; for a simulation that is compared

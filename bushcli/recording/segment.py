@@ -43,7 +43,7 @@ _AT_THE_TURN = 0.9
 
 
 @dataclass(frozen=True)
-class Branch:
+class Segment:
     """A stretch of a recording.
 
     Attributes
@@ -78,7 +78,7 @@ def displacement_noise(displacement: Array, time: Array | None = None) -> float:
     return noise_of_sparse(displacement, _abscissa(displacement, time), 3)
 
 
-def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...]:
+def segment(displacement: Array, time: Array | None = None) -> tuple[Segment, ...]:
     """Cut a displacement (n,) at its turning points, holds and zero crossings; see the module for the rules.
 
     Parameters
@@ -89,12 +89,12 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...
 
     Returns
     -------
-    tuple of Branch
+    tuple of Segment
         At least one, covering all samples.
     """
     span = float(np.ptp(displacement))
     if len(displacement) < 2 or span == 0.0:
-        return (Branch("hold", 0, len(displacement), 1, 0),)
+        return (Segment("hold", 0, len(displacement), 1, 0),)
     sigma = displacement_noise(displacement, time)
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
@@ -201,12 +201,12 @@ def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> l
     return merged
 
 
-def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Branch]:
+def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
     cycle, turned = 1, False
     side = _first_side(pieces, q, threshold)
     for place, (start, stop, held) in enumerate(pieces):
         if held:
-            yield Branch("hold", start, stop, cycle, 0)
+            yield Segment("hold", start, stop, cycle, 0)
             continue
         before = max(start - 1, 0)
         direction = 1 if q[stop - 1] > q[before] else -1
@@ -220,7 +220,7 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
             turned = turned or (
                 end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
             )
-            yield Branch(kind, first, last, cycle, direction)
+            yield Segment(kind, first, last, cycle, direction)
 
 
 def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:

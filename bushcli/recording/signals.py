@@ -12,14 +12,14 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise_of_sparse
 from bushcli.recording.recorded import Recording
-from bushcli.recording.segment import Branch, segment
+from bushcli.recording.segment import Segment, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
 _FEWEST = 3
 
 
-def branches(recording: Curve) -> tuple[Branch, ...]:
+def branches(recording: Curve) -> tuple[Segment, ...]:
     """Return the loading, unloading and hold branches with their cycles; `bushcli.recording.segment` has the rules.
 
     Where some of the cycles were selected, they have the numbers that they have in the file.
@@ -31,12 +31,12 @@ def branches(recording: Curve) -> tuple[Branch, ...]:
     return tuple(replace(branch, cycle=numbers[branch.cycle - 1]) for branch in found)
 
 
-def departure(found: Sequence[Branch], i: int) -> int:
+def departure(found: Sequence[Segment], i: int) -> int:
     """Return the sample from which a branch starts: the last before it, unless cycles between are left out.
 
     Parameters
     ----------
-    found : Sequence[Branch]
+    found : Sequence[Segment]
         Branches of a recording, in order.
     i : int
         Index of the branch.

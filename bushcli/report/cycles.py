@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import Branch, branches
+from bushcli.recording import Segment, branches
 from bushcli.recording.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import Quantities, number, percent, quantities
@@ -46,7 +46,7 @@ class History:
         The recording; the simulated curve for a channel without one.
     simulated_force : (n,) array
         At the samples of the path; nan where the simulation ended earlier.
-    found : tuple of Branch
+    found : tuple of Segment
         Branches of the path.
     recorded, simulated : tuple of Cycle or None
         Equally long; None where there is no recording, or the simulation ended before the end of the cycle.
@@ -60,7 +60,7 @@ class History:
     mode: str
     path: Curve
     simulated_force: Array = field(repr=False)
-    found: tuple[Branch, ...] = field(repr=False)
+    found: tuple[Segment, ...] = field(repr=False)
     recorded: tuple[Cycle | None, ...]
     simulated: tuple[Cycle | None, ...]
     recorded_holds: tuple[Hold | None, ...]

@@ -22,6 +22,7 @@ from bushcli.report.diagnosis_values import shown
 from bushcli.report.diagnosis_words import (
     FAULTS,
     effect_names,
+    ended,
     fault_lines,
     form_error_line,
     headline,
@@ -53,21 +54,21 @@ def diagnosis_text(found: Diagnosis) -> Group:
     if found.remaining.mismatch and found.effects:
         parts += _indented(["Misfit that the most probable model leaves:"])
         parts += [Padding(Text(line), _THIRD) for line in points(sentences(found.remaining))]
-    parts += _indented(_ended(*map_lines(found)))
+    parts += _indented(ended(map_lines(found)))
     if found.effects:
         parts += _block("What was left out", effect_lines(found))
         parts.append(Shown(effect_table(found, brief=True)))
     if is_missing(found):
-        parts += _block("What is missing", _ended(*missing_lines(found)))
-    parts += _block("What these recordings cannot tell apart", _ended(*rival_lines(found)))
+        parts += _block("What is missing", ended(missing_lines(found)))
+    parts += _block("What these recordings cannot tell apart", ended(rival_lines(found)))
     parts += _table(probability_table(found))
     parts += _table(model_table(found, _MODELS))
     parts += _table(misfit_table(found))
-    parts += [Text(line) for line in _ended(form_error_line(found))]
+    parts += [Text(line) for line in ended([form_error_line(found)])]
     if found.verdict != "faulty_data":
         parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
-    parts += _block("Next test", _ended(*next_test_lines(found)))
-    parts += _block("Search", _ended(*searched_lines(found), *untestable_lines(found)))
+    parts += _block("Next test", ended(next_test_lines(found)))
+    parts += _block("Search", ended([*searched_lines(found), *untestable_lines(found)]))
     spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"
     parts.append(Text(spent, "dim"))
     parts += problem_parts(one for one in found.conditions if one.name not in FAULTS)
@@ -79,9 +80,9 @@ def effect_lines(found: Diagnosis) -> list[str]:
     lines = []
     for effect in found.effects:
         doubt = "" if effect.plausible else " Hardly plausible."
-        remark = f" {_ended(effect.remark)[0]}" if effect.remark else ""
+        remark = f" {ended([effect.remark])[0]}" if effect.remark else ""
         lines.append(
-            f"{effect.label} ({chance(effect.probability)}): {_ended(effect.summary)[0]}{doubt}{remark}"
+            f"{effect.label} ({chance(effect.probability)}): {ended([effect.summary])[0]}{doubt}{remark}"
         )
     return lines
 
@@ -138,8 +139,3 @@ def _indented(lines: Sequence[str]) -> list[object]:
 
 def _table(table: Table) -> list[object]:
     return [Text(), Shown(table)] if table.rows else []
-
-
-def _ended(*lines: str) -> list[str]:
-    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
-    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
@@ -13,6 +12,7 @@ from bushcli.report.diagnosis_words import (
     best_probability,
     catalogue,
     effects_with_chance,
+    ended,
     fault_lines,
     form_error_line,
     group_of,
@@ -34,24 +34,24 @@ def paragraph(found: Diagnosis) -> str:
     """Return the diagnosis in one paragraph: findings, places, improvement, assumptions, and open alternatives."""
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
-        return " ".join(parts + _ended(fault_lines(found)))
+        return " ".join(parts + ended(fault_lines(found)))
     if found.verdict == "unexplained" and not found.unsearched:
-        parts += _ended(missing_lines(found)[1:])
+        parts += ended(missing_lines(found)[1:])
     if found.verdict != "explained":
-        parts += _ended(sentences(found.location)[:2])
+        parts += ended(sentences(found.location)[:2])
     if found.effects:
         parts += _effects(found)
         parts.append(_law(found))
     if found.verdict != "explained":
         parts.append(_gain(found))
-        parts += _ended([form_error_line(found)])
+        parts += ended([form_error_line(found)])
     if is_missing(found) and found.verdict != "unexplained":
-        parts += _ended(missing_lines(found))
+        parts += ended(missing_lines(found))
     parts.append(_rivals(found))
     if found.next_test is not None:
         parts.append(f"Next test: {found.next_test.text.rstrip('.')}.")
     if not found.searched.complete:
-        parts += _ended(searched_lines(found)[:1])
+        parts += ended(searched_lines(found)[:1])
     return " ".join(part for part in parts if part)
 
 
@@ -125,7 +125,7 @@ def _effects(found: Diagnosis) -> list[str]:
         sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
         parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
         if not one.plausible:
-            parts += _ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
+            parts += ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
     return parts
 
 
@@ -163,8 +163,3 @@ def _rivals(found: Diagnosis) -> str:
         f"These recordings cannot tell {together(first.effects)} ({chance(first.probability)}) from: "
         f"{'; '.join(others)}."
     )
-
-
-def _ended(lines: Iterable[str]) -> list[str]:
-    """Return sentences, each with an initial capital and a full stop."""
-    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

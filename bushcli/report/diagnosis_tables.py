@@ -10,7 +10,7 @@ from bushcli.report.diagnosis_values import derived_text, shown
 from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
 from bushcli.report.quantity import number, percent
 from bushcli.report.tables import Row, Table
-from bushcli.selection.searched import Trial
+from bushcli.selection.searched import TriedModel
 
 # Effects that are less probable than this are named together in one row.
 SMALL = 0.01
@@ -165,7 +165,7 @@ def trial_table(found: Diagnosis) -> Table:
     return Table("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
 
 
-def _trial(order: int, one: Trial) -> Row:
+def _trial(order: int, one: TriedModel) -> Row:
     found = logarithm(one.log_evidence), number(one.misfit)
     return (
         str(order),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -319,3 +319,8 @@ def unlikely(found: Diagnosis, limit: float) -> list[str]:
 
 def _share(value: float) -> str:
     return "all" if value >= 0.995 else percent(100 * value)
+
+
+def ended(lines: Iterable[str]) -> list[str]:
+    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

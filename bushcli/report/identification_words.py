@@ -9,10 +9,10 @@ import numpy as np
 
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
-from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
+from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.report.quantity import listed, number, percent, with_std
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
@@ -22,7 +22,7 @@ _IN_HEADLINE = 3
 
 
 @dataclass(frozen=True)
-class Answer:
+class Summary:
     """The verdict on an identification.
 
     Attributes
@@ -40,7 +40,7 @@ class Answer:
     tone: Literal["good", "bad", "plain"]
 
 
-def answer(fit: Fit) -> Answer:
+def answer(fit: Fit) -> Summary:
     """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
@@ -68,8 +68,8 @@ def answer(fit: Fit) -> Answer:
             "plain",
         )
     if len(fit.parameters) > _IN_HEADLINE:
-        return Answer(met, (f"{values}.", *_lines(fit)), tone)
-    return Answer(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return Summary(met, (f"{values}.", *_lines(fit)), tone)
+    return Summary(f"{met}: {values}", tuple(_lines(fit)), tone)
 
 
 def is_met(curve: FittedCurve) -> bool:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.certainty import autocorrelation_time
-from bushcli.inverse.channel import NOISE_FLOOR
+from bushcli.recording.misfit import NOISE_FLOOR
 
 Array = NDArray[np.float64]
 

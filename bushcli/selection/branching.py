@@ -13,13 +13,13 @@ from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.model import Key
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Prediction
-from bushcli.selection.state import Problem, State
+from bushcli.selection.state import CommonData, State
 
 
 class Fits(Protocol):
     """Fitted models and their weights, as a search has them."""
 
-    problem: Problem
+    problem: CommonData
     states: dict[Key, State]
     derivatives: Derivatives
 

@@ -37,7 +37,7 @@ PATIENCE = 2
 
 
 @dataclass(frozen=True)
-class Trial:
+class Candidate:
     """An effect at one point of its grid, switched off.
 
     Attributes
@@ -70,7 +70,7 @@ class Trial:
 
 def trials(
     case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
-) -> tuple[list[Trial], str]:
+) -> tuple[list[Candidate], str]:
     """Return the variants of an effect to try beside a model; if there are none, the reason.
 
     Parameters
@@ -89,7 +89,7 @@ def trials(
     if reason:
         return [], reason
     having = [one for one in model.effects if one.effect.name == effect.name]
-    found: list[Trial] = []
+    found: list[Candidate] = []
     everywhere = [one.name for one in recordings]
     for present in having:
         there = [one for one in acting if present.channels is None or one.name in present.channels]
@@ -149,7 +149,7 @@ def _grid(
     present: ActiveEffect | None,
     rig: tuple[str, ...] | None,
     recordings: Sequence[Recording],
-) -> list[Trial]:
+) -> list[Candidate]:
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
     chosen = _parameters(effect, present)
     shear = shear_modulus(model, case)
@@ -183,7 +183,7 @@ def _grid(
         active = ActiveEffect(
             effect, before | off | shape, rig, "" if present is None else rig_of(present.name)
         )
-        found += [Trial(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
+        found += [Candidate(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
     return found
 
 
@@ -218,7 +218,7 @@ def shear_modulus(model: Model, case: Case) -> float:
 # -- derivatives ---------------------------------------------------------------------------------------------------
 
 
-def columns(cache: ModelCache, case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
+def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved.
 
     Parameters
@@ -227,7 +227,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Trial) -> tuple[A
     case : Case
     base : Model
         With its best-fitting values.
-    trial : Trial
+    trial : Candidate
     """
     model = replace(base, effects=(*beside(base, trial), trial.active))
     # If the model has the same effect in another rig, this one may have another name there.
@@ -252,7 +252,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Trial) -> tuple[A
 
 
 def _solved(
-    channel: Channel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Trial
+    channel: Channel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Candidate
 ) -> Array | None:
     """Return the derivative at the first of several points that can be solved."""
     for values in points:
@@ -276,7 +276,7 @@ def _at_own_shape(model: Model, case: Case) -> Model:
     return replace(model, start=scaled)
 
 
-def beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
+def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
     """Return the effects of the model that stay active while an effect is tried.
 
     An effect in the bushing is tried without the other effects in the bushing, so that its derivatives can be reused
@@ -287,7 +287,7 @@ def beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     Parameters
     ----------
     model : Model
-    trial : Trial
+    trial : Candidate
     """
     others = tuple(one for one in model.effects if one.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects):
@@ -297,7 +297,9 @@ def beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     )
 
 
-def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
+def _derivative(
+    channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Candidate
+) -> Array:
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.

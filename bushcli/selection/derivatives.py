@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
-from bushcli.selection.columns import Trial, beside, columns, trials
+from bushcli.selection.columns import Candidate, beside, columns, trials
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition
-from bushcli.selection.state import Problem, State
+from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
 Name = tuple[object, ...]
@@ -29,7 +29,7 @@ class Derivatives:
 
     Attributes
     ----------
-    problem : Problem
+    problem : CommonData
     workers : Workers
     catalogue : sequence of Effect
     progress : callable
@@ -38,7 +38,7 @@ class Derivatives:
         Effects that the recordings cannot show, and why.
     """
 
-    problem: Problem
+    problem: CommonData
     workers: Workers
     catalogue: Sequence[Effect]
     progress: Callable[[str, str, str], None]
@@ -59,7 +59,7 @@ class Derivatives:
         among : sequence of Effect, optional
             These instead of the catalogue.
         """
-        asked: list[Trial] = []
+        asked: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
             some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
             if not some and first:
@@ -91,7 +91,7 @@ class Derivatives:
             self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
         return shown
 
-    def _solve(self, state: State, asked: Mapping[Name, Trial]) -> None:
+    def _solve(self, state: State, asked: Mapping[Name, Candidate]) -> None:
         """Calculate the derivatives of trials that are not known yet."""
         parts = self._parts(asked)
         new = {
@@ -113,7 +113,7 @@ class Derivatives:
             name: self._in_channels(trial, self._columns[shared]) for name, (trial, shared) in parts.items()
         }
 
-    def _parts(self, asked: Mapping[Name, Trial]) -> dict[Name, tuple[Trial, Name]]:
+    def _parts(self, asked: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
         """Return the trials in the rig of one channel that are another trial in all, each with the key of that one."""
         shared = {
             (trial.effect.name, *trial.shape.items(), trial.size): name
@@ -127,7 +127,7 @@ class Derivatives:
                 found[name] = trial, whole
         return found
 
-    def _in_channels(self, trial: Trial, known: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
+    def _in_channels(self, trial: Candidate, known: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
         """Return derivatives (n, k) of all channels by an effect in all as those by the effect in some of them."""
         if known is None:
             return None
@@ -137,7 +137,7 @@ class Derivatives:
             for recording, one in zip(recordings, known, strict=True)
         )
 
-    def _name(self, state: State, trial: Trial) -> Name:
+    def _name(self, state: State, trial: Candidate) -> Name:
         """Return the name of a derivative: effects in the bushing are taken without the other effects there."""
         base: Name = ()
         has_branches = any(one.identity == trial.active.identity for one in state.model.effects)

@@ -24,7 +24,7 @@ from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled
 from bushcli.inverse.local import inside
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.likelihood.form import Likelihood
@@ -43,7 +43,7 @@ VALLEY = 8, 5e-3
 # Largest number of alternations between variances and parameters; factor below which a variance counts as unchanged.
 TURNS, SETTLED = 3, 1.3
 # Largest number of evaluations of a fit.
-MOST = 40
+MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
 # A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a nat.
@@ -56,7 +56,7 @@ PATIENCE = 1
 
 
 @dataclass(frozen=True)
-class Measured:
+class FittedSamples:
     """Recordings as the fit uses them, by channel.
 
     Attributes
@@ -106,7 +106,7 @@ def fit(
     cache: ModelCache,
     case: Case,
     model: Model,
-    measured: Measured,
+    measured: FittedSamples,
     contained: Sequence[Model] = (),
     least: float = float("inf"),
     needed: Needed | None = None,
@@ -119,7 +119,7 @@ def fit(
     case : Case
     model : Model
         With start values; those of its effects are the first-order amplitudes.
-    measured : Measured
+    measured : FittedSamples
     contained : sequence of Model
         Fitted models that it contains, the best first, whose optimum is a further start.
     least : float
@@ -161,7 +161,7 @@ def fit(
 
 
 def pose(
-    cache: ModelCache, case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
+    cache: ModelCache, case: Case, model: Model, measured: FittedSamples, patience: int | None = PATIENCE
 ) -> tuple[Task, Posterior]:
     """Return the least-squares problem of a model.
 
@@ -170,7 +170,7 @@ def pose(
     cache : ModelCache
     case : Case
     model : Model
-    measured : Measured
+    measured : FittedSamples
     patience : int, optional
         Failed steps after which a march is given up; no limit where None.
     """
@@ -180,7 +180,7 @@ def pose(
     plain = task.pose(channels)
     problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
-    problem.rounds, problem.walls, problem.most = 1, False, MOST
+    problem.rounds, problem.walls, problem.most = 1, False, MOST_EVALUATIONS
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
     problem.likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
@@ -270,7 +270,7 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
     return best
 
 
-def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:
+def _vector(problem: LeastSquaresProblem, values: Mapping[str, float], start: Array) -> Array:
     return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
 
@@ -284,13 +284,13 @@ def _admitted(problem: Posterior, x: Array) -> Array:
     return found
 
 
-def fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:
+def fitted(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:
     """Return a model with its best-fitting values.
 
     Parameters
     ----------
     model : Model
-    problem : Problem
+    problem : LeastSquaresProblem
     x : (p,) array
         Values of its parameters, each in its unit.
     converged : bool

@@ -23,7 +23,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from cases.feature import Installed
 from cases.mode import Mode
-from cases.model import Model as Body
+from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Refinement, Shape
 
@@ -46,7 +46,7 @@ class ModelCache:
 
     def __init__(self, tables: TableCache | None = None) -> None:
         self.tables = TableCache() if tables is None else tables
-        self._bodies: OrderedDict[bytes, Body] = OrderedDict()
+        self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
         self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
         self._corrections: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
 
@@ -145,7 +145,7 @@ class ModelCache:
             refinement: Refinement,
             comm: MPI.Comm,
             features: Sequence[Installed] = (),
-        ) -> Body:
+        ) -> FiniteElementModel:
             solid = mode.section is None or not shape.axisymmetric
             remembers = any(item.feature.branches is not None for item in features)
             acting = [one for one in task.effects if one.name in {item.name for item in features}]

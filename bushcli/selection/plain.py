@@ -12,7 +12,7 @@ from bushcli.evidence.density import features_of
 from bushcli.inverse.first import first_minimum
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
-from bushcli.selection.fit import Measured, fitted, pose
+from bushcli.selection.fit import FittedSamples, fitted, pose
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 
@@ -54,7 +54,7 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
     used : tuple of (n,) array of bool
         Samples that count.
     """
-    task, problem = pose(cache, case, model, Measured(used, (0.0,) * len(used)), patience=None)
+    task, problem = pose(cache, case, model, FittedSamples(used, (0.0,) * len(used)), patience=None)
     problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
     start, lower, upper = task.vectors()
     if not problem.names:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.likelihood.form import Left, Likelihood
-from bushcli.selection.columns import Trial
+from bushcli.selection.columns import Candidate
 from bushcli.selection.model import Model
 from bushcli.selection.queued import SHARE_SLACK
 
@@ -21,12 +21,12 @@ class Addition:
 
     Attributes
     ----------
-    trial : Trial
+    trial : Candidate
     slopes : tuple of (K, k) array
         Features of the derivatives by the k amplitudes, by channel.
     """
 
-    trial: Trial
+    trial: Candidate
     slopes: tuple[Array, ...]
 
 

@@ -26,21 +26,21 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.branching import more_branches
 from bushcli.selection.columns import unfit
 from bushcli.selection.derivatives import Derivatives
-from bushcli.selection.fit import Measured, fit
+from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.queued import Queued, slack_of
-from bushcli.selection.searched import Trial as Row
-from bushcli.selection.state import Problem, State
+from bushcli.selection.searched import TriedModel
+from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 """Called with the stage, its subject, and a text about it."""
 
 # Largest number of effects in a model: no recording so far could distinguish more.
-MOST = 3
+MOST_EFFECTS = 3
 # Share of the posterior that further fits may still change when the search ends.
 LEFT = 0.05
 # Least share of the posterior for the neighbours of a fitted model to be tried.
@@ -72,7 +72,7 @@ class Search:
     ended : str
     """
 
-    problem: Problem
+    problem: CommonData
     workers: Workers
     plain: State
     catalogue: Sequence[Effect]
@@ -81,7 +81,7 @@ class Search:
     progress: Progress
     states: dict[Key, State] = field(default_factory=dict)
     waiting: dict[Key, Queued] = field(default_factory=dict)
-    rows: list[Row] = field(default_factory=list)
+    rows: list[TriedModel] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     ended: str = "nothing left"
     solves: int = 0
@@ -185,7 +185,7 @@ class Search:
         self._fit([one], matters=True)
 
     def _fit(self, chosen: Sequence[Queued], matters: bool = False) -> None:
-        measured = Measured(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
+        measured = FittedSamples(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []
         for one in chosen:
             inside = [state for state in self.states.values() if one.model.contains(state.model)]
@@ -249,7 +249,7 @@ class Search:
 
         The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
         """
-        if len(state.model.identities) >= MOST:
+        if len(state.model.identities) >= MOST_EFFECTS:
             return
         every = [one for points in self._beside_plain.values() for one in points]
         others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
@@ -257,9 +257,9 @@ class Search:
             if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
                 self._queue(one, state, slack_of(BORROWED * one.reach))
 
-    def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> Row:
+    def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log
-        return Row(model.law, model.identities, predicted - base, found - base, size, text)
+        return TriedModel(model.law, model.identities, predicted - base, found - base, size, text)
 
     # -- neighbours ----------------------------------------------------------------------------------------------
 
@@ -281,7 +281,7 @@ class Search:
         beside = Beside(state, self.derivatives.beside(state, state is self.plain))
         if state is self.plain:
             self._beside_plain = beside.grouped
-        room = MOST - len(state.model.effects)
+        room = MOST_EFFECTS - len(state.model.effects)
         predictions = beside.singles() if room > 0 else []
         if state is self.plain and room > 1:
             predictions += beside.pairs()

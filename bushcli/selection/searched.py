@@ -8,7 +8,7 @@ from typing import Literal
 
 
 @dataclass(frozen=True)
-class Trial:
+class TriedModel:
     """A model that the search fitted, or could not solve.
 
     Attributes
@@ -43,7 +43,7 @@ class Searched:
     left : float
         Share of the posterior that fits of the models in the queue may change, by their predictions.
     ended : {"nothing left", "budget", "interrupted"}
-    trials : tuple of Trial
+    trials : tuple of TriedModel
     lost : tuple of str
         Models that could not be solved from any start, in words.
     untestable : mapping of str to str
@@ -53,6 +53,6 @@ class Searched:
     complete: bool
     left: float
     ended: Literal["nothing left", "budget", "interrupted"]
-    trials: tuple[Trial, ...]
+    trials: tuple[TriedModel, ...]
     lost: tuple[str, ...]
     untestable: Mapping[str, str]

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Problem:
+class CommonData:
     """Common data with which every model is compared.
 
     Attributes
@@ -62,7 +62,7 @@ class Problem:
 class State:
     """A fitted model with its evidence."""
 
-    problem: Problem
+    problem: CommonData
     fitted: Fitted
 
     @property

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cases.feature import Installed
 from cases.mode import Mode, modes, setting_for
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
 from cases.snubber import plates
@@ -34,7 +34,7 @@ CACHED_MODELS = 24
 class _Kept:
     """A model with the places of its nodes and of its constrained unknowns in the box of elements."""
 
-    model: Model
+    model: FiniteElementModel
     morph: Morph | None = None
     nodes: Array | None = None
     held: Array | None = None
@@ -63,7 +63,7 @@ class Bodies:
         refinement: Refinement,
         comm: MPI.Comm,
         features: Sequence[Installed] = (),
-    ) -> Model:
+    ) -> FiniteElementModel:
         """Return the model of a shape under a mode, with these parameters.
 
         Parameters
@@ -102,12 +102,12 @@ class Bodies:
         kept.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
         return kept.model
 
-    def relocated(self, model: Model, shape: Shape, refinement: Refinement) -> bool:
+    def relocated(self, model: FiniteElementModel, shape: Shape, refinement: Refinement) -> bool:
         """Move one of these models to another shape; return False, and do nothing, if that needs other elements.
 
         Parameters
         ----------
-        model : Model
+        model : FiniteElementModel
             As this object returned it.
         shape : Shape
         refinement : Refinement

@@ -16,7 +16,7 @@ from bushcli.simulate.six_schedule import six_schedule
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program, path
 from cases.simulate import even_targets, is_odd, sweep
 from cases.six import SixPath
@@ -53,7 +53,7 @@ class Channel:
 
     name: str
     mode: str
-    march: Callable[[Model, bool, StepProgress], History]
+    march: Callable[[FiniteElementModel, bool, StepProgress], History]
     program: Program
     time: Array | None
     displacement: Array

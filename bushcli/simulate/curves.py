@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve
+from bushcli.recording.odd import unfolded
 from bushcli.simulate.channels import Channel
 from bushcli.simulate.simulation import Answer
 from cases.march import History
@@ -51,8 +52,7 @@ def _curve(case: Case, channel: Channel, history: History) -> Curve:
         return Curve(channel.mode, q, force, history.time)
     both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
     if both and is_odd(case.geometry, modes()[channel.mode]):
-        _, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
+        q, force = unfolded(q, force)
         # The curve ends one step beyond the recorded range: plot and stiffness belong to the recorded range.
         low, high = recording.displacement.min(), recording.displacement.max()
         step = float(np.diff(q).max())

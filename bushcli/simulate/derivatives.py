@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
+from bushcli.recording.odd import unfolded
 from cases.march import History
 from cases.series import Extension
 
@@ -62,8 +63,7 @@ def elastic_curve(
             slope[:, i] = history.sensitivity[:, inner.index(name)]
     values = np.column_stack([history.force, slope])
     if odd:
-        q, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        values = np.concatenate([values, -values])[first]
+        q, values = unfolded(q, values)
     spline = CubicSpline(q, values)
     stiffness = spline.derivative()
 

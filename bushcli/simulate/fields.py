@@ -11,7 +11,7 @@ from pathlib import Path
 from bushcli.runtime.claims import claim
 from cases.fields import write_fields
 from cases.march import History
-from cases.model import Model
+from cases.model import FiniteElementModel
 
 
 @contextmanager
@@ -28,12 +28,12 @@ def _silent() -> Iterator[None]:
         os.close(saved)
 
 
-def written(model: Model, history: History, file: Path) -> str:
+def written(model: FiniteElementModel, history: History, file: Path) -> str:
     """Write the field file of a march.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
     history : History
         March with its states.
     file : Path

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.recording import Recording, force_noise
 from bushcli.recording.curve import Curve
+from bushcli.recording.misfit import peak_percent, rms_percent
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -148,8 +149,8 @@ def _compared(
         difference=difference,
         simulated=simulated,
         force_range=force_range,
-        rms_percent=100 * float(np.sqrt(np.mean(difference**2))) / force_range,
-        peak_percent=100 * float(np.max(np.abs(difference))) / force_range,
+        rms_percent=rms_percent(difference, reached.force),
+        peak_percent=peak_percent(difference, reached.force),
         noise_percent=100 * force_noise(channel.recording) / force_range,
         measured=stiffness(reached),
         predicted=stiffness(Curve(reached.mode, reached.displacement, simulated, reached.time)),

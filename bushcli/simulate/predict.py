@@ -36,7 +36,7 @@ from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.simulate import Rubber
 from cases.stretches import Surface, surface
 from forms.law import law
@@ -186,7 +186,7 @@ class _Run:
             return self
         return replace(self, comm=comm, fields=self.fields if self.comm.rank == 0 else None, paths={})
 
-    def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
+    def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> FiniteElementModel:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
@@ -321,7 +321,7 @@ class _Run:
         return 100.0 * ERROR_OVER_CHANGE * share
 
 
-def _picture(model: Model, history: History) -> Surface | None:
+def _picture(model: FiniteElementModel, history: History) -> Surface | None:
     assert history.states is not None
     if not len(history.states):
         return None

@@ -126,7 +126,7 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
     span = float(np.ptp(displacement))
     tolerance = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, displacement, tolerance)
-    values = _fitted(clock, displacement, corners)
+    values = fitted_corners(clock, displacement, corners)
     if abs(values[0]) <= tolerance:
         values[0] = 0.0
     return _stepped(clock[corners], values, span, tolerance, fineness, time is not None)
@@ -169,8 +169,18 @@ def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
     return np.array(sorted(chosen))
 
 
-def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
-    """Return the displacements at the corners of the chain that is nearest to all samples."""
+def fitted_corners(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
+    """Return the values at the corners of the chain of lines that is nearest to all samples.
+
+    Parameters
+    ----------
+    time : (n,) array
+        s.
+    q : (n, ...) array
+        Displacements or poses, mm or rad.
+    corners : (m,) array of int
+        Samples, from 0, at which lines meet.
+    """
     hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
     return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
 

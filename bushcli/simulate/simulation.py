@@ -9,7 +9,7 @@ assembly or of the rig, has its exact derivative.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from mpi4py import MPI
@@ -19,11 +19,12 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.change import Signal
+from bushcli.recording.odd import swept_range
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.series import Series
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
@@ -63,13 +64,13 @@ class Answer:
 
 
 def with_values(
-    model: Model, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
+    model: FiniteElementModel, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
 ) -> tuple[ActiveEffect, ...]:
     """Set the values of a model's parameters, and return the effects with theirs.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         Model of a channel.
     active : sequence of ActiveEffect
         Effects of the channel.
@@ -79,11 +80,11 @@ def with_values(
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     found = []
     for one in active:
-        values = {p.name: parameters.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
+        changed = one.with_values(parameters)
         for p in one.parameters:
-            if p.choices and values[p.name] != one.values[p.name]:
+            if p.choices and changed.values[p.name] != one.values[p.name]:
                 raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
-        found.append(replace(one, values=values))
+        found.append(changed)
     return tuple(found)
 
 
@@ -196,11 +197,9 @@ class Simulation:
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         driven = rig.bushing_path(active, travel, ()).value
-        low, high = min(0.0, float(driven.min())), max(0.0, float(driven.max()))
+        low, high = swept_range(driven, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
-        if self.odd:
-            low, high = 0.0, max(high, -low)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._sweep(even_targets(low, high, self._count), inner, keep_states, progress)
         response = elastic_curve(history, self.odd, inner, names)

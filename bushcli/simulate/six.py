@@ -13,7 +13,7 @@ from cases.equilibrium import Equilibrium
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import Mode, modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.rigid import tangent
 from cases.six import PAIR_MODES, SixPath
@@ -135,13 +135,17 @@ def program_of(six: SixPath, steps: int, also: Sequence[float] = ()) -> Program:
 
 
 def followed(
-    model: Model, program: Program, keep_states: bool, progress: StepProgress, at: Sequence[float] = ()
+    model: FiniteElementModel,
+    program: Program,
+    keep_states: bool,
+    progress: StepProgress,
+    at: Sequence[float] = (),
 ) -> tuple[History, Stiffness]:
     """March along a path of six motions, and take the stiffness matrix at some of its targets.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         Model of the path.
     program : Program
         Steps.
@@ -175,9 +179,8 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     program : Program
         Targets, mm or rad.
     """
+    program = program.from_rest
     q, time = program.displacement, program.time
-    if q[0] != 0.0:
-        q, time = np.insert(q, 0, 0.0), None if time is None else np.insert(time, 0, time[0])
     moves = np.diff(q)
     # A hold gets a short distance, over which the pose does not change.
     way = np.where(moves == 0.0, 1e-3 * np.abs(moves).max(), np.abs(moves))

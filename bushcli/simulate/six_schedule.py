@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.segment import displacement_noise
-from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, Schedule
+from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, Schedule, fitted_corners
 from cases.program import Program
 from cases.six import SixPath
 
@@ -73,7 +73,7 @@ def six_schedule(
     values, tolerance = _quiet(motion, time)
     scaled = values / tolerance
     corners = _corners(clock, scaled)
-    poses = _fitted(clock, values, corners)
+    poses = fitted_corners(clock, values, corners)
     poses[0] = np.where(np.abs(poses[0]) <= tolerance, 0.0, poses[0])
     nodes, legs = _stepped(clock[corners], poses, fineness)
     schedule = Schedule(nodes, nodes, legs, time is not None)
@@ -118,12 +118,6 @@ def _corners(time: Array, scaled: Array) -> NDArray[np.intp]:
             chosen.add(middle)
             todo += [(first, middle), (middle, last)]
     return np.array(sorted(chosen))
-
-
-def _fitted(time: Array, values: Array, corners: NDArray[np.intp]) -> Array:
-    """Return the poses at the corners of the chain that is nearest to all samples."""
-    hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
-    return np.asarray(np.linalg.lstsq(hats, values, rcond=None)[0])
 
 
 def _stepped(times: Array, poses: Array, fineness: float) -> tuple[Array, tuple[Leg, ...]]:

@@ -20,7 +20,7 @@ from bushcli.simulate.six_schedule import six_schedule
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import History, march
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
 from geometry.shape import Refinement, Shape
@@ -75,7 +75,7 @@ class SixSimulation:
         self.recorded = recorded
         self.active = tuple(one.started() for one in active)
         self.plan(1.0)
-        self.model: Model = prepared(
+        self.model: FiniteElementModel = prepared(
             shape, mode_of("path", self.six), rubber, refinement, comm, installed(self.active)
         )
         self._last: tuple[object, History] | None = None

@@ -11,7 +11,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.simulate.channels import Channel
 from bushcli.simulate.six import as_path, followed, mode_of, whole
 from cases.mode import Mode, modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def with_state(channel: Channel, at: float | None) -> tuple[Program, float | Non
         return program, None
     if channel.path is None and modes()[channel.mode].rotational:
         at = float(np.radians(at))
-    q = np.concatenate([[0.0], program.displacement])
+    q = program.from_rest.displacement
     passed = np.flatnonzero((q[:-1] - at) * (q[1:] - at) <= 0.0)
     if not len(passed):
         return program, None
@@ -68,7 +68,7 @@ def check_state(channels: Sequence[Channel], at: float | None) -> None:
 
 
 def matrices(
-    channel: Channel, at: float | None, made: Callable[[Mode], Model]
+    channel: Channel, at: float | None, made: Callable[[Mode], FiniteElementModel]
 ) -> dict[str, tuple[float, Array]]:
     """Return the matrices of a channel by state: "start", "end", and "at" where it passes the travel asked for.
 
@@ -93,11 +93,7 @@ def matrices(
         path, steps, q = whole(channel.path), program, program.displacement
     else:
         path, steps = as_path(modes()[channel.mode], program)
-        q = (
-            program.displacement
-            if len(steps.displacement) == len(program.displacement)
-            else np.insert(program.displacement, 0, 0.0)
-        )
+        q = program.from_rest.displacement
     reached = dict(zip(map(float, steps.displacement), map(float, q), strict=True))
     wanted = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
     if chosen is not None:

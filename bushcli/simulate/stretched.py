@@ -10,7 +10,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from cases.march import History
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.simulate import Rubber
 from cases.stability import stable
 from cases.stretches import stretch_points, stretches_at
@@ -52,12 +52,12 @@ class Stretched:
     distorted: float | None = None
 
 
-def stretched(model: Model, history: History, rubber: Rubber) -> Stretched:
+def stretched(model: FiniteElementModel, history: History, rubber: Rubber) -> Stretched:
     """Return the strains of the rubber over a march.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
     history : History
         With its states.
     rubber : Rubber
@@ -84,7 +84,7 @@ def stretched(model: Model, history: History, rubber: Rubber) -> Stretched:
 
 
 def _everywhere(
-    model: Model, values: Sequence[Array], extreme: Callable[..., float], operation: MPI.Op
+    model: FiniteElementModel, values: Sequence[Array], extreme: Callable[..., float], operation: MPI.Op
 ) -> Array:
     """Return an extreme of each array over all ranks; 1 where there are no values."""
     own = [float(extreme(one)) if one.size else 1.0 for one in values]

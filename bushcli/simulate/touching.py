@@ -15,7 +15,7 @@ from cases.passing import passes_through
 if TYPE_CHECKING:
     from bushcli.case import Case
     from cases.march import History
-    from cases.model import Model
+    from cases.model import FiniteElementModel
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Touched:
     height: float
 
 
-def touched(model: Model, history: History) -> tuple[Touched, ...]:
+def touched(model: FiniteElementModel, history: History) -> tuple[Touched, ...]:
     """Return which surfaces met at the steps of a march, in the order in which they did.
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
         Model with the parameters of the march; its state is not changed.
     history : History
         March with its states.
@@ -87,14 +87,16 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
     return MPI.COMM_SELF
 
 
-def met_unnoticed(case: Case, model: Model, history: History, whole: Callable[[], Model]) -> bool:
+def met_unnoticed(
+    case: Case, model: FiniteElementModel, history: History, whole: Callable[[], FiniteElementModel]
+) -> bool:
     """Whether surfaces passed through each other in a march on a mesh that several processes share.
 
     Parameters
     ----------
     case : Case
         The validated case.
-    model : Model
+    model : FiniteElementModel
         Model of the march.
     history : History
         March with its states.

@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
-from bushcli.recording import Branch, Recording, branches, departure
+from bushcli.recording import Recording, Segment, branches, departure
 
 #: Cycles are alike if their amplitudes differ by less than this share of the largest one.
 ALIKE = 0.1
@@ -87,7 +87,7 @@ def observe(recording: Recording) -> Observed:
     )
 
 
-def _holds(recording: Recording, found: Sequence[Branch]) -> Iterator[tuple[float, float]]:
+def _holds(recording: Recording, found: Sequence[Segment]) -> Iterator[tuple[float, float]]:
     """Yield duration (s) and displacement of each hold."""
     if recording.time is None:
         return
@@ -97,7 +97,7 @@ def _holds(recording: Recording, found: Sequence[Branch]) -> Iterator[tuple[floa
             yield float(np.ptp(recording.time[cut])), float(recording.displacement[cut].mean())
 
 
-def _speeds(recording: Recording, found: Sequence[Branch], least: float) -> Iterator[float]:
+def _speeds(recording: Recording, found: Sequence[Segment], least: float) -> Iterator[float]:
     """Yield the mean speed of each branch that is longer than `least`."""
     if recording.time is None:
         return

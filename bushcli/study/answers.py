@@ -28,7 +28,7 @@ EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.tangent@3, load_ca
 
 
 @dataclass(frozen=True)
-class Answer:
+class Asked:
     """One number of a design.
 
     Attributes
@@ -61,13 +61,13 @@ class NoAnswer(ValueError):
     """A design has no such number; the message says why."""
 
 
-def default_answers(case: Case) -> tuple[Answer, ...]:
+def default_answers(case: Case) -> tuple[Asked, ...]:
     """Return initial and secant stiffness of every channel."""
     known = [name for name, mode in case.channels if mode in modes()]
     return tuple(answer(case, f"{name}.{kind}") for name in known for kind in ALONE)
 
 
-def answer(case: Case, text: str) -> Answer:
+def answer(case: Case, text: str) -> Asked:
     """Return the answer that ``[NAME=]SPEC`` defines.
 
     Parameters
@@ -96,7 +96,7 @@ def answer(case: Case, text: str) -> Answer:
             close = nearest(channel, channels) if channel not in channels else ""
             what = "is not an answer" if channel in channels else f"there is no channel {channel}"
             raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))
-        return Answer(name, "", spec)
+        return Asked(name, "", spec)
     if channel not in channels:
         what = f"there is no channel {channel}"
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
@@ -114,7 +114,7 @@ def answer(case: Case, text: str) -> Answer:
         raise InputError(
             Problem(f"--answer {text}", "has no secant: the travel is zero", "", f"{channel}.initial")
         )
-    return Answer(name, channel, kind, travel, _unit(channels[channel], kind))
+    return Asked(name, channel, kind, travel, _unit(channels[channel], kind))
 
 
 def _unit(mode: str, kind: str) -> str:
@@ -126,13 +126,13 @@ def _unit(mode: str, kind: str) -> str:
 
 
 def answered(
-    answers: Sequence[Answer], response: Response, document: Mapping[str, Any] | None
+    answers: Sequence[Asked], response: Response, document: Mapping[str, Any] | None
 ) -> dict[str, float]:
     """Return the numbers by name.
 
     Parameters
     ----------
-    answers : sequence of Answer
+    answers : sequence of Asked
     response : Response
         The curves of a design.
     document : mapping or None
@@ -157,7 +157,7 @@ def answered(
     }
 
 
-def _of_curve(asked: Answer, channel: Simulated) -> float:
+def _of_curve(asked: Asked, channel: Simulated) -> float:
     curve = channel.curve
     turn = math.radians(1.0) if modes()[channel.mode].rotational else 1.0
     if asked.travel is None:
@@ -212,7 +212,7 @@ def quantity_unit(mode: str) -> str:
     return "" if found is None or found.specimen == "coupon" else " deg" if found.rotational else " mm"
 
 
-def _finite(asked: Answer, value: float) -> float:
+def _finite(asked: Asked, value: float) -> float:
     if not math.isfinite(value):
         raise NoAnswer(f"{asked.name}: the curve has too few points")
     return value

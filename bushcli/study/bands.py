@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 # Most curves that are read (evenly chosen), and number of points at which curves with different displacements are
 # compared.
-MOST, POINTS = 2000, 61
+MOST_CURVES, POINTS = 2000, 61
 LEVELS = (0.0, 0.05, 0.5, 0.95, 1.0)
 
 
@@ -48,7 +48,7 @@ def band(rows: Rows, channel: str) -> Band | None:
     channel : str
     """
     names = [f"{channel}.displacement", f"{channel}.force"]
-    every = max(1, -(-rows.count // MOST))
+    every = max(1, -(-rows.count // MOST_CURVES))
     found: list[tuple[Array, Array]] = []
     seen = 0
     for table in rows.tables(["status", *names]):

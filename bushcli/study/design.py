@@ -24,7 +24,7 @@ from bushcli.study.cache import DesignCache
 from bushcli.study.rates import rates
 from bushcli.study.search import MOST_EVALUATIONS, End, search
 from bushcli.study.target import Target
-from bushcli.study.task import Task
+from bushcli.study.task import StudyTask
 from bushcli.study.variable import SIGMAS, Variable
 
 Array = NDArray[np.float64]
@@ -146,7 +146,7 @@ def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
 
 def design(
     case: Case,
-    task: Task,
+    task: StudyTask,
     variables: Sequence[Variable],
     targets: Sequence[Target],
     pool: Pool,
@@ -164,7 +164,7 @@ def design(
     ----------
     case : Case
         As in the case file.
-    task : Task
+    task : StudyTask
         Its keys are those of the variables.
     variables : sequence of Variable
         The keys that are searched, with bounds.
@@ -232,7 +232,7 @@ def _starting_points(first: Array, low: Array, high: Array, count: int, seed: in
 def _result(
     cache: DesignCache,
     case: Case,
-    task: Task,
+    task: StudyTask,
     variables: Sequence[Variable],
     targets: Sequence[Target],
     end: End,

@@ -30,12 +30,12 @@ from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.predict import rubber_of
 from bushcli.study.cache import DesignCache
 from bushcli.study.target import Target
-from bushcli.study.task import Task
+from bushcli.study.task import StudyTask
 from bushcli.study.variable import Value
 from cases.equilibrium import Equilibrium
 from cases.march import march
 from cases.mode import modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import path
 from cases.snubber import plates
 from geometry.shape import Shape
@@ -63,14 +63,18 @@ class Rates:
 
 
 def rates(
-    cache: DesignCache, task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str] = ()
+    cache: DesignCache,
+    task: StudyTask,
+    targets: Sequence[Target],
+    values: Sequence[float],
+    by: Sequence[str] = (),
 ) -> Rates:
     """Return the rates of a design.
 
     Parameters
     ----------
     cache : DesignCache
-    task : Task
+    task : StudyTask
         The case, and the keys to which `values` belong.
     targets : sequence of Target
     values : sequence of float
@@ -111,7 +115,7 @@ def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
 
 
 def _shapes(
-    cache: DesignCache, task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
+    cache: DesignCache, task: StudyTask, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
 ) -> dict[str, tuple[Shape, Shape, float]]:
     """Return by key the shapes with slightly smaller and larger dimension, and the difference of the dimension."""
     if modes()[one.mode].rotational or plates(case.geometry):
@@ -133,7 +137,7 @@ def _changed(values: Sequence[float], i: int, by: float) -> list[Value]:
 
 
 def _difference(
-    cache: DesignCache, task: Task, targets: Sequence[Target], values: Sequence[float], key: str
+    cache: DesignCache, task: StudyTask, targets: Sequence[Target], values: Sequence[float], key: str
 ) -> Array:
     i = task.keys.index(key)
     step = NUDGE * max(abs(values[i]), 1e-3)
@@ -175,7 +179,7 @@ def _rate(
 
 def _moved(
     bodies: Bodies,
-    model: Model,
+    model: FiniteElementModel,
     solver: Equilibrium,
     shapes: Mapping[str, tuple[Shape, Shape, float]],
     case: Case,

@@ -18,7 +18,7 @@ from bushcli.errors import InputError
 from bushcli.study.cache import DesignCache
 from bushcli.study.rates import Rates, rates
 from bushcli.study.target import Target
-from bushcli.study.task import Task
+from bushcli.study.task import StudyTask
 from cases.march import NotConverged
 from geometry.errors import GeometryError
 
@@ -40,14 +40,14 @@ class End:
 
 
 def search(
-    cache: DesignCache, task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array
+    cache: DesignCache, task: StudyTask, targets: Sequence[Target], begin: Array, low: Array, high: Array
 ) -> End | str:
     """Search from one start, in any process; return the reason as text if the start cannot be simulated.
 
     Parameters
     ----------
     cache : DesignCache
-    task : Task
+    task : StudyTask
     targets : sequence of Target
     begin, low, high : shape (keys,)
         Start and bounds, in the units of the keys.

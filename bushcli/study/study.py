@@ -24,7 +24,7 @@ from bushcli.study.task import (
     CONDITIONS,
     SECONDS,
     Row,
-    Task,
+    StudyTask,
     curve_columns,
     empty_row,
     evaluate,
@@ -49,7 +49,7 @@ class Study:
     ----------
     case : Case
         The case as in the case file, without the varied keys' values.
-    task : Task
+    task : StudyTask
     plan : Plan
     summaries : mapping of str to Summary
         By answer; an answer that fewer than two designs have is left out.
@@ -67,7 +67,7 @@ class Study:
     """
 
     case: Case
-    task: Task
+    task: StudyTask
     plan: Plan
     summaries: Mapping[str, Summary]
     failures: tuple[Failure, ...]
@@ -83,13 +83,13 @@ class Study:
 SHOWN = 1000
 
 
-def checked(cache: DesignCache, task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
+def checked(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values.
 
     Parameters
     ----------
     cache : DesignCache
-    task : Task
+    task : StudyTask
     plan : Plan
 
     Raises
@@ -112,12 +112,12 @@ def checked(cache: DesignCache, task: Task, plan: Plan) -> tuple[Case, Sequence[
     raise InputError(Problem("study", str(first)))
 
 
-def definition(task: Task, plan: Plan, case: Case) -> dict[str, Any]:
+def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
     """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
 
     Parameters
     ----------
-    task : Task
+    task : StudyTask
     plan : Plan
     case : Case
         The case without the varied keys' values.
@@ -138,7 +138,7 @@ def definition(task: Task, plan: Plan, case: Case) -> dict[str, Any]:
 
 def study(
     case: Case,
-    task: Task,
+    task: StudyTask,
     plan: Plan,
     pool: Pool,
     folder: Path,
@@ -154,7 +154,7 @@ def study(
     ----------
     case : Case
         The case without the varied keys' values.
-    task, plan : Task, Plan
+    task, plan : StudyTask, Plan
         The calculation of each design, and the designs.
     pool : Pool
         The processes that run it.
@@ -193,7 +193,7 @@ def study(
 
 
 def _summed_up(
-    case: Case, task: Task, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
+    case: Case, task: StudyTask, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
 ) -> Study:
     """Return the statistics of the rows."""
     known = [one.name for one in task.answers]
@@ -223,7 +223,9 @@ def _summed_up(
     )
 
 
-def _solve(cache: DesignCache, task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
+def _solve(
+    cache: DesignCache, task: StudyTask, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
+) -> None:
     wrong = 0
     spent, solved = 0.0, 0
 

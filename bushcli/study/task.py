@@ -18,7 +18,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.kept import Kept
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
-from bushcli.study.answers import Answer, NoAnswer, answered, quantity_unit
+from bushcli.study.answers import Asked, NoAnswer, answered, quantity_unit
 from bushcli.study.cache import DesignCache
 from bushcli.study.hardness import HARDNESS, hardened
 from bushcli.study.variable import Value
@@ -37,11 +37,10 @@ DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS = (
     "conditions",
     "seconds",
 )
-FIXED = (DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS)
 
 
 @dataclass(frozen=True)
-class Task:
+class StudyTask:
     """The calculation for each design; can be pickled.
 
     Attributes
@@ -52,7 +51,7 @@ class Task:
         ``KEY=VALUE`` that hold for the whole study.
     keys : tuple of str
         The varied keys.
-    answers : tuple of Answer
+    answers : tuple of Asked
         The numbers to be calculated.
     curves : bool
         Whether the curves are saved.
@@ -69,7 +68,7 @@ class Task:
     case: Path
     overrides: tuple[str, ...]
     keys: tuple[str, ...]
-    answers: tuple[Answer, ...]
+    answers: tuple[Asked, ...]
     curves: bool = True
     material: Material | None = None
     hardness: float | None = None
@@ -102,13 +101,13 @@ class Task:
         return replace(case, material=material), material
 
 
-def settled(cache: DesignCache, task: Task, values: Sequence[Value]) -> Task:
+def settled(cache: DesignCache, task: StudyTask, values: Sequence[Value]) -> StudyTask:
     """Return the task with steps along recorded paths that are fine enough at one design.
 
     Parameters
     ----------
     cache : DesignCache
-    task : Task
+    task : StudyTask
     values : sequence
         Values of a design that is a valid case, in the order of the keys.
     """
@@ -126,13 +125,13 @@ def written(value: Value) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def evaluate(cache: DesignCache, task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
+def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
     """Simulate designs one after the other; the row of a design that fails has the reason.
 
     Parameters
     ----------
     cache : DesignCache
-    task : Task
+    task : StudyTask
     first : int
         Number of the first design.
     rows : sequence of tuple
@@ -141,12 +140,12 @@ def evaluate(cache: DesignCache, task: Task, first: int, rows: Sequence[tuple[Va
     return [_evaluated(cache, task, first + i, values) for i, values in enumerate(rows)]
 
 
-def empty_row(task: Task, number: int, values: Sequence[Value]) -> Row:
+def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
     """Return the row of a design without results.
 
     Parameters
     ----------
-    task : Task
+    task : StudyTask
     number : int
         Number of the design, from 0.
     values : sequence
@@ -171,7 +170,7 @@ def failed(row: Row, kind: str, reason: str) -> Row:
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 
 
-def _evaluated(cache: DesignCache, task: Task, number: int, values: Sequence[Value]) -> Row:
+def _evaluated(cache: DesignCache, task: StudyTask, number: int, values: Sequence[Value]) -> Row:
     begin = time.perf_counter()
     row = empty_row(task, number, values)
     try:
@@ -183,7 +182,7 @@ def _evaluated(cache: DesignCache, task: Task, number: int, values: Sequence[Val
     return row | {SECONDS: time.perf_counter() - begin}
 
 
-def _simulated(cache: DesignCache, task: Task, row: Row, values: Sequence[Value]) -> Row:
+def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
     case, material = task.load(values, cache.tables)
     kept = Kept(cache.bodies, cache.measured, task.fineness)
     response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)

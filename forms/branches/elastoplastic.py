@@ -60,7 +60,7 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     stiffness = g * step.shear_modulus
     incremental = stiffness / 2 * (3 * part / ((1 + a) ** 2 * (c * c + c + 1)) + slip * slip * a)
     end = update(step, g=g, slip=slip)["Ci"]
-    stored = stiffness / 2 * (end.adjugate().dot(_isochoric(step)) - 3)
+    stored = stiffness / 2 * (end.adjugate().dot(step.isochoric) - 3)
     return Contribution(incremental, (*strain.volume_measures, trace, size), stored)
 
 
@@ -76,13 +76,9 @@ def update(step: Step, *, g: Scalar, slip: Scalar) -> Internal:
     slip : Scalar
         Shear strain at which the slider yields, dimensionless.
     """
-    Ci, C = step.internal["Ci"], _isochoric(step)
+    Ci, C = step.internal["Ci"], step.isochoric
     M = Ci + _multiplier(_deviator(C, Ci.adjugate()), slip) * C
     return {"Ci": (1 / cube_root(M.det())) * M}
-
-
-def _isochoric(step: Step) -> Symmetric:
-    return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.metric
 
 
 def _deviator(A: Symmetric, B: Symmetric) -> Scalar:

@@ -52,7 +52,7 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
     cube = N.det() + a * (s * first + a * (s * s * second + a))
     stiffness = g * step.shear_modulus
     Ci = update(step, g=g, tau=tau)["Ci"]
-    stored = stiffness / 2 * (Ci.adjugate().dot(_isochoric(step)) - 3)
+    stored = stiffness / 2 * (Ci.adjugate().dot(step.isochoric) - 3)
     return Contribution(
         3 * stiffness / (2 * a) * cube_root(cube), (*strain.volume_measures, first, second), stored
     )
@@ -71,13 +71,9 @@ def update(step: Step, *, g: Scalar, tau: Scalar) -> Internal:
         Relaxation time, s.
     """
     a, N = _increment(step, tau)
-    C = _isochoric(step)
+    C = step.isochoric
     M = N + a * C
     return {"Ci": (1 / cube_root(M.det())) * M, "C": C}
-
-
-def _isochoric(step: Step) -> Symmetric:
-    return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.metric
 
 
 def _increment(step: Step, tau: Scalar) -> tuple[Scalar, Symmetric]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,3 +62,8 @@ def frame_of(axis: Array, centre: Array, direction: Array | None) -> Frame:
         (float(centre[0]), float(centre[1]), float(centre[2])),
         tuple((float(a), float(b), float(c)) for a, b, c in rows),
     )
+
+
+def vector_text(vector: Sequence[float]) -> str:
+    """Return a direction for a message: ``(0, 0.7071, 0.7071)``."""
+    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"

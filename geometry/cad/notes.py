@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from geometry.cad.bonds import Bonds
-from geometry.cad.frame import Frame
+from geometry.cad.frame import Frame, vector_text
 from geometry.cad.part import Part
 from geometry.cad.roles import RUBBER
 from geometry.session import model
@@ -51,8 +51,8 @@ def notes_of(
         volume = part.scale**3 * float(model().occ.getMass(3, tag))
         notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
     notes.append(
-        f"axis {how}: direction {_vector(frame.rows[2])} through {_vector(frame.centre)} mm, the bushing's centre"
-        + (", given" if origin is not None else "")
+        f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
+        "the bushing's centre" + (", given" if origin is not None else "")
     )
     if beside and origin is None:
         notes.append(
@@ -67,10 +67,6 @@ def notes_of(
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())
         notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
-    notes.append(f"a radial load acts along {_vector(frame.rows[0])}" + (", given" if direction else ""))
+    notes.append(f"a radial load acts along {vector_text(frame.rows[0])}" + (", given" if direction else ""))
     notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
     return tuple(notes)
-
-
-def _vector(vector: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"

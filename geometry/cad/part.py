@@ -14,7 +14,7 @@ from geometry.errors import GeometryError
 from geometry.session import model, options, refusing, silent
 from geometry.size import refuse_size
 
-STEP, BREP = (".step", ".stp"), (".brep", ".brp")
+STEP = (".step", ".stp")
 Unit = Literal["mm", "cm", "m", "inch"]
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 #: Remedy for a part of impossible size.

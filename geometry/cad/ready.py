@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis
-from geometry.cad.frame import frame_of
+from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
@@ -117,9 +117,9 @@ def read_mesh(
     }
     notes = (
         f"{len(every)} elements ({kinds[0]}) as they are; groups: {', '.join((*cells, *facets))}",
-        f"axis {'given' if axis else 'fitted to the inner bond'}: direction {_shown(frame.rows[2])} through "
-        f"{_shown(frame.centre)} mm, the bushing's centre",
-        f"a radial load acts along {_shown(frame.rows[0])}",
+        f"axis {'given' if axis else 'fitted to the inner bond'}: direction {vector_text(frame.rows[2])} through "
+        f"{vector_text(frame.centre)} mm, the bushing's centre",
+        f"a radial load acts along {vector_text(frame.rows[0])}",
     )
     bonds = {name: cylindrical(points[np.unique(facets[name])]) for name in ("inner", "outer")}
     return ReadyMesh(raw, measures, _view(points, facets), notes, wall_of(bonds))
@@ -181,10 +181,6 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
     point, *_ = np.linalg.lstsq(left, right, rcond=None)
     along = points[np.unique(inner)] @ direction
     return Axis(point + 0.5 * (along.min() + along.max()) * direction, direction)
-
-
-def _shown(vector: tuple[float, ...]) -> str:
-    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"
 
 
 def _read(path: Path) -> Any:

@@ -15,7 +15,7 @@ from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
 from geometry.metal import Metal, Plate, metals
-from geometry.shape import Meets, Mirrors, Names, Refinement
+from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.view import View
 from geometry.wall import Wall
 
@@ -179,8 +179,7 @@ class Cad(Meets):
 
     @override
     def measures(self) -> Mapping[str, float]:
-        wanted = {*self.found.regions, "inner_bond", "outer_bond"}
-        return {name: value for name, value in self.found.measures.items() if name in wanted}
+        return shown_measures(self.found.measures, self.found.regions)
 
     @property
     @override

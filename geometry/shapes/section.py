@@ -13,7 +13,7 @@ from geometry.metal import Metal, Plate, metals
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
-from geometry.shape import Meets, Mirrors, Names, Refinement
+from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.view import View
 from geometry.wall import Wall
 
@@ -175,8 +175,7 @@ class Section(Meets):
 
     @override
     def measures(self) -> Mapping[str, float]:
-        wanted = {*self.found.regions, "inner_bond", "outer_bond"}
-        return {name: value for name, value in self.found.measures.items() if name in wanted}
+        return shown_measures(self.found.measures, self.found.regions)
 
     @property
     @override

@@ -18,7 +18,7 @@ from bushcli.effects.assembly import installed
 from bushcli.effects.effect import Effect, effects
 from cases.march import march
 from cases.mode import modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import law
@@ -60,7 +60,7 @@ def program(timed: bool) -> Program:
     return Program(np.array([0.8, 1.6, 0.4, -0.6, 1.0]), np.array([0.8, 1.6, 4.0, 10.0, 11.0]))
 
 
-def model_with(active: list[ActiveEffect], mode: str) -> Model:
+def model_with(active: list[ActiveEffect], mode: str) -> FiniteElementModel:
     return prepare(shapes()["plain"](**DIMENSIONS), modes()[mode], RUBBER, COARSE, features=installed(active))
 
 
@@ -78,7 +78,7 @@ class Prepared:
     """An effect in a model, its typical values and those where it is off."""
 
     one: Effect
-    model: Model
+    model: FiniteElementModel
     typical: dict[str, float]
     off: dict[str, float]
 

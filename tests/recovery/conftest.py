@@ -14,7 +14,7 @@ from bushcli.recording import write_curve_csv
 from bushcli.recording.curve import Curve
 from cases.march import march
 from cases.mode import modes, setting_for
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import ramp
 from forms.law import law
 from geometry.mesh import build
@@ -46,7 +46,7 @@ def third_order_curve(mode: str) -> Curve:
     chosen = modes()[mode]
     dimension = 2 if chosen.section is not None else 3
     mesh = build(shape, dimension, setting_for(chosen, dimension).mirrors, Refinement(factor=FINER[mode]))
-    model = Model(replace(mesh, displacement_order=3), chosen, law("yeoh"), TRUTH, 2000.0)
+    model = FiniteElementModel(replace(mesh, displacement_order=3), chosen, law("yeoh"), TRUTH, 2000.0)
     history = march(model, ramp(REACH[mode], 12))
     fine = np.linspace(0.0, REACH[mode], SAMPLES)
     return Curve(mode, fine, Curve(mode, history.displacement, history.force).at(fine))

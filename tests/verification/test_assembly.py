@@ -16,7 +16,7 @@ from bushcli.effects.library.sleeve_compliance import RIGID
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.simulate import Rubber, is_odd, prepare
 from cases.snubber import pushed_back
@@ -200,7 +200,7 @@ def test_a_misaligned_bushing_is_one_with_a_moved_mesh():
     mesh = build(bushing(), 3, frozenset({"y", "z"}), COARSE)
     x = mesh.mesh.geometry.x
     x[:, 0] += offset * (18.0 - np.hypot(x[:, 0], x[:, 1])) / 9.0
-    moved = Model(mesh, modes()["radial"], YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
+    moved = FiniteElementModel(mesh, modes()["radial"], YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
     expected = march(moved, Program(np.array(q))).force
     assert expected[1] > 1.05 * abs(expected[0])
     # Curved element edges are parabolas in one mesh and moved parabolas in the other.
@@ -223,7 +223,7 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
     kind = modes()[mode]
 
     def force(named):
-        model = Model(named, kind, YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
+        model = FiniteElementModel(named, kind, YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
         return march(model, Program(np.array([q]))).force[0]
 
     whole = force(mesh)

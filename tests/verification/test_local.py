@@ -18,7 +18,7 @@ from cases.feature import Installed
 from cases.local import marched, swept
 from cases.march import march
 from cases.mode import modes, setting_for
-from cases.model import Model
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.simulate import Rubber, even_targets, prepare, sweep
 from forms.law import law
@@ -179,7 +179,7 @@ def recording(mode, spot=0.0, factor=1.0, noise=0.003, seed=1):
     kind = modes()[mode]
     dimension = 2 if kind.section is not None else 3
     mesh = build(shape, dimension, setting_for(kind, dimension).mirrors - {"z"}, FINER[mode])
-    model = Model(mesh, kind, law("yeoh"), chosen, 2000.0)
+    model = FiniteElementModel(mesh, kind, law("yeoh"), chosen, 2000.0)
     Spot(model, softer_corner, spot)
     history = sweep(model, even_targets(-REACH[mode], REACH[mode], 10))
     q = REACH[mode] * np.interp(np.linspace(0, 8, 240), range(9), [0, 1, 0, -1, 0, 1, 0, -1, 0])

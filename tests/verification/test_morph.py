@@ -13,7 +13,7 @@ from bushcli.simulate.bodies import Bodies
 from bushcli.study.cache import DesignCache
 from bushcli.study.rates import _difference, rates
 from bushcli.study.target import target
-from bushcli.study.task import Task
+from bushcli.study.task import StudyTask
 from cases.feature import Installed
 from cases.march import march
 from cases.mode import modes
@@ -134,7 +134,7 @@ def test_derivatives_of_rates_are_differences_of_marches(case):
     keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius", "material.parameters.C10")
     values = [22.0, 40.0, 12.0, 0.5]
     targets = [target(text) for text in ("axial=1", "radial=1", "axial.secant@5=1", "radial.force@2=1")]
-    cache, task = DesignCache(), Task(case, (), keys, ())
+    cache, task = DesignCache(), StudyTask(case, (), keys, ())
     found = rates(cache, task, targets, values, keys)
     for j, key in enumerate(keys):
         # Central differences of step 1e-3 are off by some 1e-5 themselves.
@@ -146,5 +146,5 @@ def test_scaling_all_lengths_scales_stiffnesses_of_translation(case):
     keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius")
     values = [22.0, 40.0, 12.0]
     targets = [target("axial=1"), target("radial=1")]
-    found = rates(DesignCache(), Task(case, (), keys, ()), targets, values, keys)
+    found = rates(DesignCache(), StudyTask(case, (), keys, ()), targets, values, keys)
     assert found.slope @ np.array(values) == pytest.approx(found.value, rel=1e-6)

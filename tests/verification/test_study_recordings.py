@@ -14,7 +14,7 @@ from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
 from bushcli.study.answers import default_answers
 from bushcli.study.cache import DesignCache
-from bushcli.study.task import Task, evaluate, settled
+from bushcli.study.task import StudyTask, evaluate, settled
 
 CASE = """
 [geometry]
@@ -62,7 +62,9 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
     cache = DesignCache()
     case = load_case(recorded)
     radii = [(17.9,), (18.0,), (18.1,)]
-    task = settled(cache, Task(recorded, (), ("geometry.outer_radius",), default_answers(case)), radii[0])
+    task = settled(
+        cache, StudyTask(recorded, (), ("geometry.outer_radius",), default_answers(case)), radii[0]
+    )
     assert set(task.fineness) == ({"axial"} if effects else set())
     solved.clear()
     rows = evaluate(cache, task, 0, radii)
@@ -80,7 +82,7 @@ def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(rec
     recorded.write_text((CASE + MEMORY).replace('mode = "axial"', 'mode = "radial"'))
     cache = DesignCache()
     keys, answers = ("geometry.outer_radius",), default_answers(load_case(recorded))
-    task = settled(cache, Task(recorded, (), keys, answers), (11.0,))
+    task = settled(cache, StudyTask(recorded, (), keys, answers), (11.0,))
     assert task.fineness == {}
     (row,) = evaluate(cache, task, 0, [(11.0,)])
     assert (row["status"], row["failure"]) == ("failed", "input")

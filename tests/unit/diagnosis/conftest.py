@@ -13,7 +13,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.recording import read_recording
 from bushcli.runtime.workers import Workers
-from bushcli.selection.fit import Measured, fit
+from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin, fit_plain
@@ -76,7 +76,7 @@ class Coupon:
     @property
     def measured(self):
         """The measured data that a fit gets."""
-        return Measured(self.used, self.problem.likelihood.plain, self.problem.noises)
+        return FittedSamples(self.used, self.problem.likelihood.plain, self.problem.noises)
 
     def model(self, **effects):
         """The best plain law with effects that begin at given values."""

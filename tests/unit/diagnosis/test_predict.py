@@ -14,7 +14,7 @@ from bushcli.effects.effect import effect
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import known_parameters
 from bushcli.likelihood.form import Left
-from bushcli.selection.columns import Trial, columns, trials
+from bushcli.selection.columns import Candidate, columns, trials
 from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, reachable
@@ -35,7 +35,7 @@ def addition(one, name, column, **values):
     off = {p.name: float(p.off) for p in found.amplitudes}
     slopes = np.zeros((len(column), len(amplitudes)))
     slopes[:, 0] = column
-    trial = Trial(ActiveEffect(found, {**off, **values}).started(), amplitudes[:1], values)
+    trial = Candidate(ActiveEffect(found, {**off, **values}).started(), amplitudes[:1], values)
     return Addition(trial, (one.problem.likelihood.features[0].of(slopes[:, :1]),))
 
 

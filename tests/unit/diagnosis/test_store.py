@@ -13,7 +13,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.runtime.store import Store
 from bushcli.selection.codec import FitCodec
-from bushcli.selection.fit import Measured
+from bushcli.selection.fit import FittedSamples
 from bushcli.selection.model import Fitted, Model
 
 MODEL = Model("neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).started(),))
@@ -151,7 +151,7 @@ def test_another_question_has_another_name(store):
             "least": 7.0,
         }
         given |= change
-        measured = Measured((given["used"],), (given["variance"],))
+        measured = FittedSamples((given["used"],), (given["variance"],))
         return store.file(work, ("case", given["model"], measured, given["contained"], given["least"])).name
 
     others = [

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.inverse.channel import Answer
+from bushcli.inverse.channel import ChannelForces
 from bushcli.inverse.journal import RUN, Journal
 from bushcli.runtime import store
 from bushcli.runtime.store import SUFFIX
 
 X = np.array([0.1 + 0.2, -1 / 3, 7e-3])
-ANSWER = Answer(np.array([0.0, 1.0]), np.array([0.0, np.pi]), np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 1 / 3]]))
+ANSWER = ChannelForces(
+    np.array([0.0, 1.0]), np.array([0.0, np.pi]), np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 1 / 3]])
+)
 
 
 def saved(folder):

@@ -12,12 +12,12 @@ from bushcli.likelihood.noise import (
     Compared,
     NoiseModel,
     autoregression,
-    correlation_time,
     noise_model,
 )
 from bushcli.mismatch.bins import bins
 from bushcli.mismatch.record import locate
 from bushcli.recording import Recording, branches, select_cycles
+from bushcli.recording.misfit import correlation_time
 
 SIGMA = 5.0
 SEEDS = 200
