@@ -94,14 +94,14 @@ def test_a_zero_that_drifts_is_said_so():
 def test_what_another_law_would_do_is_said_to_follow_the_displacement():
     found = described(compared(LAW + 0.08 * SPAN * np.sin(np.pi * Q / 3.0)))
     assert any(
-        "follows the displacement alone" in one and "as another law would" in one for one in found.text
+        "depends on the displacement alone" in one and "as another law would" in one for one in found.text
     )
 
 
 def test_what_has_one_sign_in_both_directions_is_no_law():
     found = described(compared(LAW + 0.08 * SPAN * np.cos(np.pi * Q / 4.0)))
     (said,) = found.text
-    assert "follows the displacement alone" in said
+    assert "depends on the displacement alone" in said
     assert "no law of a symmetric bushing" in said
 
 
