@@ -134,6 +134,11 @@ class Shape(BaseModel):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
 
     @property
+    def counted(self) -> tuple[str, ...]:
+        """Directions in which the case may give a number of elements, of "across", "along" and "around"."""
+        return ("across", "along", "around")
+
+    @property
     def mirror_planes(self) -> Mirrors:
         """Planes of symmetry through the centre, by their normals."""
         return frozenset({"x", "y", "z"})

@@ -87,6 +87,11 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     names = set(used) or {
         m.name for m in modes().values() if m.specimen == shape.specimen and m.follow is None
     }
+    for key in ("across", "along", "around"):
+        if getattr(mesh.refinement, key) is not None and key not in shape.counted:
+            what = f"mesh.elements_{key} has no meaning for this shape: its mesh has no elements in that direction"
+            own = "".join(f"; elements_{one} refines the mesh" for one in shape.counted)
+            yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + own)
     if not shape.structured:
         yield from _free_mesh_size(shape, mesh, names)
         return

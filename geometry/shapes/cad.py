@@ -114,6 +114,12 @@ class Cad(Meets):
 
     @property
     @override
+    def counted(self) -> tuple[str, ...]:
+        # A finished mesh is used as it is; tetrahedra follow no direction.
+        return () if Path(self.file).suffix.lower() in MESHES else ("across",)
+
+    @property
+    @override
     def notes(self) -> tuple[str, ...]:
         metal = self.elastic_sleeves
         return (

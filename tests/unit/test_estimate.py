@@ -103,3 +103,15 @@ def test_a_file_without_a_case_is_refused_too() -> None:
     done = CliRunner().invoke(main, ["mesh", str(DATA / "kidney_A.step"), "--set", "mesh.elements_across=60"])
     assert done.exit_code == 2
     assert "would have about" in done.output
+
+
+@pytest.mark.parametrize("key", ["elements_along", "elements_around"])
+def test_numbers_of_elements_that_a_free_mesh_has_not_are_refused(key: str, tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(
+        f'{HEAD}[geometry]\nshape = "cad"\nfile = "{DATA / "kidney_A.step"}"\n[mesh]\n{key} = 12\n'
+    )
+    done = CliRunner().invoke(main, ["check", str(case)])
+    assert done.exit_code == 2
+    assert f"mesh.{key} has no meaning for this shape" in done.output
+    assert "elements_across refines the mesh" in done.output
