@@ -38,7 +38,7 @@ def shown_measures(measures: Mapping[str, float], regions: Iterable[str]) -> dic
     Parameters
     ----------
     measures : mapping of str to float
-        By name of a body or an edge, mm3 or mm2.
+        By name of a body or an edge, in cubic or square mm.
     regions : iterable of str
         Meshed bodies.
     """

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.header import heading, without, word_quality
+from bushcli.recording.doubts import refuse_compression, refuse_date, refuse_other_strain
+from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND, hint
 from bushcli.recording.match import (
     Wanted,
@@ -21,7 +22,7 @@ from bushcli.recording.match import (
     written_units,
 )
 from bushcli.recording.source import UNITS, Quantity, Source
-from bushcli.recording.stated import stated_units
+from bushcli.recording.stated import stated_system, stated_units
 from bushcli.recording.table import Table
 from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
 from cases.mode import Mode
@@ -98,7 +99,11 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     read, remarks = known.unit, (*remarks, *known.remarks)
     values = table.numbers(index, source.accept) * read.factor
     if mode.specimen == "coupon" and quantity != "time":
-        _refuse_compression(table, source, quantity, index, values)
+        refuse_compression(table, source, quantity, index, values)
+    if quantity == "time" and known.assumed:
+        refuse_date(table, index, values)
+    if wanted.measured == "strain" and not wanted.given:
+        refuse_other_strain(table, index, read, values)
     if wanted.measured == "strain" and read.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
@@ -108,18 +113,6 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         values = values - 1.0
     values = -values if quantity in source.reverse else values
     return Column(index, values, read.name, remarks, known.assumed)
-
-
-def _refuse_compression(table: Table, source: Source, quantity: Quantity, index: int, values: Array) -> None:
-    """Refuse a compressive strain or stress that is counted as positive: it would be read as tension."""
-    words = heading(table.names[index]).words
-    says = any(word.startswith(("compress", "druck", "stauch")) for word in words)
-    if says and quantity not in source.reverse and values.max() > abs(values.min()):
-        what = (
-            f"{table.label(index)} is compressive, and its values are positive: they would be read as tension"
-        )
-        expected = 'reverse = ["displacement", "force"] in the table of the case file'
-        raise RecordingError(Problem(table.where, what, "", expected))
 
 
 def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
@@ -237,7 +230,7 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
     units = [
         _read(table, wanted, index, text)
         for text in written_units(table, index, head)
-        if not (measured == "strain" and plain_unit(text) in NO_UNIT)
+        if not (measured == "strain" and (plain_unit(text) in NO_UNIT or _says_stretch(head, wanted, text)))
     ]
     if not units:
         units = [
@@ -252,6 +245,11 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
             raise _refused(table, quantity, index, what)
         line, unit = stated[0]
         return _Known(unit, (f"{table.label(index)} is read in {unit.name}, which line {line} states",))
+    if not units and (system := stated_system(table)) and measured not in ("time", "angle", "strain"):
+        what = (
+            f"{table.label(index)} has no unit, and line {system[0]} states the system of units: {system[1]}"
+        )
+        raise _refused(table, quantity, index, what)
     if not units:
         plain = without(head, wanted.allowed)
         is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
@@ -262,6 +260,14 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)
     return _Known(units[0])
+
+
+def _says_stretch(head: Heading, wanted: Wanted, text: str) -> bool:
+    """Whether a unit is a ratio of lengths and the name says that the column is a stretch: ``Stretch [mm/mm]``."""
+    unit = tabulated_unit(text)
+    plain = without(head, wanted.allowed)
+    is_ratio = unit is not None and unit.name == "strain"
+    return is_ratio and word_quality(plain, "stretch") > word_quality(plain, "strain")
 
 
 def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:

@@ -60,6 +60,7 @@ def decoded(path: Path) -> str:
             break
         except UnicodeDecodeError:
             continue
+    text = text.rstrip("\x1a")  # the end of a file for DOS
     if "\0" in text or (content and not text):
         raise RecordingError(
             Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")

@@ -20,7 +20,10 @@ _NUMBERS = {
     sign: re.compile(rf"(?:{number})?(?:\n(?:{number})?)*", re.ASCII) for sign, number in _WRITTEN.items()
 }
 # What spreadsheets write in English and German for a missing value.
-_MISSING = r"#(?:n/a|nv)|#(?:div/0|value|ref|num|null|wert|bezug|zahl)!|#name\?"
+_MISSING = (
+    r"#(?:n/a|nv|n/d|na|nan|inf|\#+)|#(?:div/0|value|ref|num|null|wert|bezug|zahl|valeur|nombre|valor|calc|spill|io)!"
+    r"|#name\?"
+)
 #: What programs write instead of a number; it belongs to the table, so that it is refused with its line and column.
 _NO_NUMBER = re.compile(rf"[+-]?(nan|inf|infinity|-?1[.,]#\w+|n/a|null)|{_MISSING}", re.IGNORECASE)
 _MISSING_FIRST = re.compile(rf"\s*(?:{_MISSING})\s*(?:[;,\t ]|$)", re.IGNORECASE)
@@ -35,11 +38,12 @@ _GROUPED = {
     sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?P<by>[{signs}])\d{{3}}((?P=by)\d{{3}})*([{sign}]\d*)?", re.ASCII)
     for sign, signs in _GROUPS.items()
 }
-#: What loggers write for a missing value: 999 and more nines, the limits of 16 and 32 bits and of
-#: floating-point numbers, 1e10 and beyond.
+#: What loggers write for a missing value: 999 and more nines, -999.25 (LAS), the limits of 16, 24 and 32 bits and of
+#: floating-point numbers, 9.91e37 (SCPI), 1e10 and beyond.
 _CODE = re.compile(
     r"^[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
-    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)$",
+    r"|8388607([.,]0*)?|16777215([.,]0*)?|999[.,]250*|[19]([.,][09]*)?[eE]\+?[1-9]\d|9[.,]9\d?[eE]\+?37"
+    r"|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)$",
     re.ASCII | re.MULTILINE,
 )
 #: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if

@@ -6,15 +6,13 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
+from bushcli.recording.quality import name_quality
 from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
-    ALL_ENDINGS,
-    ENDINGS,
     FOREIGN_BEGINNINGS,
     MEASURED_WORDS,
     NUMBERED_WORDS,
     POWER,
-    WEAK,
     WORDS,
     is_foreign,
     known_word,
@@ -27,7 +25,12 @@ _BRACKETS = re.compile(
 #: A factor anywhere in a name: "Force [N] x10", "Force/10 [N]", "Force 10^3 N".
 _FACTOR = re.compile(
     r"^\s*10+\s*[x×*·](?=\s)|[x×*·/]\s*10+(?![\d.])|(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\w.])1[eE][-+]?\d+"
+    r"|(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])",
+    re.IGNORECASE,
 )
+#: An inch in quotation marks, after a sign, or as a sign: 'Travel "in"', "Travel:in", 'Travel"'; and before the name.
+_INCH = re.compile(r"""\s*(?:"in"|'in'|[:@\\*]\s*in\*?|[\s:;,@_]*["″])\s*$""", re.IGNORECASE)
+_INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
 _COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
@@ -76,10 +79,14 @@ def heading(text: str) -> Heading:
     # [1] is no remark, but the unit of a number without one.
     remarks = [inside for inside in bracketed if _is_remark(inside, rest, timed) and "[1]" not in text]
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
+    inch = None if bracketed else _INCH.search(rest)
+    if inch:
+        rest, written = rest[: inch.start()], ["in"]
     if not written:
         rest, unit = _unit_within(rest, timed)
         if unit:
             rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
+    rest, written = _with_second_unit(rest, written, timed)
     scaled = _FACTOR.search(rest)
     written += [scaled[0]] if scaled else []
     shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
@@ -104,6 +111,26 @@ def heading(text: str) -> Heading:
     return Heading(tuple(word.lower() for word in shown), tuple(written), tuple(doubtful), at_end)
 
 
+def _with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, list[str]]:
+    """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``.
+
+    Parameters
+    ----------
+    rest : str
+        The name without its first unit.
+    written : list of str
+        The first unit, if there is one.
+    timed : bool
+        Whether it names a time.
+    """
+    first = tabulated_unit(written[0]) if len(written) == 1 else None
+    before, unit = _unit_at_end(rest, timed) if first is not None else (rest, "")
+    second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
+    if first is None or second is None or second.measured != first.measured:
+        return rest, written
+    return re.sub(r"\s+in\s*$", "", before), [*written, unit]
+
+
 def _doubtful(words: Sequence[str], rest: str) -> list[str]:
     """Return the words of a name that may be units.
 
@@ -118,7 +145,7 @@ def _doubtful(words: Sequence[str], rest: str) -> list[str]:
     # "t" is a time at the beginning of a name and may be tonnes at its end; V is a direction or volts.
     found += [word for word in words[1:][-1:] if word in ("t", "V")]
     # "disp_in_raw" may be in inches.
-    return found + ["in"] * ("_in_" in rest.lower())
+    return found + ["in"] * ("_in_" in rest.lower() or _INCH_FIRST.match(rest) is not None)
 
 
 def _is_remark(inside: str, rest: str, timed: bool) -> bool:
@@ -136,7 +163,7 @@ def _is_remark(inside: str, rest: str, timed: bool) -> bool:
     if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha():
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
         kinds = [kind for kind, known in WORDS.items() if words[0] in known]
-        return any(_quality(_plain(rest), kind) for kind in kinds) or words[0] in "xyz"
+        return any(name_quality(_plain(rest), kind) for kind in kinds) or words[0] in "xyz"
     return bool(words) and all(known_word(word) for word in words)
 
 
@@ -183,7 +210,7 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
         found = tabulated_unit(unit) if len(tokens) > count else None
         if found is None or (count == 2 and found.measured != "moment"):
             continue
-        if count == 2 and tokens[-2] == "in" and _quality(_plain(" ".join(tokens[:-2])), "force"):
+        if count == 2 and tokens[-2] == "in" and name_quality(_plain(" ".join(tokens[:-2])), "force"):
             continue  # "Force in lbf" is no moment
         if unit.lower() == "min" and not (timed and unit == "min"):
             continue  # the smallest value, or doubtful
@@ -277,7 +304,7 @@ def word_quality(head: Heading, kind: str) -> int:
     """
     if any(is_foreign(word) for word in head.words):
         return 0
-    return _quality(head.name, kind)
+    return name_quality(head.name, kind)
 
 
 def without(head: Heading, words: Collection[str]) -> Heading:
@@ -296,29 +323,12 @@ def is_unnamed(head: Heading) -> bool:
     """Whether the words of a name neither name a quantity nor exclude one: ``Channel 3``, ``AI 0``."""
     if any(is_foreign(word) for word in head.words) or head.name.startswith(FOREIGN_BEGINNINGS):
         return False
-    return not any(_quality(head.name, kind) for kind in WORDS)
+    return not any(name_quality(head.name, kind) for kind in WORDS)
 
 
 def says_measured(head: Heading) -> bool:
     """Whether a name says that the column was measured, unlike columns of set values."""
     return any(word in MEASURED_WORDS for word in head.words)
-
-
-def _quality(name: str, kind: str) -> int:
-    words, known = name.split(), WORDS[kind]
-    if name == known[0]:
-        return 4
-    if name in known:
-        return 3
-    if any(len(word) > 1 and word in words for word in known):
-        # "extension ratio" contains a word for a length but is a stretch.
-        return 0 if any(name in WORDS[other] for other in WORDS if other != kind) else 2
-    if any(word in words for word in WEAK.get(kind, ())):
-        return 1
-    if kind not in ENDINGS or name.startswith(FOREIGN_BEGINNINGS):
-        return 0
-    longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
-    return 1 if longest in ENDINGS[kind] else 0
 
 
 _MEASURED = {"stretch": "strain"}

@@ -163,9 +163,13 @@ def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
         unit = find_unit(text, wanted.measured)
         if unit is not None and unit.measured != wanted.measured:
             return 0
+    others = (set(head.words) & modes().keys()) - {wanted.mode.name}
+    if others and wanted.mode.name not in head.words:
+        # A volumetric strain is none of a uniaxial test; what a rig calls axial may be radial to the bushing.
+        quality = 0 if wanted.mode.specimen == "coupon" else 1
     # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
     asked = any(word in wanted.allowed for word in head.words)
-    return quality + (5 if says_measured(head) else 0) + (10 if asked else 0)
+    return quality and quality + (5 if says_measured(head) else 0) + (10 if asked else 0)
 
 
 def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:

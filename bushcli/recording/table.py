@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import Problem, RecordingError, printable
 from bushcli.recording.clock_times import clock_times, is_short
 from bushcli.recording.fields import is_number, only_numbers, says_missing, sentinel, to_float
 
@@ -48,6 +48,13 @@ class Table(ABC):
     header_line: int = 0
     remarks: tuple[str, ...] = ()
     preamble: tuple[tuple[int, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        # Control characters would act on the terminal that shows them.
+        for key in ("names", "units", "remarks"):
+            object.__setattr__(self, key, tuple(map(printable, getattr(self, key))))
+        object.__setattr__(self, "part", printable(self.part))
+        object.__setattr__(self, "preamble", tuple((line, printable(text)) for line, text in self.preamble))
 
     @abstractmethod
     def __len__(self) -> int:

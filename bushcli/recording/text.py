@@ -57,6 +57,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     start, width, repeats = _rows(path, body, split, decimal)
     left_out += repeats
     top = header(path, lines, body[start].number, width, delimiter, decimal)
+    left_out += _commented(lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
     if given is None and (decimal == "," or delimiter in ";\t"):
         _refuse_thousands(path, split[start:], numbers, decimal)
@@ -165,6 +166,24 @@ def _without_text_below(body: list[Line], split: list[list[str]], start: int, de
     if len(below) == 1:
         return [f"the text below the table is left out (line {first})"]
     return [f"{len(below)} lines of text below the table are left out (the first is line {first})"]
+
+
+def _commented(lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str) -> list[str]:
+    """Return a remark about rows of numbers that a sign in front of them makes comments."""
+    rows = []
+    for line in lines:
+        if line.comment and line.number > first:
+            fields = split_line(line.uncommented.strip(), delimiter)
+            if len(fields) == width and numbers_in(fields, decimal) == width:
+                rows.append(line.number)
+    if not rows:
+        return []
+    count = (
+        f"{len(rows)} rows of numbers behind # or % are"
+        if len(rows) > 1
+        else "a row of numbers behind # or % is"
+    )
+    return [f"{count} left out as comments (line {rows[0]}{' and others' if len(rows) > 1 else ''})"]
 
 
 def _begins_with_text(fields: Sequence[str], decimal: str) -> bool:

@@ -49,16 +49,28 @@ _FOREIGN = _set(
     "counter number index id cycle cycles zyklus segment limit status mode min max minimum maximum minimal maximal "
     "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
     "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance increment sp dt phase "
-    "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische"
+    "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische "
+    "commanded programmed program request requested vorgabe führungsgröße regelabweichung consigne ideal "
+    "expected simulated simulation model fit fitted residual difference calc calculated computed estimated estimate "
+    "theory theoretical preload vorlast friction seal inertia trigger alarm level block direction type units flag "
+    "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "
+    "green almansi piola kirchhoff pk2 shear"
 )
+#: The same for a strain: one across the direction of the load.
+ACROSS = _set("transverse lateral quer")
 #: Words for the extremes of a cycle.
 EXTREME_WORDS = _set(
     "min max minimum maximum minimal maximal peak valley mean avg average mittelwert range amplitude"
 )
-FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel")
+FOREIGN_BEGINNINGS = (
+    "soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel", "vorlast", "vorkraft", "vorspann", "vorgabe",
+    "reib", "klemm", "halte", "regel",
+    "führungs", "querdehn",
+)  # fmt: skip
 #: The same at the end of a word: ForceRate.
 _FOREIGN_ENDINGS = (
-    "rate", "error", "fehler", "setpoint", "command", "demand", "increment", "geschwindigkeit",
+    "rate", "error", "fehler", "setpoint", "command", "demand", "increment", "geschwindigkeit", "sollwert", "vorgabe",
+    "grenze", "abweichung", "differenz", "zahl", "zähler",
 )  # fmt: skip
 #: Words for measured values.
 MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")

@@ -1,0 +1,99 @@
+"""Refuse numbers that contradict the meaning that the name and unit of their column give them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header import heading
+from bushcli.recording.source import Quantity, Source
+from bushcli.recording.table import Table
+from bushcli.recording.units import Unit
+
+Array = NDArray[np.float64]
+
+#: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
+_DAYS, _LONGEST_DAYS, _MILLISECONDS = (30_000.0, 80_000.0), 0.1, 1e11
+#: Share by which the first sample of a coupon may be away from rest.
+_AT_REST = 0.15
+
+
+def refuse_date(table: Table, index: int, time: Array) -> None:
+    """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970.
+
+    Parameters
+    ----------
+    table : Table
+    index : int
+        Index of the column, from 0.
+    time : (n,) array
+        As it would be read, s.
+
+    Raises
+    ------
+    RecordingError
+    """
+    first, steps = float(time[0]), np.abs(np.diff(time))
+    step = float(np.median(steps)) if len(steps) else 0.0
+    is_day = _DAYS[0] < first < _DAYS[1] and 0.0 < step < _LONGEST_DAYS and first % 1.0 != 0.0
+    if is_day or first > _MILLISECONDS:
+        kind = "days since 1900" if is_day else "milliseconds since 1970"
+        what = f"{table.label(index)}: {table.text(0, index)} looks like a date in {kind}, not like seconds"
+        expected = 'write the time in s, or give units = {time = "s"} in the table of the case file if it is'
+        raise RecordingError(Problem(table.place(0), what, "", expected))
+
+
+def refuse_other_strain(table: Table, index: int, read: Unit, values: Array) -> None:
+    """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest.
+
+    Parameters
+    ----------
+    table : Table
+    index : int
+        Index of the column, from 0.
+    read : Unit
+        Stretch, strain or percent.
+    values : (n,) array
+        In that unit.
+
+    Raises
+    ------
+    RecordingError
+    """
+    first = float(values[0])
+    if (read.name == "strain" and abs(first - 1.0) < _AT_REST and values.min() > 1.0 - _AT_REST) or (
+        read.name == "stretch" and abs(first) < _AT_REST and first != 0.0
+    ):
+        is_strain = read.name == "strain"
+        other = "a stretch" if is_strain else "a strain"
+        what = f"{table.label(index)} is read as a {read.name}, and begins with {table.text(0, index)} as {other} does"
+        expected = f'units = {{displacement = "{"stretch" if is_strain else "strain"}"}} in the table of the case file'
+        raise RecordingError(Problem(table.place(0), what, "", f'{expected}, or "{read.name}" if it is one'))
+
+
+def refuse_compression(table: Table, source: Source, quantity: Quantity, index: int, values: Array) -> None:
+    """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    quantity : Quantity
+    index : int
+        Index of the column, from 0.
+    values : (n,) array
+        In any unit.
+
+    Raises
+    ------
+    RecordingError
+    """
+    words = heading(table.names[index]).words
+    says = any(word.startswith(("compress", "druck", "stauch")) for word in words)
+    if says and quantity not in source.reverse and values.max() > abs(values.min()):
+        what = (
+            f"{table.label(index)} is compressive, and its values are positive: they would be read as tension"
+        )
+        expected = 'reverse = ["displacement", "force"] in the table of the case file'
+        raise RecordingError(Problem(table.where, what, "", expected))

@@ -1,0 +1,37 @@
+"""How surely the words of a column's name mean a quantity."""
+
+from __future__ import annotations
+
+from bushcli.recording.vocabulary import ACROSS, ALL_ENDINGS, ENDINGS, FOREIGN_BEGINNINGS, WEAK, WORDS
+from cases.mode import modes
+
+
+def name_quality(name: str, kind: str) -> int:
+    """Return how surely a name means a quantity; see `bushcli.recording.header.match_quality`.
+
+    The name of a mode does not count: "axial displacement" means as surely a length as "displacement".
+
+    Parameters
+    ----------
+    name : str
+        Without its unit, in lower case.
+    kind : str
+        A key of `bushcli.recording.vocabulary.WORDS`.
+    """
+    words, known = [word for word in name.split() if word not in modes()], WORDS[kind]
+    name = " ".join(words)
+    if kind in ("strain", "stretch") and ACROSS & set(words):
+        return 0
+    if name == known[0]:
+        return 4
+    if name in known:
+        return 3
+    if any(len(word) > 1 and word in words for word in known):
+        # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
+        return 0 if "ratio" in words or any(name in WORDS[other] for other in WORDS if other != kind) else 2
+    if any(word in words for word in WEAK.get(kind, ())):
+        return 1
+    if kind not in ENDINGS or name.startswith(FOREIGN_BEGINNINGS):
+        return 0
+    longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
+    return 1 if longest in ENDINGS[kind] else 0
