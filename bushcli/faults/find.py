@@ -157,7 +157,7 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     jumps[sound] = spikes(recording.displacement[sound], x[sound], np.zeros(len(sound), dtype=int))
     still = recording.displacement.copy()
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
-    whole = Recording(recording.mode, still, recording.force, recording.time)
+    whole = Recording(recording.mode, still, recording.force, recording.time) if jumps.any() else recording
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
     explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * _unsteady(still[sound])
     spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained, ends=True)

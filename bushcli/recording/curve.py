@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.noise import median_deviation
-from bushcli.recording.segment import segment
+from bushcli.recording.segment import Segment, segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -138,6 +138,11 @@ class Curve:
         """Return the fields only: with values calculated from them, equal curves would be pickled differently."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Loading, unloading and holds, with the numbers of their cycles from 1; see `bushcli.recording.segment`."""
+        return segment(self.displacement, self.time)
+
     def part(self, start: int, stop: int) -> Curve:
         """Return the samples ``start:stop``, such as those of a branch.
 
@@ -164,7 +169,7 @@ class Curve:
 
     @cached_property
     def _initial(self) -> float:
-        branch = next((b for b in segment(self.displacement, self.time) if b.kind == "loading"), None)
+        branch = next((b for b in self.segments if b.kind == "loading"), None)
         # The sample before the branch is the turning point that it starts from.
         cut = slice(max(branch.start - 1, 0), branch.stop) if branch else slice(None)
         q, force = self.displacement[cut], self.force[cut]

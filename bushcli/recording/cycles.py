@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
-from bushcli.recording.segment import Segment, segment
+from bushcli.recording.segment import Segment
 from bushcli.recording.signals import departure, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
@@ -130,7 +130,7 @@ def cycles_along(
     tuple
         One entry per cycle of the path; None where the force is not known throughout the cycle.
     """
-    found = segment(path.displacement, path.time) if found is None else found
+    found = path.segments if found is None else found
     parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
     slack = _CLOSED_NOISE * displacement_noise(path)
     return tuple(

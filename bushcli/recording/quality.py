@@ -22,6 +22,8 @@ def name_quality(name: str, kind: str) -> int:
     name = " ".join(words)
     if kind in ("strain", "stretch") and ACROSS & set(words):
         return 0
+    if len(words) > 1 and words[-1] in ("no", "nr"):
+        return 0  # "Force no" counts something; "Force no 2" is a channel
     if name == known[0]:
         return 4
     if name in known:

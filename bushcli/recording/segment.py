@@ -17,6 +17,7 @@ The rules, all relative to the noise of the displacement, which is estimated fro
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -99,7 +100,7 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Segment, ..
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points([float(q) for q in displacement], threshold)
+    turns = _turning_points(list(map(float, displacement)), threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
@@ -135,14 +136,15 @@ def _turning_points(q: list[float], threshold: float) -> list[int]:
 def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
-    holds, start, n, values = [], 0, len(q), [float(value) for value in q]
+    # Lists, because most stretches are short: a function of NumPy takes longer than they do.
+    holds, start, n, values, times = [], 0, len(q), list(map(float, q)), list(map(float, x))
     while start <= n - _SHORTEST_HOLD:
         stop = start
         low = high = values[start]
         while stop < n and max(high, values[stop]) - min(low, values[stop]) <= band:
             low, high = min(low, values[stop]), max(high, values[stop])
             stop += 1
-        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(q, x, start, stop, band)
+        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
         if long and _still(q[start:stop], x[start:stop], sigma):
             holds.append((start, stop))
             start = stop
@@ -151,17 +153,22 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     return holds
 
 
-def _is_abrupt(q: Array, x: Array, start: int, stop: int, band: float) -> bool:
+def _is_abrupt(q: list[float], x: list[float], start: int, stop: int, band: float) -> bool:
     """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
 
     At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
     """
-    centre, patience = float(np.median(q[start:stop])), 0.3 * float(x[stop - 1] - x[start])
-    before = int(np.searchsorted(x, x[start] - patience))
-    after = int(np.searchsorted(x, x[stop - 1] + patience, side="right"))
-    came = start == 0 or bool(np.any(np.abs(q[before:start] - centre) > 1.5 * band))
-    went = stop == len(q) or bool(np.any(np.abs(q[stop:after] - centre) > 1.5 * band))
-    return came and went
+    centre, patience = _median(q[start:stop]), 0.3 * (x[stop - 1] - x[start])
+    before = q[bisect_left(x, x[start] - patience) : start]
+    after = q[stop : bisect_right(x, x[stop - 1] + patience)]
+    low, high = centre - 1.5 * band, centre + 1.5 * band
+    came = start == 0 or (bool(before) and (max(before) > high or min(before) < low))
+    return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))
+
+
+def _median(values: list[float]) -> float:
+    ordered, half = sorted(values), len(values) // 2
+    return ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
 
 
 def _still(q: Array, x: Array, sigma: float) -> bool:

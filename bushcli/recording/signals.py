@@ -12,7 +12,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise_of_sparse
 from bushcli.recording.recorded import Recording
-from bushcli.recording.segment import Segment, segment
+from bushcli.recording.segment import Segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
@@ -24,7 +24,7 @@ def branches(recording: Curve) -> tuple[Segment, ...]:
 
     Where some of the cycles were selected, they have the numbers that they have in the file.
     """
-    found = segment(recording.displacement, recording.time)
+    found = recording.segments
     numbers = getattr(recording, "cycles", ())
     if len(numbers) != max(branch.cycle for branch in found):
         return found

@@ -54,7 +54,7 @@ _FOREIGN = _set(
     "expected simulated simulation model fit fitted residual difference calc calculated computed estimated estimate "
     "theory theoretical preload vorlast friction seal inertia trigger alarm level block direction type units flag "
     "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "
-    "green almansi piola kirchhoff pk2 shear"
+    "hold feedforward sinus green almansi piola kirchhoff pk2 shear"
 )
 #: The same for a strain: one across the direction of the load.
 ACROSS = _set("transverse lateral quer")
@@ -65,12 +65,12 @@ EXTREME_WORDS = _set(
 FOREIGN_BEGINNINGS = (
     "soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel", "vorlast", "vorkraft", "vorspann", "vorgabe",
     "reib", "klemm", "halte", "regel",
-    "führungs", "querdehn",
+    "führungs", "querdehn", "zyklus", "perioden",
 )  # fmt: skip
 #: The same at the end of a word: ForceRate.
 _FOREIGN_ENDINGS = (
     "rate", "error", "fehler", "setpoint", "command", "demand", "increment", "geschwindigkeit", "sollwert", "vorgabe",
-    "grenze", "abweichung", "differenz", "zahl", "zähler",
+    "grenze", "abweichung", "differenz", "zahl", "zähler", "schritt",
 )  # fmt: skip
 #: Words for measured values.
 MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")

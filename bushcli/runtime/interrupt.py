@@ -68,9 +68,10 @@ def meet(comm: Any) -> None:
     Parameters
     ----------
     comm : MPI.Comm
-        Ranks that work together; on a single rank this does nothing.
+        Ranks that work together. A rank that works alone raises its own signal: mpirun sends it to every rank.
     """
-    if comm.size > 1 and comm.allreduce(len(_remembered)):
+    received = len(_remembered)
+    if comm.allreduce(received) if comm.size > 1 else received:
         _remembered.clear()
         raise KeyboardInterrupt
 

@@ -86,6 +86,14 @@ def test_ranks_raise_a_signal_where_they_meet_and_once(together):
     meet(Ranks(2))
 
 
+def test_a_rank_that_works_alone_raises_its_own_signal(together):
+    meet(Ranks(1))
+    os.kill(os.getpid(), signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt):
+        meet(Ranks(1))
+    meet(Ranks(1))
+
+
 def test_a_signal_of_another_rank_is_raised_too(together):
     with pytest.raises(KeyboardInterrupt):
         meet(Ranks(2, others=1))
@@ -96,11 +104,6 @@ def test_a_second_signal_is_raised_at_once(together):
     together[0] += 1.1 * SAME
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), signal.SIGINT)
-
-
-def test_one_rank_meets_nobody(together):
-    os.kill(os.getpid(), signal.SIGTERM)
-    meet(Ranks(1))
 
 
 @pytest.mark.parametrize(
