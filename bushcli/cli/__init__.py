@@ -39,6 +39,8 @@ class _Group(click.Group):
         # Saves 20 ms at start: pydantic would search all packages for plugins, and check the schemas that it makes.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
+        # Pictures are only saved; the backend of a notebook, which commands inherit, may not exist here.
+        os.environ["MPLBACKEND"] = "agg"
         _collect_seldom()
         _open_closed_streams()
         try:

@@ -91,7 +91,8 @@ class Run:
     def say(self, text: str) -> None:
         """Narrate on stderr, unless quiet."""
         if not self.quiet and is_first_rank():
-            click.echo(printable(text), err=True)
+            with suppress(OSError):  # a stderr that is full or closed costs no result
+                click.echo(printable(text), err=True)
 
     @property
     def shows(self) -> bool:

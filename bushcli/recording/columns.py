@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError, nearest
 from bushcli.recording.doubts import refuse_compression, refuse_date, refuse_other_strain
 from bushcli.recording.header import Heading, heading, without, word_quality
-from bushcli.recording.hints import KIND, hint
+from bushcli.recording.hints import KIND, headless, hint
 from bushcli.recording.match import (
     Wanted,
     by_unit,
@@ -147,7 +147,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
         _unit(table, wanted, alike[0])
     listed = ", ".join(name for name in table.names if name)
     what = f"no column {_EXPECTED[measured]}, which mode {wanted.mode.name} needs"
-    what += f"; there are {listed[:300]}" if listed else "; the table has no header"
+    what += f"; there are {listed[:300]}" if listed else f"; {headless(table)}"
     expected = f"or choose a column by name or number: {key}"
     raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))
 

@@ -35,6 +35,8 @@ _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
 _COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
 _AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
+#: A time is named with the rate of its samples by catman: "Time  1 - default sample rate [s]".
+_SAMPLE_RATE = re.compile(r"\d*\s*(?:\w+ )?(?:sample|sampling|mess) ?rate\b")
 #: A number before a unit, such as the range of a sensor.
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?k?")
 #: Longer texts are not names of columns and are ignored.
@@ -302,9 +304,10 @@ def word_quality(head: Heading, kind: str) -> int:
     kind : str
         Quantity that is searched for, a key of `bushcli.recording.vocabulary.WORDS`.
     """
-    if any(is_foreign(word) for word in head.words):
+    name = _SAMPLE_RATE.sub(" ", head.name) if kind == "time" else head.name
+    if any(is_foreign(word) for word in name.split()):
         return 0
-    return name_quality(head.name, kind)
+    return name_quality(" ".join(name.split()), kind)
 
 
 def without(head: Heading, words: Collection[str]) -> Heading:

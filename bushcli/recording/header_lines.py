@@ -13,6 +13,9 @@ from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
 from bushcli.recording.table import SHOWN
 from bushcli.recording.units import tabulated_unit
 
+#: Characters up to which a word that ends with s is no plural.
+_SHORT = 4
+
 
 @dataclass(frozen=True)
 class Header:
@@ -76,7 +79,7 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
             # A row of units may also stand above the names.
             for other, row in further:
                 if _are_units_above(row):
-                    units, place = tuple(row), other.number
+                    units, place = tuple(_without_label(row)), other.number
                     break
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
         return Header(tuple(fields), units, place or line.number, preamble)
@@ -88,14 +91,22 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
 
 def _are_units_above(fields: list[str]) -> bool:
     """Whether a line above the names is a row of units: it names no quantity, and one of its fields is a unit."""
-    first, *rest = fields
-    if re.fullmatch(r"(units?|einheit(en)?|unités?)\W*", first.strip().lower()):
-        fields = rest
+    fields = [field for field in _without_label(fields) if field]
+    # "Forces in kN" is a statement, not a row of units.
+    singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in fields]
     return is_units_row(fields) or (
         not named_columns(fields)
+        and not named_columns(singular)
         and any(tabulated_unit(field) is not None for field in fields)
         and all(len(field.split()) < 2 for field in fields)
     )
+
+
+def _without_label(fields: list[str]) -> list[str]:
+    """Return a row of units with an empty text in place of a label such as "Units:" at its beginning."""
+    if not re.fullmatch(r"(units?|einheit(en)?|unités?)\W*", fields[0].strip().lower()):
+        return fields
+    return ["", *(field.strip(" ,;") for field in fields[1:])]
 
 
 def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bushcli.recording.header import heading, match_quality, without, word_quality
+from bushcli.recording.header import heading, match_quality, named_columns, without, word_quality
 from bushcli.recording.match import TRUE_STRAIN, TRUE_STRESS, Wanted
 from bushcli.recording.table import Table
 from bushcli.recording.vocabulary import EXTREME_WORDS
@@ -40,6 +40,22 @@ def hint(table: Table, wanted: Wanted) -> str:
         if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name):
             return f"is this a recording of mode {modes}?"
     return ""
+
+
+def headless(table: Table) -> str:
+    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields.
+
+    Parameters
+    ----------
+    table : Table
+        A table without names.
+    """
+    for number, text in reversed(table.preamble):
+        for delimiter in ("\t", ";", ","):
+            fields = [field.strip() for field in text.split(delimiter)]
+            if len(fields) > 1 and named_columns(fields) > 1:
+                return f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
+    return "the table has no header"
 
 
 def _other_forms(table: Table, wanted: Wanted) -> str:

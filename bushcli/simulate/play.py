@@ -12,6 +12,9 @@ from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
+#: Share of the travel that a free play may take; of the rest nothing can be seen beside rounding and noise.
+_NO_TRAVEL = 0.999
+
 
 def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float64]) -> None:
     """Refuse free play as large as the travel of a channel: the bushing would not move.
@@ -31,7 +34,7 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     travel = float(np.abs(displacement).max())
     for one in acting(case.effects, name, mode):
         width = one.values.get("half_width", 0.0) if one.effect.name == "free_play" else 0.0
-        if width >= travel:
+        if width >= _NO_TRAVEL * travel:
             rotational = modes()[mode].rotational
             (parameter,) = one.effect.parameters
             known = outside(parameter, width, rotational)
