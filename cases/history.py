@@ -111,3 +111,13 @@ Progress = Callable[[int, int, int, float], None]
 """Called after each target with step, number of steps, Newton iterations, displacement."""
 Observer = Callable[[Equilibrium], None]
 """Called at each target with the solver, before the rubber's memory is brought up to date."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """The user interrupted the march; attributes as of `NotConverged`."""
+
+    reason = "INTERRUPTED"
+
+    def __init__(self, history: History, target: float, last: float) -> None:
+        self.history, self.target, self.last = history, target, last
+        super().__init__("the march was interrupted")

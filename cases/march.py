@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from cases.assembling import assemble
 from cases.equilibrium import Equilibrium
-from cases.history import Attempt, History, NotConverged, Observer, Progress, unsolved
+from cases.history import Attempt, History, Interrupted, NotConverged, Observer, Progress, unsolved
+from cases.interrupt import is_interrupt
 from cases.limit import limit
 from cases.model import FiniteElementModel
 from cases.program import Program
@@ -149,12 +150,26 @@ class _Run:
     def to_end(self, progress: Progress | None) -> History:
         """Go from target to target, and return the recorded history."""
         count = len(self.program.displacement)
-        for number in range(count):
-            newton = self.reach(number)
-            self.record(number, newton)
-            if progress is not None:
-                progress(number + 1, count, newton, self.stepper.q)
+        number = 0
+        try:
+            for number in range(count):
+                newton = self.reach(number)
+                self.record(number, newton)
+                if progress is not None:
+                    progress(number + 1, count, newton, self.stepper.q)
+        except Exception as error:
+            if isinstance(error, NotConverged) or not is_interrupt(error):
+                raise
+            raise self._interrupted(number) from error
+        except KeyboardInterrupt as error:
+            raise self._interrupted(number) from error
         return self.recorder.history()
+
+    def _interrupted(self, number: int) -> KeyboardInterrupt:
+        """Return the interruption with the history so far, where at least one target was reached."""
+        if not self.recorder.complete:
+            return KeyboardInterrupt()
+        return Interrupted(self.recorder.history(), float(self.program.displacement[number]), self.stepper.q)
 
     def reach(self, number: int) -> int:
         """Go to the target with this number; return how many corrections of the state it took."""

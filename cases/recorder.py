@@ -45,6 +45,18 @@ class Recorder:
         """Attempts that did not converge."""
         return sum(not one.accepted for one in self.attempts)
 
+    @property
+    def complete(self) -> bool:
+        """Whether there are two or more points, and everything is recorded at each: no interruption came between."""
+        n = len(self._rows)
+        needed = (self._states, self._keep), (self._force_slopes, self._differentiated)
+        optional = self._poses, self._reactions, self._reaction_slopes
+        return (
+            n > 1
+            and all(len(one) == n * given for one, given in needed)
+            and all(len(o) in (0, n) for o in optional)
+        )
+
     def point(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
         """Record an equilibrium.
 

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from cases.feature import Installed
+from cases.history import Interrupted
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode, setting_for
 from cases.model import FiniteElementModel
@@ -167,6 +168,7 @@ def sweep(
     sides = _sides(targets)
     histories: list[History] = []
     failure: NotConverged | None = None
+    end: Interrupted | None = None
     for number, side in enumerate(sides):
         try:
             history = march(
@@ -181,8 +183,14 @@ def sweep(
             )
         except NotConverged as stopped:
             failure, history = stopped, stopped.history
+        except Interrupted as ended:
+            end, history = ended, ended.history
         histories.append(history)
+        if end is not None:
+            break
     joined = _join(histories)
+    if end is not None:
+        raise Interrupted(joined, end.target, end.last)
     if failure is not None:
         raise NotConverged(joined, failure.target, failure.reason, failure.last)
     return joined

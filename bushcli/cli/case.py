@@ -142,24 +142,29 @@ def direct(
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
+    from bushcli.simulate.response import PredictionInterrupted
 
     case = run.load()
     if not case.recordings and not case.load_cases:
         expected = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    interrupted = False
     with run.timed("solve"), march_progress(run) as progress:
-        response = predict(
-            case,
-            found.material if found else None,
-            mesh_check=mesh_check,
-            fields=run.output if run.output and not no_fields else None,
-            pictures=run.output is not None,
-            progress=progress,
-            stiffness=stiffness_matrix or stiffness_at is not None,
-            stiffness_at=stiffness_at,
-            kept=Kept(measured=Measured(run.tables)),
-        )
+        try:
+            response = predict(
+                case,
+                found.material if found else None,
+                mesh_check=mesh_check,
+                fields=run.output if run.output and not no_fields else None,
+                pictures=run.output is not None,
+                progress=progress,
+                stiffness=stiffness_matrix or stiffness_at is not None,
+                stiffness_at=stiffness_at,
+                kept=Kept(measured=Measured(run.tables)),
+            )
+        except PredictionInterrupted as ended:
+            response, interrupted = ended.response, True
     compared = misfits(response)
     result = report.direct_json(response, compared, found, run.timings())
     if run.shows:
@@ -168,6 +173,8 @@ def direct(
     if run.output and is_first_rank():
         report.write_direct(run.output, result, response, compared, found)
         run.say(f"wrote {run.output}")
+    if interrupted:
+        raise KeyboardInterrupt
     if not response.complete:
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())

@@ -22,7 +22,8 @@ from bushcli.cli.run import (
 )
 from bushcli.cli.shared import elsewhere, scheduled
 from bushcli.errors import InputError, Problem
-from bushcli.runtime.interrupt import is_interrupt, listen
+from bushcli.runtime.interrupt import listen
+from cases.interrupt import is_interrupt
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from bushcli.errors import InputError, Problem, printable
-from bushcli.runtime.interrupt import is_interrupt, listen, ranks_started
+from bushcli.runtime.interrupt import listen, ranks_started
+from cases.interrupt import is_interrupt
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:

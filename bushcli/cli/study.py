@@ -14,7 +14,7 @@ from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, is_first_rank, on_a_case
 from bushcli.cli.shared import pool, shares_work
 from bushcli.errors import InputError, Problem
-from bushcli.runtime.interrupt import is_interrupt
+from cases.interrupt import is_interrupt
 
 if TYPE_CHECKING:
     from bushcli.case import Case

@@ -18,12 +18,12 @@ from bushcli.likelihood.calibration import calibrated, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.maps import LocalMap
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Fitted
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.queue import Progress
 from bushcli.selection.state import CommonData, State
+from cases.interrupt import is_interrupt
 from cases.march import NotConverged
 
 

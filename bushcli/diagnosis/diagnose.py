@@ -25,7 +25,6 @@ from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
@@ -36,6 +35,7 @@ from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
 from bushcli.selection.state import CommonData, State
+from cases.interrupt import is_interrupt
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from cases.interrupt import is_interrupt
+
 # Seconds within which a second signal is the same request: a terminal sends Ctrl-C to the command and to the program
 # that started it, which passes it on.
 SAME = 1.0
@@ -96,18 +98,6 @@ def end_with_parent(end: Callable[[], None]) -> None:
         end()
 
     threading.Thread(target=wait, daemon=True).start()
-
-
-def is_interrupt(error: BaseException | None) -> bool:
-    """Whether an exception is an interruption or was caused by one.
-
-    ctypes preserves only the name of an interruption, in the message of its own error.
-    """
-    while error is not None:
-        if isinstance(error, KeyboardInterrupt) or KeyboardInterrupt.__name__ in str(error):
-            return True
-        error = error.__cause__ or error.__context__
-    return False
 
 
 @contextmanager

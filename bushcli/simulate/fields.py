@@ -8,10 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import numpy as np
+
 from bushcli.runtime.claims import claim
 from cases.fields import write_fields
 from cases.march import History
 from cases.model import FiniteElementModel
+from cases.stretches import Surface, surface
 
 
 @contextmanager
@@ -56,3 +59,21 @@ def written(model: FiniteElementModel, history: History, file: Path) -> str:
                 part.unlink(missing_ok=True)
         return (str(error).splitlines() or [type(error).__name__])[0]
     return ""
+
+
+def picture(model: FiniteElementModel, history: History) -> Surface | None:
+    """Return the surface at the largest displacement, for a picture; None where no state was reached.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+        Model of the march; its state becomes the one shown.
+    history : History
+        With states.
+    """
+    assert history.states is not None
+    if not len(history.states):
+        return None
+    widest = int(np.argmax(np.abs(history.displacement)))
+    model.state.x.array[:] = history.states[widest]
+    return surface(model, float(history.displacement[widest]))

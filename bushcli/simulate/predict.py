@@ -28,17 +28,25 @@ from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.kept import Kept
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
-from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
+from bushcli.simulate.response import (
+    ERROR_OVER_CHANGE,
+    FINER,
+    PredictionInterrupted,
+    Progress,
+    Response,
+    Simulated,
+    conditions,
+)
 from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
+from cases.history import Interrupted
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Rubber
-from cases.stretches import Surface, surface
 from forms.law import law
 
 if TYPE_CHECKING:
@@ -92,6 +100,8 @@ def predict(
     ------
     InputError
         A recording cannot be read, there is nothing to simulate, or the law is unstable from the start.
+    PredictionInterrupted
+        The user interrupted it after at least one step; it carries the channels so far.
     """
     material = material or case.material
     check_material(case, material)
@@ -101,11 +111,25 @@ def predict(
     rubber = rubber_of(material)
     run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
     run = run.shared_by(sharing(case, comm))
-    simulated = tuple(run.simulate(channel) for channel in channels)
+    simulated: list[Simulated] = []
+    interrupted = False
+    try:
+        for channel in channels:
+            simulated.append(run.simulate(channel))
+            interrupted = simulated[-1].stopped == Interrupted.reason
+            if interrupted:
+                break
+    except KeyboardInterrupt:
+        if not simulated:
+            raise
+        interrupted = True
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
     found = tuple(condition for channel in simulated for condition in conditions(case, channel))
     doubts = (*map(fault_condition, faults), *unshared, *found)
-    return Response(case, material, simulated, doubts, faults)
+    response = Response(case, material, tuple(simulated), doubts, faults)
+    if interrupted:
+        raise PredictionInterrupted(response)
+    return response
 
 
 def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
@@ -225,6 +249,9 @@ class _Run:
         except NotConverged as failure:
             history, stopped = failure.history, failure.reason
             reach, target = failure.last, failure.target
+        except Interrupted as failure:
+            history, stopped = failure.history, failure.reason
+            reach, target = failure.last, failure.target
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
@@ -252,7 +279,7 @@ class _Run:
             unknowns=model.space.dofmap.index_map.size_global,
             strained=stretched(model, history, self.rubber),
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
-            surface=_picture(model, history) if self.pictures else None,
+            surface=field_files.picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
@@ -319,12 +346,3 @@ class _Run:
         except (NotConverged, NoEquilibrium):
             return float("inf")
         return 100.0 * ERROR_OVER_CHANGE * share
-
-
-def _picture(model: FiniteElementModel, history: History) -> Surface | None:
-    assert history.states is not None
-    if not len(history.states):
-        return None
-    widest = int(np.argmax(np.abs(history.displacement)))
-    model.state.x.array[:] = history.states[widest]
-    return surface(model, float(history.displacement[widest]))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
+from cases.history import Interrupted
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -142,6 +143,14 @@ class Response:
         return not any(channel.stopped for channel in self.channels)
 
 
+class PredictionInterrupted(KeyboardInterrupt):
+    """The user interrupted a prediction; `response` has the channels so far, of the last one the part simulated."""
+
+    def __init__(self, response: Response) -> None:
+        self.response = response
+        super().__init__("the prediction was interrupted")
+
+
 def conditions(case: Case, channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh.
 
@@ -220,7 +229,11 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
     if channel.in_time:
         unit, factor = "s of the path", 1.0
-    if channel.stopped:
+    if channel.stopped == Interrupted.reason:
+        what = f"{channel.name}: interrupted at {channel.reach * factor:.4g} {unit} on the way to "
+        what += f"{channel.target * factor:.4g} {unit}; the curve ends there"
+        found.append(Condition("interrupted", what, "run it again"))
+    elif channel.stopped:
         found.append(
             Condition(
                 "not_converged",

@@ -13,12 +13,12 @@ import pytest
 from bushcli.runtime.interrupt import (
     SAME,
     abandon_compilation,
-    is_interrupt,
     listen,
     meet,
     ranks_started,
     unwrapped_interrupts,
 )
+from cases.interrupt import is_interrupt
 
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from cases.equilibrium import MAX_BROYDEN
+from cases.history import Interrupted
 from cases.limit import IMPATIENT, MAX_NEWTON, SOON, limit
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import Program, path, ramp
-from cases.simulate import prepare
+from cases.simulate import prepare, sweep
 from cases.stretches import principal_stretches
 from geometry.shape import Refinement, shapes
 
@@ -198,6 +199,43 @@ def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, mo
         calls = 0
         with pytest.raises(KeyboardInterrupt):
             march(axial, ramp(3.0, 3))
+
+
+def test_an_interrupted_march_carries_the_targets_reached(axial):
+    def stop(step, *_):
+        if step == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as raised:
+        march(axial, ramp(4.0, 8), progress=stop, keep_states=True)
+    whole = march(axial, ramp(4.0, 8))
+    found = raised.value.history
+    np.testing.assert_array_equal(found.displacement, whole.displacement[:3])
+    np.testing.assert_allclose(found.force, whole.force[:3], rtol=1e-6)
+    assert found.states is not None
+    assert len(found.states) == 3
+    assert raised.value.target == pytest.approx(whole.displacement[2])
+
+
+def test_a_march_interrupted_before_its_second_target_is_an_interruption_only(axial):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        march(axial, ramp(4.0, 8), progress=stop)
+    assert not isinstance(raised.value, Interrupted)
+
+
+def test_an_interrupted_sweep_has_both_sides_as_far_as_they_went(axial):
+    def stop(step, *_):
+        if step == 7:
+            raise KeyboardInterrupt
+
+    targets = np.linspace(-2.0, 2.0, 9)
+    with pytest.raises(Interrupted) as raised:
+        sweep(axial, targets, progress=stop)
+    found = raised.value.history.displacement
+    assert (found[0], found[-1]) == pytest.approx((-2.0, 0.5))
 
 
 def test_a_march_with_little_patience_has_little_with_newton_too(locking):
