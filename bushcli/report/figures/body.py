@@ -6,6 +6,7 @@ the side on which it is cut.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from typing import TypeAlias
@@ -31,6 +32,8 @@ _Layer: TypeAlias = tuple[Array, Array, Array, float, Array]
 _RUBBER = "#8fb3c9"
 _COLOURS = "YlOrRd"  # from ColorBrewer, safe for colour-blind eyes; light where the stretch is small
 _SPLIT_SECTION, _SPLIT_SOLID = 8, 6
+# Pieces of a drawing up to which faces are split: 100,000 take some five seconds to draw.
+_MOST_PIECES = 100_000
 # The colour scale covers all but this share of the surface: at bond edges the stretch is singular.
 _BEYOND = 0.005
 _LONGEST = 5.4  # inches of the drawing's longer side
@@ -92,7 +95,9 @@ class _Drawing:
         self.flat = view is projection.SECTION
         # Triangles are small enough to be sorted and coloured as a whole.
         triangles = bool(np.all(surface.reference[:, 2] == surface.reference[:, 3]))
-        self.many = 1 if triangles else _SPLIT_SECTION if self.flat else _SPLIT_SOLID
+        split = 1 if triangles else _SPLIT_SECTION if self.flat else _SPLIT_SOLID
+        # Small elements need no curved sides.
+        self.many = max(1, min(split, math.isqrt(_MOST_PIECES // max(len(surface.reference), 1))))
         self.grid = projection.lattice(surface, points, self.many)
         self.extent = float(np.ptp(surface.reference.reshape(-1, 3), axis=0).max())
 
