@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.prior import Known
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
 from bushcli.likelihood.form import Judged, Likelihood
@@ -19,12 +19,37 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-class Posterior(LeastSquaresProblem):
-    """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
+#: Stretches beside rest; the states in which a law has to be stable are those of the plain problem.
+REST = (0.9, 1.1)
 
-    likelihood: Likelihood
-    variances: tuple[float, ...]
-    known: Mapping[str, Known]
+
+class Posterior(LeastSquaresProblem):
+    """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density.
+
+    Parameters
+    ----------
+    plain : LeastSquaresProblem
+        The same channels and parameters, fitted as an identification fits them.
+    likelihood : Likelihood
+    variances : tuple of float
+        Variance of the features of each channel, dimensionless, with which the fit begins.
+    known : mapping of str to Known
+        Priors of the parameters that have one.
+    stopping : Stopping
+        When searches end.
+    """
+
+    def __init__(
+        self,
+        plain: LeastSquaresProblem,
+        likelihood: Likelihood,
+        variances: tuple[float, ...],
+        known: Mapping[str, Known],
+        stopping: Stopping,
+    ) -> None:
+        super().__init__(plain.channels, plain.law, plain.names, plain.fixed, REST, stopping=stopping)
+        self.states = plain.states
+        self.likelihood, self.variances, self.known = likelihood, variances, known
 
     @property
     def features(self) -> tuple[Features, ...]:

@@ -47,7 +47,7 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, u
     """
     x, radius, steps, rejected = ended.x, np.inf, 0, 0
     value, slope = problem.residual(x), problem.jacobian(x)
-    enough = min(STATIONARY, problem.tolerance)
+    enough = min(STATIONARY, problem.stopping.tolerance)
     settled = False
     while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
@@ -59,7 +59,7 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, u
         if predicted <= enough * max(before, NOTHING * len(problem.channels)):
             settled = True
             break
-        if length <= min(problem.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
+        if length <= min(problem.stopping.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
             break
         after = problem.residual(trial)
         steps += 1

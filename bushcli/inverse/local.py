@@ -138,13 +138,13 @@ class Watched:
                 raise Stopped("the law is unstable in the states reached")
             if self.row >= self.patience:
                 raise Stopped("trials in a row could not be solved")
-            if self.failed >= self.problem.failures:
+            if self.failed >= self.problem.stopping.failures:
                 raise Stopped("too many trials could not be solved")
             return found
         self.row = 0
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
-        evaluations, share = self.problem.valley
+        evaluations, share = self.problem.stopping.valley
         # A robust loss may fall while the sum of squares rises, so that a valley cannot be recognised here.
         if (
             self.follower
@@ -214,10 +214,10 @@ def minimise(
             method=method,
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
-            ftol=problem.tolerance,
-            xtol=min(problem.tolerance, SHORT),
+            ftol=problem.stopping.tolerance,
+            xtol=min(problem.stopping.tolerance, SHORT),
             gtol=1e-12,
-            max_nfev=problem.most,
+            max_nfev=problem.stopping.evaluations,
         )
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:

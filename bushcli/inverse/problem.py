@@ -9,7 +9,7 @@ far.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -50,6 +50,35 @@ ROUNDS = 5
 Progress = Callable[[Evaluation], None]
 
 
+@dataclass(frozen=True)
+class Stopping:
+    """When the searches of a problem end.
+
+    Attributes
+    ----------
+    tolerance : float
+        Relative change of parameters and misfit that counts as none.
+    valley : (int, float)
+        Evaluations, and the share of the misfit that they have to gain together.
+    rounds : int
+        Searches after which the stability in the states reached is required once more.
+    evaluations, failures : int
+        Largest numbers of evaluations, and of those that fail.
+    walls : bool
+        Whether a search follows a wall of parameters that cannot be solved.
+    """
+
+    tolerance: float = TOLERANCE
+    valley: tuple[int, float] = VALLEY
+    rounds: int = ROUNDS
+    evaluations: int = MOST_EVALUATIONS
+    failures: int = MOST_EVALUATIONS
+    walls: bool = True
+
+
+STOPPING = Stopping()
+
+
 class LeastSquaresProblem:
     """Misfit and Jacobian of a set of channels as a function of the law's parameters.
 
@@ -69,6 +98,8 @@ class LeastSquaresProblem:
         Where evaluations are saved, so that a run can be resumed.
     progress
         Called after each evaluation.
+    stopping
+        When searches end.
     """
 
     def __init__(
@@ -80,7 +111,9 @@ class LeastSquaresProblem:
         stretches: tuple[float, float],
         journal: Journal | None = None,
         progress: Progress | None = None,
+        stopping: Stopping = STOPPING,
     ) -> None:
+        self.stopping = stopping
         self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
         self.journal, self.progress = journal, progress
         self.states = _coupon_states(stretches)
@@ -91,11 +124,6 @@ class LeastSquaresProblem:
         # The optimiser's current trial, and the number of its start: recorded with each evaluation.
         self.trial: Trial | None = None
         self.start = 0
-        self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
-        # Largest numbers of evaluations and of failed evaluations.
-        self.most = self.failures = MOST_EVALUATIONS
-        # Whether a search follows a wall of parameters that cannot be solved.
-        self.walls = True
         # Why the search ends at one of its points although the optimiser would continue, or None; also given are
         # whether a trial has failed since the last point, and whether the law was unstable in any trial.
         self.ends: Callable[[Array, bool, bool], Exception | None] | None = None

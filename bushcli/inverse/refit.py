@@ -135,7 +135,7 @@ class Refit:
                 bounds=(self.lower[rest], self.upper[rest]),
                 x_scale="jac",
                 ftol=1e-4,
-                xtol=self.problem.tolerance,
+                xtol=self.problem.stopping.tolerance,
                 max_nfev=EVALUATIONS,
             )
         self.problem.trial = None

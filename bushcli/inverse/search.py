@@ -54,7 +54,7 @@ def search(
         known.add(x.tobytes())
         return new and watch(problem, x)
 
-    for last in (*[False] * problem.rounds, True):
+    for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
         found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained)
         iterations, point = iterations + found.iterations, found.x
@@ -64,7 +64,7 @@ def search(
             break
     if loss == "linear" and (found.rejected or found.at_edge):
         found = along_the_edge(problem, found, lower, upper)
-    if found.beside_failure and problem.walls:
+    if found.beside_failure and problem.stopping.walls:
         found = along_the_wall(problem, found, lower, upper, method, loss)
     return replace(found, start=start, iterations=iterations)
 

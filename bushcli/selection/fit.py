@@ -12,7 +12,7 @@ further effect switched off.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,9 +24,10 @@ from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled
 from bushcli.inverse.local import inside
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
 from bushcli.selection.model import Fitted, Model
@@ -46,6 +47,7 @@ TURNS, SETTLED = 3, 1.3
 MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
+STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS, walls=False)
 # A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a nat.
 WORSE = 0.2
 # Shares of the first-order amplitude that are tried if the simulation fails at that amplitude.
@@ -161,7 +163,12 @@ def fit(
 
 
 def pose(
-    cache: ModelCache, case: Case, model: Model, measured: FittedSamples, patience: int | None = PATIENCE
+    cache: ModelCache,
+    case: Case,
+    model: Model,
+    measured: FittedSamples,
+    patience: int | None = PATIENCE,
+    variances: Callable[[tuple[Features, ...]], tuple[float, ...]] | None = None,
 ) -> tuple[Task, Posterior]:
     """Return the least-squares problem of a model.
 
@@ -173,20 +180,23 @@ def pose(
     measured : FittedSamples
     patience : int, optional
         Failed steps after which a march is given up; no limit where None.
+    variances : callable, optional
+        Features of the channels -> their variances with which the fit begins; those of the likelihood if not given.
     """
     task = model.task(case)
     coarse: Coarse = "never" if model.anchor is None else "memory"
     channels = cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
     plain = task.pose(channels)
-    problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
-    problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
-    problem.rounds, problem.walls, problem.most = 1, False, MOST_EVALUATIONS
-    if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
-        problem.failures = FAILURES
-    problem.likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
-    problem.variances = tuple(map(float, problem.likelihood.variances()))
+    solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
+    likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     shear = float(task.law.shear_modulus(**model.start))
-    problem.known = known_parameters(case, task.effects, shear, [c.recording for c in channels])
+    problem = Posterior(
+        plain,
+        likelihood,
+        tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
+        known_parameters(case, task.effects, shear, [c.recording for c in channels]),
+        replace(STOPPING, failures=FAILURES) if solid else STOPPING,
+    )
     return task, problem
 
 

@@ -54,14 +54,18 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
     used : tuple of (n,) array of bool
         Samples that count.
     """
-    task, problem = pose(cache, case, model, FittedSamples(used, (0.0,) * len(used)), patience=None)
-    problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
+    samples = FittedSamples(used, (0.0,) * len(used))
+    task, problem = pose(cache, case, model, samples, patience=None, variances=_variances)
     start, lower, upper = task.vectors()
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
         return fitted(model, problem, np.zeros(0), True) if solved else None
     found = first_minimum(problem, start, lower, upper)
     return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
+
+
+def _variances(found: tuple[Features, ...]) -> tuple[float, ...]:
+    return tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in found)
 
 
 def all_features(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -55,7 +56,7 @@ def test_a_fit_ends_in_its_minimum_before_that_is_confirmed(coupon, name):
     task, problem = pose(one.cache, one.case, state.model, one.measured)
     _, lower, upper = task.vectors()
     problem.rescale(state.fitted.x)
-    problem.tolerance, problem.valley = 1e-10, (100, 0.0)
+    problem.stopping = replace(problem.stopping, tolerance=1e-10, valley=(100, 0.0))
     tight = search(problem, inside(state.fitted.x, lower, upper), lower, upper)
     rows = problem.residual(state.fitted.x)
     gain = 0.5 * float(rows @ rows - problem.residual(tight.x) @ problem.residual(tight.x)) / problem.unit**2

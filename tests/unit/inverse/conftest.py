@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.inverse.problem import Stopping
+
 
 class Linear:
     """One channel whose force is linear in two parameters, with noise.
@@ -28,8 +30,8 @@ class Linear:
         self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
         self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
         self.asked, self.evaluations, self.best = [], [], None
-        self.tolerance, self.valley, self.rounds, self.walls, self.most = 1e-7, (25, 1e-4), 5, True, 200
-        self.failures, self.ends = 200, None
+        self.stopping = Stopping(1e-7, (25, 1e-4), 5, 200, 200, True)
+        self.ends = None
 
     def curve(self, x):
         return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2

@@ -8,6 +8,7 @@ import pytest
 from bushcli.evidence.promise import Promise
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
+from bushcli.inverse.problem import Stopping
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
 from bushcli.inverse.search import search
 
@@ -55,12 +56,12 @@ def test_a_search_ends_after_so_many_failures(linear):
     x, covariance = problem.minimum()
     normal = np.array([0.3, 1.0])
     level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
-    problem.wall, problem.walls = (lambda p: normal @ p < level), False
+    problem.wall, problem.stopping = (lambda p: normal @ p < level), Stopping(walls=False)
     whole = minimise(problem, np.array([1.0, 1.0]), LOWER, UPPER)
     failed = sum(np.isnan(one.cost) for one in problem.evaluations)
     assert failed > 3
     problem = linear(wall=problem.wall)
-    problem.failures = 3
+    problem.stopping = Stopping(failures=3)
     found = minimise(problem, np.array([1.0, 1.0]), LOWER, UPPER)
     assert sum(np.isnan(one.cost) for one in problem.evaluations) == 3
     assert found.message == "too many trials could not be solved"
