@@ -162,13 +162,11 @@ def sweep(
 
     Raises
     ------
-    NotConverged
+    NotConverged, Interrupted
         One side could not be followed to its end; carries both sides as far as they went.
     """
-    sides = _sides(targets)
-    histories: list[History] = []
-    failure: NotConverged | None = None
-    end: Interrupted | None = None
+    sides, histories = _sides(targets), list[History]()
+    failure: NotConverged | Interrupted | None = None
     for number, side in enumerate(sides):
         try:
             history = march(
@@ -181,19 +179,16 @@ def sweep(
                 observer=observer,
                 patience=patience,
             )
-        except NotConverged as stopped:
+        except (NotConverged, Interrupted) as stopped:
             failure, history = stopped, stopped.history
-        except Interrupted as ended:
-            end, history = ended, ended.history
         histories.append(history)
-        if end is not None:
+        if isinstance(failure, Interrupted):
             break
     joined = _join(histories)
-    if end is not None:
-        raise Interrupted(joined, end.target, end.last)
-    if failure is not None:
-        raise NotConverged(joined, failure.target, failure.reason, failure.last)
-    return joined
+    if failure is None:
+        return joined
+    failure.history = joined
+    raise failure
 
 
 def _sides(targets: Array) -> list[Array]:

@@ -181,7 +181,8 @@ def pose(
     patience : int, optional
         Failed steps after which a march is given up; no limit where None.
     variances : callable, optional
-        Features of the channels -> their variances with which the fit begins; those of the likelihood if not given.
+        Features of the channels -> their variances with which the fit begins, dimensionless; those of the likelihood if
+        not given.
     """
     task = model.task(case)
     coarse: Coarse = "never" if model.anchor is None else "memory"

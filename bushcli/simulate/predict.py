@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,19 +16,17 @@ from bushcli.case import Case, Material
 from bushcli.effects.active import acting, require_time
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
-from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
 from bushcli.recording import RecordedPath, displacement_noise
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
-from bushcli.simulate.admissible import check_material, check_travel
-from bushcli.simulate.channels import Channel, prescribed, recorded
+from bushcli.simulate.admissible import admitted, check_material
+from bushcli.simulate.channels import Channel
 from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.kept import Kept
 from bushcli.simulate.measured import Measured
-from bushcli.simulate.play import check_play
 from bushcli.simulate.response import (
     ERROR_OVER_CHANGE,
     FINER,
@@ -94,58 +93,42 @@ def predict(
     Returns
     -------
     Response
-        It is returned even if a march stops early: the channel then has the reason and the curve up to there.
+        Also if a march stops early: the channel then has the reason and the curve up to there.
 
     Raises
     ------
     InputError
         A recording cannot be read, there is nothing to simulate, or the law is unstable from the start.
     PredictionInterrupted
-        The user interrupted it after at least one step; it carries the channels so far.
+        The user interrupted it; it carries the channels so far.
     """
     material = material or case.material
     check_material(case, material)
     kept = kept or Kept()
-    channels, faults = _channels(case, kept.measured)
+    channels, faults = admitted(case, kept.measured)
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
     run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
     run = run.shared_by(sharing(case, comm))
-    simulated: list[Simulated] = []
-    interrupted = False
-    try:
-        for channel in channels:
-            simulated.append(run.simulate(channel))
-            interrupted = simulated[-1].stopped == Interrupted.reason
-            if interrupted:
-                break
-    except KeyboardInterrupt:
-        if not simulated:
-            raise
-        interrupted = True
+    simulated, interrupted = run.simulate_all(channels)
+    return _response(case, material, simulated, faults, comm, interrupted)
+
+
+def _response(
+    case: Case,
+    material: Material,
+    simulated: tuple[Simulated, ...],
+    faults: tuple[DataFault, ...],
+    comm: MPI.Comm,
+    interrupted: bool,
+) -> Response:
+    """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
     found = tuple(condition for channel in simulated for condition in conditions(case, channel))
-    doubts = (*map(fault_condition, faults), *unshared, *found)
-    response = Response(case, material, tuple(simulated), doubts, faults)
+    response = Response(case, material, simulated, (*map(fault_condition, faults), *unshared, *found), faults)
     if interrupted:
         raise PredictionInterrupted(response)
     return response
-
-
-def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
-    """Return the channels to simulate, and faults of the recordings; all files are read before the first march."""
-    recordings, wholes, faults = measured(case)
-    if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
-    check_travel(case, recordings, faults)
-    channels = [
-        prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
-    ]
-    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
-    for channel in channels:
-        check_play(case, channel.name, channel.mode, channel.displacement)
-    return channels, faults
 
 
 def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:
@@ -168,7 +151,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
         As in `predict`.
     """
     check_material(case, material)
-    channels, _ = _channels(case, measured)
+    channels, _ = admitted(case, measured)
     run = _Run(case, rubber_of(material), False, None, None, MPI.COMM_SELF, Kept(), False)
     found = {}
     for channel in channels:
@@ -225,6 +208,20 @@ class _Run:
         except NotConverged:
             return None
 
+    def simulate_all(self, channels: Sequence[Channel]) -> tuple[tuple[Simulated, ...], bool]:
+        """March the channels; also return whether the user interrupted one of them, which is then the last."""
+        found: list[Simulated] = []
+        try:
+            for channel in channels:
+                found.append(self.simulate(channel))
+                if found[-1].stopped == Interrupted.reason:
+                    return tuple(found), True
+        except KeyboardInterrupt:
+            if not found:
+                raise
+            return tuple(found), True
+        return tuple(found), False
+
     def simulate(self, channel: Channel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""
 
@@ -246,10 +243,7 @@ class _Run:
                 answer = simulation.solve({}, keep_states=True, progress=report)
                 history = answer.history
             target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
-        except NotConverged as failure:
-            history, stopped = failure.history, failure.reason
-            reach, target = failure.last, failure.target
-        except Interrupted as failure:
+        except (NotConverged, Interrupted) as failure:
             history, stopped = failure.history, failure.reason
             reach, target = failure.last, failure.target
         except NoEquilibrium as failure:

@@ -157,6 +157,15 @@ def _faces(text: StepText) -> tuple[dict[int, str], dict[int, tuple[int, int, in
     }
 
 
+def _on_surface(solid: int) -> tuple[float, float, float]:
+    """Return a point of a solid, on its largest face, mm: the centre of a ring would be far from the ring."""
+    faces = [int(face) for _, face in model().getBoundary([(3, solid)], oriented=False)]
+    largest = max(faces, key=lambda face: float(model().occ.getMass(2, face)))
+    low, high = model().getParametrizationBounds(2, largest)
+    x, y, z = model().getValue(2, largest, [0.5 * (a + b) for a, b in zip(low, high, strict=True)])
+    return float(x), float(y), float(z)
+
+
 def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, str]:
     """Cut the solids at each other, so that they share faces where they touch."""
     volumes = [float(model().occ.getMass(3, tag)) for tag in solids]
@@ -174,7 +183,7 @@ def _fragmented(solids: list[int], names: list[str], where: str) -> dict[int, st
                 both = " and ".join(f'{i + 1} ("{names[i] or "no name"}")' for i in (other, number))
                 raise GeometryError(
                     where,
-                    f"solids {both} overlap near {_place(*model().occ.getCenterOfMass(3, tag))}, in {common:.4g} of "
+                    f"solids {both} overlap near {_place(*_on_surface(tag))}, in {common:.4g} of "
                     f"{volumes[other]:.4g} and {volumes[number]:.4g} mm3",
                     "solids that touch; draw rubber as moulded, up to the sleeve, and give a press fit as the effect "
                     "swaging",

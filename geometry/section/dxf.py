@@ -139,8 +139,8 @@ def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loo
         hidden = f"; layers that are off or frozen are left out: {', '.join(off)}" if off else ""
         raise GeometryError(
             where,
-            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; {len(left)} curves of {layers} "
-            f"belong to no closed outline{hidden}",
+            f"an outline is open at ({lonely[0]:g}, {lonely[1]:g}){nearest}; "
+            f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{hidden}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
     return (*(Loop(loop) for loop in closed), *loops)
