@@ -232,10 +232,19 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
         wanted = Wanted.of(source, mode, quantity)
         several = candidates(table, wanted) or by_unit(table, wanted)
         if len(several) > 1:
-            columns[quantity] = several[0] + 1
+            # A channel that stands still is not the one.
+            columns[quantity] = next((i for i in several if _varies(table, i)), several[0]) + 1
             others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
+
+
+def _varies(table: Table, column: int) -> bool:
+    try:
+        values = table.numbers(column)
+    except RecordingError:
+        return False
+    return bool(values.min() < values.max())
 
 
 def _without_header(source: Source) -> Source | None:

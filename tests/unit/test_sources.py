@@ -319,3 +319,21 @@ def test_init_without_files_takes_one_folder(tmp_path):
     refused = run("init", tmp_path / "b", tmp_path / "c")
     assert refused.exit_code == 2
     assert "unexpected extra argument" in refused.output
+
+
+def test_a_file_in_place_of_a_folder_is_told_how_to_become_a_case(tmp_path):
+    (tmp_path / "axial.csv").write_text("time_s,displacement_mm,force_N\n0,0,0\n1,1,10\n")
+    done = run("init", tmp_path / "axial.csv")
+    assert done.exit_code == 2
+    assert (
+        f"axial.csv is a file; a case for the files of a rig: bushcli init --from {tmp_path}" in done.output
+    )
+
+
+def test_of_several_forces_the_first_that_is_no_constant_is_chosen_and_marked(tmp_path):
+    rows = "".join(f"{i},{0.1 * i:.1f},0.5,{10 * i}\n" for i in range(20))
+    (tmp_path / "axial.csv").write_text("Time [s],Travel [mm],Fx [N],Fz [N]\n" + rows)
+    assert run("init", "--from", tmp_path / "axial.csv", tmp_path / "new").exit_code == 0
+    text = (tmp_path / "new" / "case.toml").read_text()
+    assert "columns = { force = 4 }" in text
+    assert '<-- columns: the force could be any of 3 ("Fx [N]"), 4 ("Fz [N]")' in text
