@@ -130,11 +130,13 @@ def find_part(wanted: Wanted) -> FoundPart:
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
         _require(bonds, roles, part, where, selectable(faces, axis, part))
-        _refuse_segment(bonds, faces, axis, where)
+        # Errors below show the same picture as the result: triangles are made once.
+        view = view_of(bonds.labels)
+        _refuse_segment(bonds, faces, axis, where, view)
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
-        refuse_loose(bodies, groups, 3, where, part.scale, view_of(bonds.labels))
-        return _described(wanted, part, roles, meshed, faces, axis, how, bonds)
+        refuse_loose(bodies, groups, 3, where, part.scale, view)
+        return _described(wanted, part, roles, meshed, faces, axis, how, bonds, view)
 
 
 def _outside(meshed: Sequence[int]) -> list[int]:
@@ -170,7 +172,9 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
     return found, "found"
 
 
-def _refuse_segment(bonds: Bonds, faces: Sequence[Sampled], axis: Axis, where: str) -> None:
+def _refuse_segment(
+    bonds: Bonds, faces: Sequence[Sampled], axis: Axis, where: str, view: View | None
+) -> None:
     cuts = [f for f in faces if f.kind == "Plane" and len(f.points) and bonds.labels[f.tag] == FREE]
     if cuts:
         points = np.concatenate([face.points for face in faces])
@@ -178,7 +182,7 @@ def _refuse_segment(bonds: Bonds, faces: Sequence[Sampled], axis: Axis, where: s
             np.array([a[0] for a in each])
             for each in zip(*((f.normals, f.points) for f in cuts), strict=True)
         )
-        refuse_segment(points, normals, places, axis, where, view_of(bonds.labels))
+        refuse_segment(points, normals, places, axis, where, view)
 
 
 def _require(bonds: Bonds, roles: Mapping[int, str], part: Part, where: str, there: str) -> None:
@@ -208,6 +212,7 @@ def _described(
     axis: Axis,
     how: str,
     bonds: Bonds,
+    view: View | None,
 ) -> FoundPart:
     by_tag = {face.tag: face for face in faces}
     groups = {
@@ -229,7 +234,6 @@ def _described(
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
-    view = view_of(bonds.labels)
     if view is not None:
         view = View(frame.local(part.scale * view.triangles), view.label, view.names)
     return FoundPart(
