@@ -12,10 +12,13 @@ from bushcli.inverse.result import Combination
 from bushcli.recording.misfit import correlation_time
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 # A singular value of the weighted Jacobian (per relative change of each parameter) below this share of the largest
 # marks a combination that the curves leave open.
 UNDETERMINED = 1e-3
+# Eigenvalues of the scaled information below this share of the largest are rounding: derivatives have seven digits.
+RESOLVED = 1e-14
 
 
 def covariance(problem: LeastSquaresProblem, x: Array) -> Array:
@@ -48,8 +51,30 @@ def covariance(problem: LeastSquaresProblem, x: Array) -> Array:
         variance = float(error @ error) / max(len(error) - freedom, 1.0)
         middle += variance * autocorrelation_time(error) * rows.T @ rows
         slopes.append(rows)
-    bread = np.linalg.pinv(sum(rows.T @ rows for rows in slopes), rcond=1e-14)
-    return np.asarray(bread @ middle @ bread)
+    bread, is_open = inverted(sum(rows.T @ rows for rows in slopes))
+    found = np.asarray(bread @ middle @ bread)
+    found[is_open, is_open] = np.inf
+    return found
+
+
+def inverted(information: Array) -> tuple[Array, Mask]:
+    """Return the inverse of an information matrix (p, p), and the parameters (p,) that it leaves open.
+
+    The parameters have units of their own, and information that differs by many orders of magnitude: each is scaled by
+    its own. Directions without information in double precision are left out of the inverse.
+
+    Parameters
+    ----------
+    information : (p, p) array
+        Jacobian^T Jacobian, each row and column in the unit of its parameter.
+    """
+    size = np.sqrt(np.maximum(np.diag(information), 0.0))
+    size = np.where(size > 0.0, size, 1.0)
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    known = values > RESOLVED * values[-1]
+    lost = vectors[:, ~known]
+    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+    return inverse / np.outer(size, size), np.asarray((lost**2).sum(axis=1) > RESOLVED**0.5)
 
 
 def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, float]]:
@@ -72,7 +97,7 @@ def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, floa
         slope / (c.scale * np.sqrt(len(c.scale)))[:, None]
         for c, (_, slope) in zip(problem.channels, forces, strict=True)
     ]
-    bread = np.linalg.pinv(sum(r.T @ r for r in rows), rcond=1e-14)
+    bread, _ = inverted(sum(r.T @ r for r in rows))
     found = {}
     for channel, row, (force, _) in zip(problem.channels, rows, forces, strict=True):
         error = 0.01 * force / (channel.scale * np.sqrt(len(channel.scale)))

@@ -77,7 +77,7 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, covariance: Array, index:
             for channel, (force, slope) in zip(problem.channels, forces, strict=True)
         ]
     )
-    inverse = np.linalg.pinv(rows.T @ rows / len(problem.channels), rcond=1e-14)
+    inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
     unit = float(covariance[index, index] / inverse[index, index]) if inverse[index, index] > 0 else 0.0
     # Curves that are reproduced exactly have no noise; the smallest number keeps the rise finite.
     return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
