@@ -205,16 +205,13 @@ class Ring(Meets):
         return (*before, *rubber, *after)
 
     def _around_axis(self, around: int, mirrors: Mirrors) -> tuple[Interval, ...]:
-        if {"x", "y"} <= mirrors:
-            stop = 0.5 * math.pi
-        elif "y" in mirrors:
-            stop = math.pi
-        elif "x" in mirrors:
-            raise ValueError("a model cut at x = 0 must be cut at y = 0 too: turn the mode by 90 degrees")
-        else:
-            stop = 2 * math.pi
-        edges = {round(edge % (2 * math.pi), 12) for void in self.voids() for edge in void.theta}
-        cuts = sorted({0.0, stop, *(edge for edge in edges if 1e-9 < edge < stop - 1e-9)})
+        # The half on the side of positive x lies on both sides of theta = 0.
+        start = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
+        stop = 0.5 * math.pi if "x" in mirrors else math.pi if "y" in mirrors else 2 * math.pi
+        edges = {
+            round(start + (edge - start) % (2 * math.pi), 12) for void in self.voids() for edge in void.theta
+        }
+        cuts = sorted({start, stop, *(edge for edge in edges if start + 1e-9 < edge < stop - 1e-9)})
         return tuple(_share(low, high, around, 2 * math.pi) for low, high in itertools.pairwise(cuts))
 
     def _region(self, middle: Array) -> str | None:

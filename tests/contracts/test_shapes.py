@@ -41,6 +41,9 @@ def cuts(shape):
         if mode.specimen == shape.specimen:
             dimension = 2 if mode.section is not None and shape.axisymmetric else 3
             found |= {(d, setting_for(mode, d).mirrors & shape.mirror_planes) for d in {dimension, 3}}
+    if shape.specimen == "bushing":
+        # A path along y leaves the planes x = 0 and z = 0, one that tilts about x as well x = 0 alone.
+        found |= {(3, frozenset(planes) & shape.mirror_planes) for planes in ({"x"}, {"x", "z"})}
     return sorted(found, key=lambda cut: (cut[0], sorted(cut[1])))
 
 

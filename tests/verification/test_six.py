@@ -88,6 +88,18 @@ def test_one_motion_alone_is_its_mode(mode, k, end, rubber):
     assert np.abs(np.delete(history.reactions, k, axis=1)).max() < 1e-6 * np.abs(expected).max()
 
 
+def test_a_path_along_y_is_that_along_x(rubber):
+    """A round bushing; the planes of symmetry that are left, x = 0 and y = 0, are not the same."""
+    forces = []
+    for across, tilt in ((0, 4), (1, 3)):
+        pose = np.zeros(6)
+        pose[across], pose[tilt] = 1.0, (1.0 if across == 0 else -1.0) * np.radians(2.0)
+        history = march(model_of(path_of(pose), rubber()), Program(np.array([0.5, 1.0])), tolerance=SHARP)
+        forces.append(history.reactions[-1])
+    along_x, along_y = forces
+    np.testing.assert_allclose(along_y[[1, 3]], along_x[[0, 4]] * [1.0, -1.0], rtol=1e-4)
+
+
 def test_long_bonded_bushing_has_the_stiffness_of_the_closed_forms(rubber):
     """Axial shear 2 pi mu L / ln(b/a) and torsion 4 pi mu L / (a^-2 - b^-2), per length far from the ends.
 
