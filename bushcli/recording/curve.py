@@ -2,11 +2,11 @@
 
 Two stiffnesses are defined here, in the same way for coarse noise-free and for dense noisy cyclic curves:
 
-- *initial stiffness*: slope at zero displacement of the first loading branch. A polynomial
-  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is
-  fitted, with Huber's weights against outliers, to the points within 15 % of the largest displacement and
-  at least 5 of them. Where noise leaves k of a bushing a standard error above 1 %, the window grows to 25,
-  40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from noise.
+- *initial stiffness*: slope at zero displacement of the first loading branch. A polynomial Q = Q0 + k q + c q^3
+  (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with Huber's weights
+  against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at least 3 of a
+  simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %, the window
+  grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from noise.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ _SURE = 0.01
 _END = 0.01
 #: Share of the range below which two displacements count as equal.
 SMALLEST_STEP = 1e-9
-_FEWEST = 5
 _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
 
 
@@ -53,6 +52,9 @@ class Curve:
 
     The arrays are read-only copies of finite numbers.
     """
+
+    #: Least number of points for the initial stiffness.
+    fewest: ClassVar[int] = 5
 
     mode: str
     displacement: Array
@@ -175,7 +177,7 @@ class Curve:
         q, force = self.displacement[cut], self.force[cut]
         mode = modes().get(self.mode)
         coupon = mode is not None and mode.specimen == "coupon"
-        fewest = float(np.sort(np.abs(q))[:_FEWEST][-1])
+        fewest = float(np.sort(np.abs(q))[: self.fewest][-1])
         slope = error = float("nan")
         for window in _WINDOWS[:1] if coupon else _WINDOWS:
             reach = max(window * float(np.abs(self.displacement).max()), fewest)
@@ -201,6 +203,12 @@ class Curve:
         near_high = self.displacement >= high - _END * (high - low)
         rise = self.force[near_high].mean() - self.force[near_low].mean()
         return float(rise / (self.displacement[near_high].mean() - self.displacement[near_low].mean()))
+
+
+class ExactCurve(Curve):
+    """A simulated curve: its points have no noise, so that those next to rest determine its slope there."""
+
+    fewest: ClassVar[int] = 3
 
 
 def _slope(x: Array, values: Array, power: int) -> tuple[float, float]:

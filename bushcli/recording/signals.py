@@ -138,6 +138,9 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     """
     cycles = tuple(cycles)
     mask = cycle_mask(recording, cycles)
+    # A cycle begins at the last sample of the one before it, where the motion passes zero: its work needs both ends.
+    first = np.flatnonzero(mask[1:] & ~mask[:-1])
+    mask[first] = True
     if mask.sum() < _FEWEST or np.ptp(recording.displacement[mask]) == 0.0:
         what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
         raise RecordingError(Problem(str(recording.source or recording.mode), what))

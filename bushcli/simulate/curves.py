@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.recording import matching
-from bushcli.recording.curve import Curve
+from bushcli.recording.curve import Curve, ExactCurve
 from bushcli.recording.odd import unfolded
 from bushcli.simulate.channels import Channel
 from bushcli.simulate.simulation import Answer
@@ -36,7 +36,7 @@ def curve_of(case: Case, channel: Channel, history: History, answer: Answer | No
 def _along(channel: Channel, answer: Answer) -> Curve:
     """Return the force at the samples of the channel."""
     if channel.recording is None or channel.whole is None:
-        return Curve(channel.mode, channel.displacement, answer.force, channel.time)
+        return ExactCurve(channel.mode, channel.displacement, answer.force, channel.time)
     recording = channel.recording
     used = matching(channel.whole, recording)
     return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
@@ -49,7 +49,7 @@ def _curve(case: Case, channel: Channel, history: History) -> Curve:
         return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
     recording = channel.recording
     if recording is None:
-        return Curve(channel.mode, q, force, history.time)
+        return ExactCurve(channel.mode, q, force, history.time)
     both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
     if both and is_odd(case.geometry, modes()[channel.mode]):
         q, force = unfolded(q, force)

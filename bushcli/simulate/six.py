@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.curve import Curve
+from bushcli.recording.curve import Curve, ExactCurve
 from cases.equilibrium import Equilibrium
 from cases.march import History, march
 from cases.march import Progress as StepProgress
@@ -57,7 +57,7 @@ class SixCurve:
         k = self.lead
         if len(self.time) < 2:
             return Curve(self.mode, np.array([0.0, 1e-9]), np.zeros(2))
-        return Curve(self.mode, self.motion[:, k], self.force[:, k], self.time)
+        return ExactCurve(self.mode, self.motion[:, k], self.force[:, k], self.time)
 
 
 @dataclass(frozen=True)

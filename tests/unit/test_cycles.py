@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.recording import read_recording
+from bushcli.recording import Recording, read_recording, select_cycles
 from bushcli.recording.curve import Curve
 from bushcli.recording.cycles import Noise, cycles, cycles_along, noise_of
 from bushcli.recording.holds import holds, holds_along
@@ -285,3 +285,14 @@ def test_viscoelasticity_takes_energy_in_every_cycle_and_relaxes(practice, name)
 def test_without_noise_there_are_no_errors():
     for cycle in cycles(sine(401)):
         assert {cycle.energy.std, cycle.loss.std, cycle.secant.std, cycle.peak_force.std} == {0.0}
+
+
+def test_the_work_of_a_cycle_does_not_depend_on_which_others_are_selected():
+    time = np.linspace(0.0, 24.0, 121)
+    q = np.interp(time, [0, 2, 4, 6, 8, 11, 14, 19, 24], [0, 2, 0, -2, 0, 3, 0, -3, 0])
+    force = 100.0 * q + 20.0 * np.sign(np.gradient(q, time))
+    whole = Recording("axial", q, force, time, name="axial")
+    (own,), expected = cycles(select_cycles(whole, [3])), cycles(whole)[2]
+    for quantity in ("energy", "loss", "secant"):
+        one, other = getattr(own, quantity), getattr(expected, quantity)
+        assert one.value == pytest.approx(other.value, rel=1e-12)
