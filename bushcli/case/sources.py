@@ -217,10 +217,22 @@ class SourceBuilder:
             area = table.width * table.thickness
         elif table.diameter is not None:
             area = 0.25 * math.pi * table.diameter**2
-        for key in ("stress", "strain"):
-            if getattr(table, key) == "true" and modes()[mode].needs_compressibility:
-                what = f'{dotted((*keys, key))} = "true" has no meaning in a {mode} test'
-                self.findings.append(Finding((*keys, key), what, expected='"engineering"'))
+        raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
+        for key, (measured, size) in raw.items():
+            if getattr(table, key) != "true":
+                continue
+            what = ""
+            if mode in modes() and modes()[mode].needs_compressibility:
+                what = f"has no meaning in a {mode} test"
+            elif size is not None:
+                what = (
+                    f"contradicts the dimensions: the file holds {measured}, which makes an engineering {key}"
+                )
+            if what:
+                found = Finding(
+                    (*keys, key), f'{dotted((*keys, key))} = "true" {what}', expected='"engineering"'
+                )
+                self.findings.append(found)
         return Specimen(
             table.gauge_length, area, table.stress or "engineering", table.strain or "engineering"
         )

@@ -52,7 +52,7 @@ def bushing_of(
             what = "has no stiffness matrix"
             remedy = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
-        return Bushing((), source.stiffness_matrix)
+        return Bushing((), source.stiffness_matrix, tuple(_of_matrix(source)))
     left = [one for one in source.case.effects if one.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
     fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
@@ -75,7 +75,25 @@ def bushing_of(
             raise _nothing(source)
         return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
     curves = source.curves if source.curves and not left else _simulated(source, kept, progress, tables)
-    return Bushing(curves, source.stiffness_matrix, tuple(remarks))
+    return Bushing(curves, source.stiffness_matrix, (*remarks, *_of_matrix(source)))
+
+
+def _of_matrix(source: ExportSource) -> list[str]:
+    """Return what the stiffness matrix of a result lacks or contains, in contrast to the curves."""
+    if source.stiffness_matrix is None:
+        return []
+    lacking = [
+        one.name for one in source.case.effects if one.effect.feature is None and one.effect.acts != "rig"
+    ]
+    fast = [
+        one.name for one in source.case.effects if one.effect.feature is not None and one.effect.has_memory
+    ]
+    found = [f"the stiffness matrix is that without {' and '.join(lacking)}"] if lacking else []
+    if fast:
+        found.append(
+            f"the stiffness matrix is that of the first step, with {' and '.join(fast)}: not relaxed"
+        )
+    return found
 
 
 def _simulated(

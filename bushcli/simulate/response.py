@@ -170,7 +170,26 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
         *assembled,
         *_of_the_rubber(channel),
         *_of_the_rest(channel),
+        *_left_out(case, channel),
     ]
+
+
+def _left_out(case: Case, channel: Simulated) -> list[Condition]:
+    """Return which effects a result lacks because they act on the curve of a single motion."""
+    acting = [
+        one for one in case.effects if one.acts_on(channel.name, channel.mode) and one.effect.feature is None
+    ]
+    results = ["its stiffness matrices"] if channel.stiffness else []
+    results += ["its reactions"] if channel.six is not None and channel.recording is None else []
+    if not acting or not results:
+        return []
+    names = " and ".join(readable_name(one.name) for one in acting)
+    act = "they act" if len(acting) > 1 else "it acts"
+    what = (
+        f"{channel.name}: {' and '.join(results)} are those without {names}: {act} on the curve of one motion"
+    )
+    remedy = "simulate the motions one by one (modes axial, radial, torsional, conical), or change the law's parameters"
+    return [Condition("effect_left_out", what, remedy)]
 
 
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
