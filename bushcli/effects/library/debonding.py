@@ -117,7 +117,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="two channels: torsion softens by the free share of the length, radial stiffness by more",
+    needs="two channels, such as torsional and radial: a free length lowers the one less than the other",
     rivals=("batch_stiffness", "compressibility", "dimension"),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
     needs_sleeves=True,
