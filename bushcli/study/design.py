@@ -255,7 +255,18 @@ def _result(
         reached.append(Reached(one, shown, slopes, _spread(one, shown, slopes, tolerances)))
     scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
     conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
+    conditions = (*_left_out(case), *conditions)
     return Design(case, keys, tuple(reached), evaluations, end.converged, conditions)
+
+
+def _left_out(case: Case) -> list[Condition]:
+    """Return that the rates are those without the effects of the case, if it has any."""
+    if not case.effects:
+        return []
+    names = " and ".join(one.name for one in case.effects)
+    what = f"the rates are those without the effects of the case: {names}"
+    remedy = "compare the design with `bushcli direct`, and correct the targets by what the effects change"
+    return [Condition("effect_left_out", what, remedy)]
 
 
 def _spread(
