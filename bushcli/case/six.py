@@ -175,7 +175,8 @@ def channels(
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
-    paired = [k for k in range(6) if REACTIONS[k] in forces and k in moves]
+    # A free motion follows from its reaction, which is zero: it is no measurement.
+    paired = [k for k in range(6) if REACTIONS[k] in forces and k in moves and k not in free]
     if not paired:
         what = f"{dotted(keys)} has no reaction along a motion in which the sleeve moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))

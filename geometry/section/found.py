@@ -135,11 +135,13 @@ def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSect
     lengths = [
         sum(model().occ.getMass(1, tag) for tag in drawn.boundaries[name]) for name in ("inner", "outer")
     ]
+    # In a drawing the edges of a plate have the name of its layer, which is the plate's.
+    edges = {f"{k}_bond" if k in ("inner", "outer") else k: v for k, v in areas.items() if k not in volumes}
     return FoundSection(
         loops=loops,
         centre=centre,
         regions=tuple(drawn.regions),
-        measures=volumes | {f"{k}_bond" if k in ("inner", "outer") else k: v for k, v in areas.items()},
+        measures=volumes | edges,
         symmetric=balanced(parts, np.zeros(3), np.eye(3), 1, size) and _same_outline(drawn, size),
         thickness=2.0 * volumes[RUBBER] / bonded,
         length=max(lengths),

@@ -264,3 +264,12 @@ def test_keys_of_a_path_are_refused_elsewhere(recorded: Path) -> None:
     done = CliRunner().invoke(main, ["check", str(case)])
     assert done.exit_code == 2
     assert "has no meaning for mode radial" in done.output
+
+
+def test_the_reaction_of_a_free_motion_is_no_channel(recorded: Path) -> None:
+    """It is zero by definition: rounding in it would be fitted with the weight of a measurement."""
+    options = ["--json", "--set", 'recordings.0.free=["rz"]']
+    done = CliRunner().invoke(main, ["check", str(recorded / "case.toml"), *options])
+    assert done.exit_code == 0, done.output
+    names = [one["name"] for one in json.loads(done.stdout)["recordings"]]
+    assert names == ["path.fx", "path.fz"]

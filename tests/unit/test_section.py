@@ -272,3 +272,14 @@ def test_a_damaged_drawing_is_refused(tmp_path):
     file.write_bytes(b"AutoCAD Binary DXF\r\n\x1a\x00" + bytes(range(200)))
     with pytest.raises(GeometryError, match="DXF"):
         SECTION(file=str(file)).found  # noqa: B018
+
+
+def test_a_plate_on_a_layer_of_its_own_has_its_volume_not_the_area_of_its_edges(tmp_path):
+    corners = [(14, 12), (14, -12), (16, -12), (16, 12)]
+
+    def draw(_document, space):
+        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "ring"})
+
+    with_void(tmp_path / "part.dxf", draw)
+    found = SECTION(file=str(tmp_path / "part.dxf"), plates={"ring": {}}).found
+    assert found.measures["ring"] == pytest.approx(np.pi * (16**2 - 14**2) * 24)
