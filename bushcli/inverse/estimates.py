@@ -60,7 +60,9 @@ def estimates(
             intervals.get(name),
             limits.get(name, ("misfit", "misfit")),
         )
-    return found, covariance / np.maximum(np.outer(spread, spread), 1e-300)
+    # A parameter that the curves leave open has no correlation.
+    scale = np.where(np.isfinite(spread), np.maximum(spread, 1e-150), 1.0)
+    return found, np.where(np.isfinite(covariance), covariance, 0.0) / np.outer(scale, scale)
 
 
 def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:

@@ -11,9 +11,6 @@ from bushcli.case.checks import moduli
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
-from bushcli.simulate.channels import Channel, prescribed, recorded
-from bushcli.simulate.measured import Measured
-from bushcli.simulate.play import check_play
 from cases.mode import modes
 from forms.law import law
 
@@ -97,31 +94,3 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
                     ),
                 )
             )
-
-
-def admitted(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
-    """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
-
-    Parameters
-    ----------
-    case : Case
-    measured : Measured
-        Reads the recordings.
-
-    Raises
-    ------
-    InputError
-        There is nothing to simulate, or a travel or a free play is not admissible.
-    """
-    recordings, wholes, faults = measured(case)
-    if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
-    check_travel(case, recordings, faults)
-    channels = [
-        prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
-    ]
-    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
-    for channel in channels:
-        check_play(case, channel.name, channel.mode, channel.displacement)
-    return channels, faults

@@ -22,7 +22,8 @@ from bushcli.recording import RecordedPath, displacement_noise
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
-from bushcli.simulate.admissible import admitted, check_material
+from bushcli.simulate.admissible import check_material
+from bushcli.simulate.admitted import admitted
 from bushcli.simulate.channels import Channel
 from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.kept import Kept
