@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 #: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
 _DAYS, _LONGEST_DAYS, _MILLISECONDS = (30_000.0, 80_000.0), 0.1, 1e11
-#: Share by which the first sample of a coupon may be away from rest.
+#: Strain of the first sample of a coupon up to which it counts as at rest; judgement.
 _AT_REST = 0.15
 
 

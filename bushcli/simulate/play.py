@@ -12,7 +12,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
-#: Share of the travel that a free play may take; of the rest nothing can be seen beside rounding and noise.
+#: Share of the travel that a free play may take; of the rest nothing can be seen beside rounding and noise (judgement).
 _NO_TRAVEL = 0.999
 
 
