@@ -9,8 +9,8 @@ import numpy as np
 from bushcli.faults.fault import DataFault
 from bushcli.recording import Recording
 
-#: Judgement: fewest rows. Below, the share of rows at which the motion reverses, and the least median step between them as a share
-#: of the range: a sampled signal has such steps only where the noise hides the motion, and is then no recording either.
+#: Fewest rows; share of rows at which the motion reverses; least median step between them as a share of the range.
+#: Judgement: a sampled signal has such steps only where the noise hides the motion, and is then no recording either.
 _FEWEST, _REVERSALS, _STEP = 8, 0.9, 0.3
 
 
