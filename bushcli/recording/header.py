@@ -305,6 +305,8 @@ def word_quality(head: Heading, kind: str) -> int:
         Quantity that is searched for, a key of `bushcli.recording.vocabulary.WORDS`.
     """
     name = _SAMPLE_RATE.sub(" ", head.name) if kind == "time" else head.name
+    # A planar coupon test is called pure shear; its stress and strain are nominal, unlike those of simple shear.
+    name = name.replace("pure shear", " ")
     if any(is_foreign(word) for word in name.split()):
         return 0
     return name_quality(" ".join(name.split()), kind)

@@ -64,8 +64,7 @@ EXTREME_WORDS = _set(
 )
 FOREIGN_BEGINNINGS = (
     "soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel", "vorlast", "vorkraft", "vorspann", "vorgabe",
-    "reib", "klemm", "halte", "regel",
-    "führungs", "querdehn", "zyklus", "perioden",
+    "reib", "klemm", "halte", "regel", "führungs", "querdehn", "zyklus", "perioden",
 )  # fmt: skip
 #: The same at the end of a word: ForceRate.
 _FOREIGN_ENDINGS = (
@@ -83,7 +82,7 @@ _BESIDE = MEASURED_WORDS | _set(
     "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
     "actuator transducer extensometer laser encoder analog digital primary secondary standard upper lower frame bench "
     "machine piston cylinder beam plate clamp side prüfstand prüfmaschine kolben zylinder taster aufnehmer traverse "
-    "messdose kraftmessdose seite oben unten links rechts innen außen"
+    "messdose kraftmessdose seite oben unten links rechts innen außen pure"
 )
 #: Words before the number of a channel.
 NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")

@@ -203,6 +203,11 @@ def test_other_measures_of_strain_are_refused(tmp_path, name):
         coupon(tmp_path, f"{name},Stress [MPa]", 0.0)
 
 
+def test_the_nominal_stress_of_a_planar_test_may_be_that_of_pure_shear(tmp_path):
+    found = coupon(tmp_path, "Pure shear strain,Pure shear stress [MPa]", 0.0)
+    assert found == pytest.approx(0.05 * np.arange(20), abs=1e-4)
+
+
 def test_names_with_control_characters_are_shown_written_out(tmp_path):
     found = rig(tmp_path, "Time [s]|Displacement [mm]|Force [N]|T\x1b]0;title\x07\u202e")
     assert found.unused == ("T\\x1b]0;title\\x07\\u202e",)
