@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
+from bushcli.inverse.autoregression import errors_of
 from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.result import Combination
+from bushcli.inverse.result import NORMAL, Combination
 from bushcli.recording.misfit import correlation_time
 
 Array = NDArray[np.float64]
@@ -19,14 +22,37 @@ Mask = NDArray[np.bool_]
 UNDETERMINED = 1e-3
 # Eigenvalues of the scaled information below this share of the largest are rounding: derivatives have seven digits.
 RESOLVED = 1e-14
+# Recordings with fewer independent samples beyond the parameters have intervals as wide as with this many: with the
+# number itself, intervals held the truth in 98 to 99.9 % of drawn recordings instead of 97 to 99.7 %.
+LEAST_FREEDOM = 3.0
 
 
-def covariance(problem: LeastSquaresProblem, x: Array) -> Array:
-    """Return the covariance of the parameters, shape (p, p), from the misfit that remains.
+@dataclass(frozen=True)
+class Uncertainty:
+    """How well the curves determine the parameters.
 
-    The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes its own variance of
-    the misfit, enlarged by the misfit's autocorrelation along the recording, since neighbouring samples that err
-    together count less.
+    Attributes
+    ----------
+    covariance : (p, p) array
+        Of the parameters, in their units; infinite variances of those that the curves leave open.
+    freedom : float
+        Independent samples less parameters: degrees of freedom of Student's distribution.
+    """
+
+    covariance: Array
+    freedom: float
+
+    @property
+    def quantile(self) -> float:
+        """Number of standard errors to each side of a value that hold 95 %."""
+        return NORMAL if not np.isfinite(self.freedom) else float(stdtrit(self.freedom, 0.975))
+
+
+def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
+    """Return the uncertainty of the parameters from the misfit that remains.
+
+    The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes the covariance of
+    its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
 
     Parameters
     ----------
@@ -38,23 +64,23 @@ def covariance(problem: LeastSquaresProblem, x: Array) -> Array:
     References
     ----------
     White (1980), Econometrica 48:817-838, doi:10.2307/1912934 (sandwich estimator).
-    Sokal (1997), Monte Carlo methods in statistical mechanics, doi:10.1007/978-1-4899-0319-8_6 (autocorrelation time).
     """
     forces = problem.forces(x)
     if forces is None:
-        return np.full((len(x), len(x)), np.nan)
-    slopes, middle = [], np.zeros((len(x), len(x)))
+        return Uncertainty(np.full((len(x), len(x)), np.nan), np.inf)
+    slopes, middle, independent = [], np.zeros((len(x), len(x))), 0.0
     freedom = len(x) / len(problem.channels)
     for channel, (force, slope) in zip(problem.channels, forces, strict=True):
         weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-        error, rows = (force - channel.recording.force) * weight, slope * weight[:, None]
-        variance = float(error @ error) / max(len(error) - freedom, 1.0)
-        middle += variance * autocorrelation_time(error) * rows.T @ rows
+        residual, rows = (force - channel.recording.force) * weight, slope * weight[:, None]
+        errors = errors_of(residual, rows, freedom)
+        middle += errors.between(rows)
+        independent += len(force) / errors.time
         slopes.append(rows)
     bread, is_open = inverted(sum(rows.T @ rows for rows in slopes))
     found = np.asarray(bread @ middle @ bread)
     found[is_open, is_open] = np.inf
-    return found
+    return Uncertainty(found, max(independent - len(x), LEAST_FREEDOM))
 
 
 def inverted(information: Array) -> tuple[Array, Mask]:

@@ -44,7 +44,8 @@ def estimates(
     profiles : Sequence[Profile]
         Profiles of the parameters whose standard errors would mislead.
     """
-    covariance = certainty.covariance(problem, x)
+    uncertainty = certainty.uncertainty(problem, x)
+    covariance = uncertainty.covariance
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     intervals = {found.name: interval(found) for found in profiles}
     limits = {found.name: found.limits for found in profiles}
@@ -59,6 +60,7 @@ def estimates(
             _at_bound(value, lower, upper),
             intervals.get(name),
             limits.get(name, ("misfit", "misfit")),
+            uncertainty.quantile,
         )
     # A parameter that the curves leave open has no correlation.
     scale = np.where(np.isfinite(spread), np.maximum(spread, 1e-150), 1.0)

@@ -328,8 +328,8 @@ def _profiled(
         with unwrapped_interrupts():
             for _ in range(BETTER_ROUNDS):
                 found.clear()
-                covariance = certainty.covariance(problem, best.x)
-                better = profiles_of(problem, best, covariance, lower, upper, found)
+                uncertainty = certainty.uncertainty(problem, best.x)
+                better = profiles_of(problem, best, uncertainty, lower, upper, found)
                 if better is None:
                     break
                 # The search had ended too early: from here the misfit falls further.

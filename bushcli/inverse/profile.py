@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse import certainty
+from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.local import Minimum, inside
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.refit import RISE_95, Refit
-from bushcli.inverse.result import POOR, Limit, Profile
+from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
@@ -55,8 +56,11 @@ class _Point:
     instability: float
 
 
-def noise_unit(problem: LeastSquaresProblem, x: Array, covariance: Array, index: int) -> float:
-    """Return the rise of the cost at one standard error of a parameter, which accounts for autocorrelation.
+def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty, index: int) -> float:
+    """Return the unit in which the cost rises by `RISE_95` at the end of a 95 % interval.
+
+    It is the rise at one standard error of a parameter, which accounts for the correlation of neighbouring errors,
+    enlarged where few independent samples make the interval wider than that of a normal distribution.
 
     Parameters
     ----------
@@ -64,8 +68,8 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, covariance: Array, index:
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
-    covariance : Array
-        Covariance of the parameters, shape (parameters, parameters).
+    uncertainty : Uncertainty
+        Uncertainty of the parameters at the best point.
     index : int
         Index of the parameter.
     """
@@ -78,12 +82,13 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, covariance: Array, index:
         ]
     )
     inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
-    unit = float(covariance[index, index] / inverse[index, index]) if inverse[index, index] > 0 else 0.0
+    variance = float(uncertainty.covariance[index, index]) * (uncertainty.quantile / NORMAL) ** 2
+    unit = variance / float(inverse[index, index]) if inverse[index, index] > 0 else 0.0
     # Curves that are reproduced exactly have no noise; the smallest number keeps the rise finite.
     return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
 
 
-def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, covariance: Array) -> list[int]:
+def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertainty: Uncertainty) -> list[int]:
     """Return the parameters whose standard error would mislead.
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
@@ -98,14 +103,17 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, covarianc
         The least-squares problem.
     best : Minimum
         End of the search.
-    covariance : Array
-        Covariance of the parameters, shape (parameters, parameters).
+    uncertainty : Uncertainty
+        Uncertainty of the parameters at the best point.
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
     own = problem.law_parameters(x)
-    poor = [bool(s > POOR * abs(v)) for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)]
+    poor = [
+        bool(s > POOR * abs(v))
+        for s, v in zip(np.sqrt(np.abs(np.diag(uncertainty.covariance))), x, strict=True)
+    ]
     held = best.beside_failure or best.at_edge
     bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
     names = problem.names
@@ -115,7 +123,7 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, covarianc
 def profiles_of(
     problem: LeastSquaresProblem,
     best: Minimum,
-    covariance: Array,
+    uncertainty: Uncertainty,
     lower: Array,
     upper: Array,
     found: dict[int, Profile],
@@ -131,8 +139,8 @@ def profiles_of(
         The least-squares problem.
     best : Minimum
         End of the search.
-    covariance : Array
-        Covariance of the parameters, shape (parameters, parameters).
+    uncertainty : Uncertainty
+        Uncertainty of the parameters at the best point.
     lower : Array
         Lower bounds, shape (parameters,).
     upper : Array
@@ -140,11 +148,11 @@ def profiles_of(
     found : dict[int, Profile]
         Profiles by index of their parameter; filled in.
     """
-    again = list(parameters_to_profile(problem, best, covariance))
+    again = list(parameters_to_profile(problem, best, uncertainty))
     while again:
         known = len(problem.states)
         for index in again:
-            found[index], better = profile(problem, best.x, index, covariance, lower, upper)
+            found[index], better = profile(problem, best.x, index, uncertainty, lower, upper)
             if better is not None:
                 return better
         again = [
@@ -156,7 +164,7 @@ def profiles_of(
 
 
 def profile(
-    problem: LeastSquaresProblem, x: Array, index: int, covariance: Array, lower: Array, upper: Array
+    problem: LeastSquaresProblem, x: Array, index: int, uncertainty: Uncertainty, lower: Array, upper: Array
 ) -> tuple[Profile, Array | None]:
     """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
 
@@ -168,8 +176,8 @@ def profile(
         The best point.
     index : int
         Index of the parameter.
-    covariance : Array, shape (parameters, parameters)
-        Covariance at the best point, which gives the first steps.
+    uncertainty : Uncertainty
+        Uncertainty at the best point; its covariance gives the first steps.
     lower : Array, shape (parameters,)
     upper : Array, shape (parameters,)
 
@@ -179,8 +187,8 @@ def profile(
     better : shape (parameters,) or None
         A point of lower misfit than the best one, if one was found on the way.
     """
-    unit = noise_unit(problem, x, covariance, index)
-    spread = float(np.sqrt(max(covariance[index, index], 0.0)))
+    unit = noise_unit(problem, x, uncertainty, index)
+    spread = float(np.sqrt(max(uncertainty.covariance[index, index], 0.0)))
     if not np.isfinite(spread) or spread == 0.0:
         spread = 0.05 * max(abs(float(x[index])), 1e-3)
     along = _Along(problem, x, index, unit, lower, upper)

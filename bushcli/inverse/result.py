@@ -43,6 +43,8 @@ class Estimate:
         determined, or the search ended at the edge of stability or of what can be solved.
     limits : tuple of str
         What ends the interval below and above, see `Profile`.
+    quantile : float
+        Number of standard errors to each side of the value that hold 95 %, by Student's distribution.
     """
 
     value: float
@@ -52,6 +54,7 @@ class Estimate:
     at_bound: bool
     interval: tuple[float, float] | None = None
     limits: tuple[Limit, Limit] = ("misfit", "misfit")
+    quantile: float = NORMAL
 
     @property
     def range95(self) -> tuple[float, float] | None:
@@ -61,7 +64,7 @@ class Estimate:
         """
         if self.interval is not None or not 0.0 < self.std <= POOR * abs(self.value):
             return self.interval
-        low, high = self.value - NORMAL * self.std, self.value + NORMAL * self.std
+        low, high = self.value - self.quantile * self.std, self.value + self.quantile * self.std
         return max(low, self.lower), min(high, self.upper)
 
 

@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 from bushcli.inverse import Estimate, Fit, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.refit import RISE_95
+from bushcli.inverse.result import NORMAL
 from bushcli.report.figures.picture import BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import number
 
@@ -77,9 +78,8 @@ def _panel(axes: Axes, fit: Fit, profile: Profile, estimate: Estimate) -> None:
     if estimate.std > 0:
         # Where profile and parabola differ, the standard error is misleading.
         q = np.linspace(profile.values.min(), profile.values.max(), 101)
-        axes.plot(
-            q, ((q - estimate.value) / estimate.std) ** 2, color=GREY, lw=1.0, ls=":", label="standard error"
-        )
+        spread = estimate.std * estimate.quantile / NORMAL
+        axes.plot(q, ((q - estimate.value) / spread) ** 2, color=GREY, lw=1.0, ls=":", label="standard error")
     if len(values) > 2:
         q = np.linspace(values.min(), values.max(), 101)
         # The signed root of the rise is interpolated, because it is close to a straight line.
