@@ -15,14 +15,17 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 
 from bushcli.inverse.certainty import uncertainty  # noqa: E402
 from bushcli.recording.misfit import correlation_time  # noqa: E402
 
+Array = NDArray[np.float64]
+
 DRAWS = 1500
 
 
-def drawn(rng: np.random.Generator, n: int, rho: float) -> np.ndarray:
+def drawn(rng: np.random.Generator, n: int, rho: float) -> Array:
     """Return n errors of variance 1 whose neighbours have the correlation rho."""
     error = rng.standard_normal(n)
     error[1:] *= np.sqrt(1.0 - rho**2)

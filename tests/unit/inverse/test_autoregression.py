@@ -36,9 +36,10 @@ def test_correlation_of_the_errors_not_of_the_residuals(rho):
         one = errors_of(residual, rows, 3.0)
         found.append((one.correlation, one.variance, correlation_time(residual - residual.mean())))
     # Of 400 recordings, the standard error of the median is 0.01; a ratio of means is not the mean of a ratio (0.03).
-    assert np.median(found, axis=0)[0] == pytest.approx(rho, abs=0.05)
-    _, variance, time = np.mean(found, axis=0)
-    assert variance == pytest.approx(1.0, abs=0.15)
+    # That of the variance is 4 % for 0.8, whose distribution has a long upper tail (mean 1.2).
+    correlation, variance, time = np.median(found, axis=0)
+    assert correlation == pytest.approx(rho, abs=0.05)
+    assert variance == pytest.approx(1.0, abs=0.1)
     if rho == 0.8:
         assert time < 0.4 * (1 + rho) / (1 - rho)
 
