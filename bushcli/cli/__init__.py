@@ -10,6 +10,7 @@ import atexit
 import gc
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,11 +37,10 @@ class _Group(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         # Open MPI does not start without HOME, which Python finds in the system's list of users.
         os.environ.setdefault("HOME", _home())
+        _usable_environment()
         # Saves 20 ms at start: pydantic would search all packages for plugins, and check the schemas that it makes.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
-        # Pictures are only saved; the backend of a notebook, which commands inherit, may not exist here.
-        os.environ["MPLBACKEND"] = "agg"
         _collect_seldom()
         _open_closed_streams()
         try:
@@ -76,6 +76,20 @@ def _printable_usage() -> Iterator[None]:
     except click.UsageError as error:
         error.message = printable(error.message)
         raise
+
+
+def _usable_environment() -> None:
+    """Replace settings of the caller with which libraries would not start, for this process and its workers."""
+    # Pictures are only saved; the backend of a notebook, which commands inherit, may not exist here.
+    os.environ["MPLBACKEND"] = "agg"
+    # A library that is imported may warn of another one; with "error" the command would end there.
+    if os.environ.pop("PYTHONWARNINGS", None):
+        warnings.resetwarnings()
+    # Open MPI ends with exit code 59 if this is no folder that can be written; Python then takes /tmp, for example.
+    if "TMPDIR" in os.environ and not os.access(Path(os.environ["TMPDIR"]) / ".", os.W_OK | os.X_OK):
+        import tempfile
+
+        os.environ["TMPDIR"] = tempfile.gettempdir()
 
 
 def _collect_seldom() -> None:

@@ -146,6 +146,8 @@ def _doubtful(words: Sequence[str], rest: str) -> list[str]:
     found = [word for word in words if not known_word(word)]
     # "t" is a time at the beginning of a name and may be tonnes at its end; V is a direction or volts.
     found += [word for word in words[1:][-1:] if word in ("t", "V")]
+    # "Load #" is in pounds or counts loads.
+    found += ["#"] * (re.search(r"[\s,;_]#\s*$", rest) is not None)
     # "disp_in_raw" may be in inches.
     return found + ["in"] * ("_in_" in rest.lower() or _INCH_FIRST.match(rest) is not None)
 

@@ -63,8 +63,12 @@ def test_a_cache_that_is_a_file(small, tmp_path):
     assert f"{tmp_path / 'cache'} is a file" in examined.stdout
 
 
-def test_no_home(small):
-    done = run("direct", small, "-q", HOME=None)
+@pytest.mark.parametrize(
+    "environment", [{"HOME": None}, {"TMPDIR": "/dev/full", "PYTHONWARNINGS": "error"}], ids=" ".join
+)
+def test_an_environment_in_which_libraries_do_not_start(small, environment):
+    """Open MPI needs HOME and a folder for temporary files; libraries warn of each other when they are imported."""
+    done = run("direct", small, "-q", **environment)
     assert done.returncode == 0, done.stderr
 
 
