@@ -26,7 +26,8 @@ if ! /usr/lib/apt/apt-helper -o Acquire::Retries=0 download-file "$mirror/dists/
     exit 3
 fi
 rm -rf --one-file-system "$new" "$new.release"
-debootstrap --variant=minbase "$suite" "$new" "$mirror" 2>&1
+# Without the keys of Debian's archive debootstrap would only warn, and install what nobody has signed.
+debootstrap --force-check-gpg --variant=minbase "$suite" "$new" "$mirror" 2>&1
 
 # Nothing of this has to survive a power cut, and nobody reads its manuals.
 cat >"$new/etc/dpkg/dpkg.cfg.d/bushcli" <<'END'

@@ -110,7 +110,8 @@ prepare_root() {
             "choose another place with BUSHCLI_HOME=/path."
         ask_for_rights
         need_space "$home" 4000 "the Debian root ($suite)"
-        command -v debootstrap >/dev/null || apt_install debootstrap debian-archive-keyring
+        command -v debootstrap >/dev/null && [ -f /usr/share/keyrings/debian-archive-keyring.gpg ] ||
+            apt_install debootstrap debian-archive-keyring
     fi
     command -v bwrap >/dev/null || apt_install bubblewrap
     bwrap --dev-bind / / true 2>>"$log" ||

@@ -11,7 +11,7 @@ import gc
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
-from bushcli.cli.run import unwritable
+from bushcli.cli.run import INTERRUPTED, WRONG_INPUT, unwritable
 from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
@@ -34,7 +34,9 @@ from bushcli.errors import nearest, printable
 class _Group(click.Group):
     """A group that suggests the nearest command, and reports in a sentence that its output cannot be written."""
 
-    def main(self, *args: Any, **extra: Any) -> Any:
+    def main(self, args: Sequence[str] | None = None, *others: Any, **extra: Any) -> Any:
+        typed = list(sys.argv[1:] if args is None else args)
+        _refuse_undecodable(typed)
         # Open MPI does not start without HOME, which Python finds in the system's list of users.
         os.environ.setdefault("HOME", _home())
         _usable_environment()
@@ -44,7 +46,7 @@ class _Group(click.Group):
         _collect_seldom()
         _open_closed_streams()
         try:
-            return super().main(*args, **extra)
+            return super().main(typed, *others, **extra)
         except OSError as error:
             sys.exit(unwritable(error))
 
@@ -70,12 +72,27 @@ class _Group(click.Group):
 
 @contextmanager
 def _printable_usage() -> Iterator[None]:
-    """Escape control characters in click's message, which repeats what the user typed: a terminal would act on them."""
+    """Escape control characters in click's message, which repeats what the user typed: a terminal would act on them.
+
+    An interruption before the command has begun gets its exit code here; click's own is 1.
+    """
     try:
         yield
     except click.UsageError as error:
         error.message = printable(error.message)
         raise
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+
+
+def _refuse_undecodable(typed: Sequence[str]) -> None:
+    """Refuse arguments with bytes that are no text: DOLFINx and reports cannot contain them."""
+    for text in typed:
+        if any("\ud800" <= one <= "\udfff" for one in text):
+            click.echo(
+                f"error: {ascii(text)}: not text in the encoding of this system; rename the file", err=True
+            )
+            sys.exit(WRONG_INPUT)
 
 
 def _usable_environment() -> None:

@@ -26,6 +26,10 @@ from cases.interrupt import is_interrupt
 # that started it, which passes it on.
 SAME = 1.0
 _COMPILER = ("compile_forms", "compile_expressions")
+# Packages that call Python while their native code is loaded. An exception there ends the process (nanobind's
+# python_error has no handler, Open MPI dumps its stack): a signal waits, and is sent again after so many seconds.
+_NATIVE = ("basix", "dolfinx", "gmsh", "mpi4py", "petsc4py")
+AGAIN = 0.02
 
 
 # Signals that were received and not raised yet.
@@ -49,6 +53,11 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal last
         if clock() - last < SAME:
+            return
+        if _loads_native_code(frame):
+            again = threading.Timer(AGAIN, signal.raise_signal, [number])
+            again.daemon = True
+            again.start()
             return
         last = clock()
         if waits and not _remembered:
@@ -125,6 +134,16 @@ def abandon_compilation(frame: FrameType | None) -> None:
                 if not source.with_suffix(".c.cached").exists():
                     with suppress(OSError):
                         source.unlink()
+
+
+def _loads_native_code(frame: FrameType | None) -> bool:
+    """Whether this frame, or one that called it, imports one of `_NATIVE`."""
+    return any(
+        caller.f_code.co_name == "_find_and_load"
+        and "importlib" in caller.f_code.co_filename
+        and str(caller.f_locals.get("name", "")).partition(".")[0] in _NATIVE
+        for caller in _callers(frame)
+    )
 
 
 def _waits(frame: FrameType | None) -> bool:

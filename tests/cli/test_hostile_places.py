@@ -164,3 +164,15 @@ def test_free_play_as_large_as_the_travel(small, command):
     done = run(command, small, "-q")
     assert refused(done)
     assert "free_play.half_width = 9.5 takes up all of the travel of axial" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["check", "d\udce9but.toml"], ["check", "case.toml", "--set", 'title="\udc9b31m"'], ["\udcff"]],
+)
+def test_arguments_that_are_no_text_are_refused(arguments):
+    """A file's name in Latin-1, for example: libraries and reports cannot contain it."""
+    done = run(*arguments)
+    assert refused(done)
+    assert "not text in the encoding of this system" in done.stderr
+    assert "\\udc" in done.stderr

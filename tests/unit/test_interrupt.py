@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import os
 import signal
 import sys
+import time
 from types import ModuleType
 
 import pytest
@@ -43,6 +45,23 @@ def test_signals_that_come_together_are_one_interruption(listening, sent):
     listening[0] += 1.1 * SAME
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), sent)
+
+
+def test_a_signal_waits_until_native_code_is_loaded(listening, tmp_path, monkeypatch):
+    """An exception in the middle of loading DOLFINx would end the process with a dump of its stack."""
+    (tmp_path / "loads_slowly.py").write_text(
+        "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(0.1)\nCOMPLETE = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("bushcli.runtime.interrupt._NATIVE", ("loads_slowly",))
+
+    def load() -> None:
+        importlib.import_module("loads_slowly")
+        time.sleep(5.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        load()
+    assert sys.modules.pop("loads_slowly").COMPLETE
 
 
 def test_under_nohup_a_closed_terminal_does_not_interrupt():
