@@ -16,14 +16,14 @@ from bushcli.diagnosis.result import (
     Verdict,
 )
 from bushcli.effects.names import readable_name
-from bushcli.likelihood.noise import Compared
+from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.recording import Recording, displacement_noise
 from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from bushcli.selection.searched import Searched
-from bushcli.selection.state import State
+from bushcli.selection.state import CommonData, State
 from bushcli.simulate.schedule import schedule
 
 Array = NDArray[np.float64]
@@ -34,6 +34,9 @@ LOUD = 5.0
 # Misfit of a channel that was held out, % of the force range, up to which it counts as predicted: mesh and calibration
 # alone make 1 % (`likelihood.calibration`).
 MISSED = 1.0
+# Noise that lasts for so many samples, and whose independent sample is so many times that of short windows, may be
+# something else: two standard deviations of the windows' error (`likelihood.level`).
+MEMORY, SWELLS = 6.0, 2.5
 
 
 def verdict(best: Weighed, plain: Model) -> Verdict:
@@ -199,7 +202,36 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
+    made += _long_memory(search.problem)
     return [*made, *_held_out(channels), *_search_doubts(best, search)]
+
+
+def _long_memory(problem: CommonData) -> list[Condition]:
+    """Return a doubt about noise that short windows of a recording do not show, and that the misfit alone suggests.
+
+    Such noise and physics that changes slowly leave the same misfit along each branch.
+    """
+    found = []
+    for recording, used, noise in zip(problem.recordings, problem.used, problem.noises, strict=True):
+        before = noise_model(recording, used)
+        units = [one.sigma * float(np.sqrt(one.correlation_time)) for one in (before, noise)]
+        if noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:
+            continue
+        name, span = recording.name or recording.mode, float(np.ptp(recording.force[used]))
+        memory = f"{noise.correlation_time:.0f} samples"
+        if recording.time is not None:
+            memory += f" ({noise.correlation_time * float(np.median(np.diff(recording.time))):.2g} s)"
+        found.append(
+            Condition(
+                "noise_with_memory",
+                f"{name}: what the plain law leaves is taken for noise of {100 * noise.sigma / span:.2g} % of the "
+                f"force range that lasts for {memory}; windows of some 24 samples show {100 * before.sigma / span:.2g} %. "
+                "Physics that changes slowly would leave the same",
+                "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
+                "probabilities are those of a recording with this noise",
+            )
+        )
+    return found
 
 
 def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:

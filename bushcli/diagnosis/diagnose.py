@@ -144,6 +144,8 @@ def _calculated(
     maps : bool
     notify : callable
     """
+    for fault in asked.faults:
+        notify("data", fault.channel, fault.where)
     notify("fit", asked.plain.law, "the plain law")
     rough = _rough(asked, crew)
     problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
@@ -173,7 +175,7 @@ def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> 
     """Search, and compute the posterior of the models."""
     interrupted = [] if asked.fatal else _run(search, crew)
     models, plain = posterior(search), rough
-    if not interrupted:
+    if not (interrupted or asked.fatal):
         best, plain, interrupted = _finished(models[0], rough, asked.plain, search.problem, crew)
         models = (best, *models[1:])
     return _Found(search, models, plain, interrupted)
@@ -187,7 +189,8 @@ def _answer(
     problem = search.problem
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
-    probability = probabilities(models, [one.name for one in asked.effects])
+    # The misfit of a faulty recording says nothing of the rubber.
+    probability = {} if asked.fatal else probabilities(models, [one.name for one in asked.effects])
     channels = before_and_after(cache, asked, problem, plain, best)
     # Models are compared only if the data allow it, and if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
@@ -195,7 +198,8 @@ def _answer(
     known: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
     says: Verdict = "faulty_data" if asked.fatal else known
     left = share_left(best, search.plain)
-    unknown = probability["unknown"]
+    unknown = probability.get("unknown", 0.0)
+    places = [() if asked.fatal else judged(cache, asked.bare, plain, one) for one in (before, after)]
     return Diagnosis(
         case=asked.case,
         verdict=says,
@@ -216,8 +220,8 @@ def _answer(
         else missing(after, problem.likelihood.features, unknown, left),
         searched=answer.searched(search),
         channels=channels,
-        location=locate(judged(cache, asked.bare, plain, before)),
-        remaining=locate(judged(cache, asked.bare, plain, after)),
+        location=locate(places[0]),
+        remaining=locate(places[1]),
         next_test=extras.test,
         maps=extras.maps,
         faults=asked.faults,
@@ -294,7 +298,10 @@ def _finished(
     """
     try:
         plain = crew.run(fit_plain, [(problem.case, chosen)])[0] or rough
-        if best.state.model.anchor is not None:
+        if best.state.model.structure == chosen.structure:
+            # What is printed of the law alone are the numbers of `bushcli inverse`.
+            best = replace(best, state=State(problem, plain))
+        elif best.state.model.anchor is not None:
             found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
             best = best if found is None else replace(best, state=State(problem, found))
     except BaseException as error:

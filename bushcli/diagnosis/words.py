@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from bushcli.inverse.verdict import ABOVE_NOISE
 from bushcli.mismatch.record import Location, Mismatch
 from cases.mode import modes
 
@@ -37,12 +38,18 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
 def sentences(location: Location) -> tuple[str, ...]:
     """Return a sentence per mismatch, or a single sentence if there is no mismatch."""
     if not location.mismatch:
+        if location.ratio > ABOVE_NOISE:
+            return (
+                f"the misfit, {location.ratio:.1f} times the noise, stands out in no part of the recordings",
+            )
         return ("the misfit nowhere exceeds the noise",)
     channels = len({one.channel for one in location.bins})
     return tuple(sentence(one, channels) for one in location.mismatch)
 
 
 def _size(mismatch: Mismatch) -> str:
+    if mismatch.sign == "both_ways":
+        return f"wrong in both directions, by {mismatch.rms:.1f} times the noise (rms)"
     sense = mismatch.sign.replace("_", " ")
     if mismatch.relative is not None:
         return f"{_digits(100 * abs(mismatch.relative))} % {sense}"

@@ -30,6 +30,9 @@ POINTS, TIMES = 9, 12
 SAYS = 0.5
 # The same of one coefficient for each cycle, of which there are many.
 BY_CYCLE = 0.8
+# Half-waves over a recording of what varies slowly; moments at which something may jump, over its duration.
+WAVES = 6
+JUMPS = np.linspace(0.0, 1.0, 42)[1:-1]
 # Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
 PRICE, UNSAID = 0.05, 0.1
 
@@ -152,7 +155,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
             found.append((share * size, at + words(a)))
     if found:
         return found
-    share, text = max(_by_cycle(recording, mean))
+    share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
     if share > max(BY_CYCLE, elastic):
         return [(share * size, at + text)]
     if elastic > SAYS:
@@ -191,8 +194,13 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
         return f"the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
 
     def looping(a: Any) -> str:
-        sense = "wider" if a[0] > 0 else "narrower"
-        return f"the recorded loop is {sense} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
+        size = f"{abs(200 * a[0] / span):.1f} % of the range"
+        if a[0] > 0:
+            return f"the recorded loop is wider than the simulated one by {size}"
+        return (
+            f"the force is larger on unloading than on loading, by {size}, compared with the simulation: a delay or "
+            "play in the rig, or a simulated loop that is too wide"
+        )
 
     yield force[:, None], constant, False
     yield np.asarray((clock * force)[:, None]), fading, True
@@ -236,6 +244,35 @@ def _by_cycle(recording: Recording, mean: Array) -> list[tuple[float, str]]:
         )
         text += " of the range" if what != "stiffness" else ""
         found.append((_described(basis, mean), text))
+    return found
+
+
+def _by_time(recording: Recording, mean: Array) -> list[tuple[float, str]]:
+    """Shares of the missing force's square that a zero or a stiffness explains that varies slowly, with a sentence.
+
+    Slowly: as cosines of up to `WAVES` half-waves over the recording; or with one jump, where that explains as much.
+    """
+    if recording.time is None:
+        return [(0.0, "")]
+    clock = (recording.time - recording.time[0]) / float(np.ptp(recording.time))
+    waves = np.cos(np.pi * np.outer(clock, np.arange(WAVES + 1)))
+    found = []
+    for factor, what, unit in (
+        (np.ones(len(mean)), "zero of the force", float(np.ptp(recording.force))),
+        (recording.force, "stiffness", 1.0),
+    ):
+        of = " of the range" if what != "stiffness" else ""
+        slow = waves @ np.linalg.lstsq(waves * factor[:, None], mean, rcond=None)[0] / unit
+        share = _described(waves * factor[:, None], mean) - PRICE
+        text = f"the {what} varies with time, by {100 * slow.min():+.1f} to {100 * slow.max():+.1f} %{of}"
+        found.append((share, text))
+        jumps = [(at, np.column_stack([factor, np.where(clock >= at, factor, 0.0)])) for at in JUMPS]
+        at, best = max(jumps, key=lambda one: _described(one[1], mean))
+        size = 100 * float(np.linalg.lstsq(best, mean, rcond=None)[0][1]) / unit
+        seconds = float(recording.time[0]) + at * float(np.ptp(recording.time))
+        found.append(
+            (_described(best, mean), f"the {what} jumps by {size:+.1f} %{of} at about {seconds:.3g} s")
+        )
     return found
 
 

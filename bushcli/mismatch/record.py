@@ -21,7 +21,7 @@ from bushcli.mismatch.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
 from bushcli.mismatch.scan import Box, false_alarm, strongest
 
 Array = NDArray[np.float64]
-Sign = Literal["too_stiff", "too_soft", "too_high", "too_low"]
+Sign = Literal["too_stiff", "too_soft", "too_high", "too_low", "both_ways"]
 
 # Probability that noise alone causes a mismatch in any of the channels.
 LEVEL = 0.05
@@ -32,6 +32,8 @@ _MOST = 5
 _UNSURE = 2.0
 # A misfit is given relative to the force if this share of the force has one sign, and it is this share of the largest.
 _ONE_WAY, _LARGE_ENOUGH = 0.8, 0.05
+# Mean of a misfit over its root mean square below which it has no sense.
+_SENSELESS = 0.1
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,9 @@ class Mismatch:
         Slowest and fastest branch, mm/s or rad/s; None if all recorded rates belong to it.
     share : float
         Of the excess misfit of all channels.
-    sign : {"too_stiff", "too_soft", "too_high", "too_low"}
-        Of the simulation; high and low are towards positive and negative forces, on both sides of zero.
+    sign : {"too_stiff", "too_soft", "too_high", "too_low", "both_ways"}
+        Of the simulation; high and low are towards positive and negative forces, on both sides of zero. Both ways if
+        the misfit has no sense: a fit makes the mean of what it leaves small.
     relative : float or None
         Simulated over recorded force, less 1; None where the recorded force goes through zero.
     difference : float
@@ -100,11 +103,14 @@ class Location:
         Sum of squares of the misfit beyond that of noise, over all channels, in units of the noise's variance.
     bins : tuple of Bin
         All bins of all channels, each tested alone.
+    ratio : float
+        Root mean square misfit over the noise, over all samples.
     """
 
     mismatch: tuple[Mismatch, ...]
     excess: float
     bins: tuple[Bin, ...]
+    ratio: float = 1.0
 
 
 def locate(channels: Sequence[Compared]) -> Location:
@@ -116,7 +122,9 @@ def locate(channels: Sequence[Compared]) -> Location:
     for channel, grid in zip(channels, grids, strict=True):
         found += _mismatches(channel, grid, excess, len(channels))
     found.sort(key=lambda one: -one.share)
-    return Location(mismatch=tuple(found[:_MOST]), excess=excess, bins=tuple(_holm(tested)))
+    count = max(sum(int(channel.known.sum()) for channel in channels), 1)
+    ratio = float(np.sqrt(max(1.0 + excess / count, 0.0)))
+    return Location(tuple(found[:_MOST]), excess, tuple(_holm(tested)), ratio)
 
 
 def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
@@ -230,6 +238,9 @@ def _mismatch(
     force, misfit = channel.recording.force[samples], channel.misfit[samples]
     difference = float(np.mean(misfit * signs))
     higher = len(sides) == 2 and _is_higher(box)
+    rms = float(np.sqrt(np.mean(misfit**2)))
+    sense = _sign(difference, higher) if abs(difference) > _SENSELESS * rms else "both_ways"
+    relative = None if higher or sense == "both_ways" else _relative(force, misfit, signs, channel)
     return Mismatch(
         channel=channel.name,
         mode=channel.recording.mode,
@@ -240,10 +251,10 @@ def _mismatch(
         displacement_to=float(grid.edges[bands.max() + 1]),
         rate=(rates[0][0], rates[-1][1]) if len(rates) < len(grid.rates) else None,
         share=share,
-        sign=_sign(difference, higher),
-        relative=None if higher else _relative(force, misfit, signs, channel),
+        sign=sense,
+        relative=relative,
         difference=difference,
-        rms=float(np.sqrt(np.mean(misfit**2))) / channel.noise.sigma,
+        rms=rms / channel.noise.sigma,
         p=p,
         whole=frozenset(whole),
         samples=samples,

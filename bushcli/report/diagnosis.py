@@ -49,8 +49,9 @@ def diagnosis_text(found: Diagnosis) -> Group:
     # If the verdict is faulty data, its paragraph has the faults.
     faults = [] if found.verdict == "faulty_data" else fault_lines(found)
     parts += [*_block("Data faults", faults), *([Text()] if faults else []), Text(paragraph(found))]
-    parts += [Text(), Text("Where", "bold")]
-    parts += _indented(points(sentences(found.location)))
+    if found.verdict != "faulty_data":
+        parts += [Text(), Text("Where", "bold")]
+        parts += _indented(points(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         parts += _indented(["Misfit that the most probable model leaves:"])
         parts += [Padding(Text(line), _THIRD) for line in points(sentences(found.remaining))]

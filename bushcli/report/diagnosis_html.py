@@ -160,7 +160,8 @@ def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
     # The places are listed beside the curves, with their numbers.
-    lines = [] if found.location.mismatch else _sentences(list(sentences(found.location)))
+    is_told = found.location.mismatch or found.verdict == "faulty_data"
+    lines = [] if is_told else _sentences(list(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         lines += ["After the most probable model:", *_sentences(list(sentences(found.remaining)))]
     note = (

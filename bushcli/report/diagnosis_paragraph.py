@@ -22,12 +22,14 @@ from bushcli.report.diagnosis_words import (
     missing_physics,
     searched_lines,
 )
-from bushcli.report.quantity import listed
+from bushcli.report.quantity import listed, percent
 
 # Largest number of sets of effects that are named; the report has the others in a table.
 _SETS = 6
 # An effect that is less probable than this is always named with its probability.
 _SURE = 0.95
+# An error of the law's formula is mentioned where it exceeds this many times the noise.
+NOTABLE = 1.0
 
 
 def paragraph(found: Diagnosis) -> str:
@@ -66,10 +68,7 @@ def _opening(found: Diagnosis) -> str:
     best = best_probability(found)
     match found.verdict:
         case "explained":
-            return (
-                f"{origin}, describes {'them' if many else 'it'}{best}: nothing is missing that these recordings "
-                "could show."
-            )
+            return f"{origin}, describes {'them' if many else 'it'}{best}: {_nothing_missing(found)}."
         case "law_too_poor":
             other = law_title(found.material.law)
             short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
@@ -94,6 +93,17 @@ def _opening(found: Diagnosis) -> str:
             if len(likely(found)) > 1:
                 return f"{origin}, leaves something out: most probably {listed(effects_with_chance(found))}."
             return f"{origin}, leaves out {listed(effects_with_chance(found))}."
+
+
+def _nothing_missing(found: Diagnosis) -> str:
+    """Return what is said of the rest where the law alone describes the recordings."""
+    said = "nothing is missing that these recordings could show"
+    noise = {channel.name: channel.noise_percent for channel in found.channels}
+    errors = {name: size for name, size in found.form_error.percent.items() if size > NOTABLE * noise[name]}
+    if not errors:
+        return said
+    sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
+    return f"{said}, if the formula of the law may err by {sizes} (rms, of the force range)"
 
 
 def _so_far(found: Diagnosis) -> str:
