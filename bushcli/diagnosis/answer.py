@@ -17,6 +17,7 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.noise import Compared, noise_model
+from bushcli.mismatch.missing import missing
 from bushcli.recording import Recording, displacement_noise
 from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
@@ -202,31 +203,34 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
-    made += _long_memory(search.problem)
+    made += _long_memory(best, search.problem)
     return [*made, *_held_out(channels), *_search_doubts(best, search)]
 
 
-def _long_memory(problem: CommonData) -> list[Condition]:
+def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
     """Return a doubt about noise that short windows of a recording do not show, and that the misfit alone suggests.
 
     Such noise and physics that changes slowly leave the same misfit along each branch.
     """
     found = []
-    for recording, used, noise in zip(problem.recordings, problem.used, problem.noises, strict=True):
-        before = noise_model(recording, used)
-        units = [one.sigma * float(np.sqrt(one.correlation_time)) for one in (before, noise)]
-        if noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:
+    for one, used, smooth in zip(
+        problem.compared(best.state.fitted.simulated), problem.used, problem.likelihood.features, strict=True
+    ):
+        before = noise_model(one.recording, used)
+        units = [noise.sigma * float(np.sqrt(noise.correlation_time)) for noise in (before, one.noise)]
+        if one.noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:
             continue
-        name, span = recording.name or recording.mode, float(np.ptp(recording.force[used]))
-        memory = f"{noise.correlation_time:.0f} samples"
-        if recording.time is not None:
-            memory += f" ({noise.correlation_time * float(np.median(np.diff(recording.time))):.2g} s)"
+        percent = 100.0 / float(np.ptp(one.recording.force[used]))
+        memory = f"{one.noise.correlation_time:.0f} samples"
+        if one.recording.time is not None:
+            memory += f" ({one.noise.correlation_time * float(np.median(np.diff(one.recording.time))):.2g} s)"
+        like = "".join(f" ({text})" for text in missing([one], [smooth], 0.0, 0.0).text[:1])
         found.append(
             Condition(
                 "noise_with_memory",
-                f"{name}: what the plain law leaves is taken for noise of {100 * noise.sigma / span:.2g} % of the "
-                f"force range that lasts for {memory}; windows of some 24 samples show {100 * before.sigma / span:.2g} %. "
-                "Physics that changes slowly would leave the same",
+                f"{one.name}: what the plain law leaves is taken for noise of {percent * one.noise.sigma:.2g} % of the "
+                f"force range that lasts for {memory}; windows of some 24 samples show "
+                f"{percent * before.sigma:.2g} %. Physics that changes slowly would leave the same{like}",
                 "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
                 "probabilities are those of a recording with this noise",
             )
