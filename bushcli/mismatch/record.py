@@ -239,8 +239,11 @@ def _mismatch(
     difference = float(np.mean(misfit * signs))
     higher = len(sides) == 2 and _is_higher(box)
     rms = float(np.sqrt(np.mean(misfit**2)))
-    sense = _sign(difference, higher) if abs(difference) > _SENSELESS * rms else "both_ways"
-    relative = None if higher or sense == "both_ways" else _relative(force, misfit, signs, channel)
+    relative = None if higher else _relative(force, misfit, signs, channel)
+    mean = difference if relative is None else relative * float(np.sqrt(np.mean(force**2)))
+    sense = _sign(difference, higher)
+    if abs(mean) < _SENSELESS * rms:
+        sense, relative = "both_ways", None
     return Mismatch(
         channel=channel.name,
         mode=channel.recording.mode,
