@@ -61,8 +61,6 @@ def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, fold
     assert (folder / "part" / "geometry.png").exists()
     assert not (folder / "part" / "case.toml").exists()
     # The picture is replaced by that of the next attempt, whether or not it succeeds.
-    again = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
-    assert "geometry.bonds.outer: the rule (radius = 21.0) selects no face" in again.stderr
     assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
 
 
