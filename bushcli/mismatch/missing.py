@@ -140,7 +140,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     size = float(np.sqrt(power / len(mean))) / span
     if size < TINY:
         return []
-    found = []
+    found, best = [], 0.0
     elastic, is_even = _elastic(recording, mean)
     for basis, words, timed in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
@@ -153,11 +153,12 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         # Where it follows the displacement as well, nothing shows that it depends on time.
         if share > SAYS and not (timed and elastic >= share):
             found.append((share * size, at + words(a)))
+            best = max(best, _described(basis, mean))
+    share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
+    if share > max(BY_CYCLE, elastic, best + PRICE):
+        return [(share * size, at + text)]
     if found:
         return found
-    share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
-    if share > max(BY_CYCLE, elastic):
-        return [(share * size, at + text)]
     if elastic > SAYS:
         law = (
             ": it has one sign in both directions, which no law of a symmetric bushing gives"

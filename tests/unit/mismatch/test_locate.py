@@ -328,3 +328,26 @@ def test_correlation_time():
     for i in range(1, len(e)):
         e[i] = 0.6 * e[i - 1] + 0.8 * e[i]
     assert correlation_time(e) == pytest.approx(4.0, rel=0.15)
+
+
+def test_a_misfit_without_a_sense_is_neither_stiff_nor_soft():
+    """The factor on the force that a fit has just made zero says nothing."""
+    time, q = ramps(0, 8, -8, 8, -8, 0)
+    wave = np.where(np.abs(q) < 4.0, 1.0, -0.1) * 0.1
+    misfit = wave * law(q) / 1.0
+    factor = float(misfit @ law(q) / (law(q) @ law(q)))
+    location = found(time, q, law(q) * (1 + wave - factor))
+    whole = [one for one in location.mismatch if {"side", "displacement"} <= one.whole]
+    for one in whole:
+        assert one.sign == "both_ways" or abs(one.relative) > 1e-3
+    text = sentence(replace(location.mismatch[0], sign="both_ways", relative=None, rms=2.74))
+    assert "the simulation is wrong in both directions, by 2.7 times the noise (rms)" in text
+
+
+def test_a_misfit_above_the_noise_that_is_in_no_place_is_not_called_noise():
+    time, q = ramps(0, 8, -8, 0)
+    location = replace(found(time, q, law(q)), mismatch=(), ratio=2.27)
+    assert sentences(location) == (
+        "the misfit, 2.3 times the noise, stands out in no part of the recordings",
+    )
+    assert sentences(replace(location, ratio=1.1)) == ("the misfit nowhere exceeds the noise",)

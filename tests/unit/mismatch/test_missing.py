@@ -86,6 +86,45 @@ def test_a_loop_is_said_to_be_wider():
     assert "the recorded loop is wider than the simulated one" in found.text[0]
 
 
+@pytest.mark.parametrize(
+    ("recorded", "said", "ends"),
+    [
+        (
+            LAW + 0.03 * SPAN * np.sin(9.0 * TIME / TIME[-1]),
+            "the zero of the force varies with time",
+            (-3.0, 3.0),
+        ),
+        (
+            LAW * (1.0 + 0.06 * np.sin(9.0 * TIME / TIME[-1])),
+            "the stiffness differs from cycle to cycle",
+            (-6.0, 6.0),
+        ),
+    ],
+    ids=["zero", "stiffness"],
+)
+def test_what_goes_up_and_down_with_time_is_said_in_its_size(recorded, said, ends):
+    """Which a straight line in time does not describe; the sizes are those that were put in."""
+    (text, *_) = described(compared(recorded)).text
+    assert text.startswith(said)
+    low, high = (float(word) for word in text.partition("by ")[2].split() if word[0] in "+-")
+    assert (low, high) == pytest.approx(ends, abs=0.8)
+
+
+def test_a_zero_that_jumps_is_no_drift():
+    """By 3 % of the range at a third of the recording."""
+    (text, *_) = described(compared(LAW + 0.03 * SPAN * (TIME[-1] / 3 < TIME))).text
+    assert text.startswith("the zero of the force jumps by +")
+    assert float(text.partition("by ")[2].split()[0]) == pytest.approx(3.0, abs=0.5)
+    # The moments that are compared are 2.4 % of the duration apart.
+    assert float(text.rpartition("about ")[2].split()[0]) == pytest.approx(TIME[-1] / 3, abs=0.03 * TIME[-1])
+
+
+def test_a_loop_that_turns_the_other_way_is_no_narrow_one():
+    sign = np.sign(np.gradient(Q)) * np.sqrt(np.maximum(1.0 - (Q / 6.0) ** 2, 0.0))
+    (text, *_) = described(compared(LAW - 0.05 * SPAN * sign)).text
+    assert text.startswith("the force is larger on unloading than on loading, by ")
+
+
 def test_a_zero_that_drifts_is_said_so():
     found = described(compared(LAW + 0.1 * SPAN * TIME / TIME[-1]))
     assert any("the zero of the force drifts by +" in one for one in found.text)
