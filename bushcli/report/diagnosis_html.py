@@ -47,7 +47,7 @@ _HOW = (
 )
 _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
-    "form error is the assumed error of its formulas, as a share of the misfit of the plain law."
+    "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
 )
 _VALUES = (
     "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "

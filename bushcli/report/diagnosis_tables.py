@@ -70,7 +70,7 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
                 "-" if one.form_error is None else percent(100 * one.form_error),
             )
         )
-    heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "form error")
+    heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "error/effect")
     return Table("Models that hold 95 % of the probability together", heads, tuple(rows))
 
 

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from bushcli.recording import Recording
 from bushcli.recording.table import SHOWN
-from bushcli.report.quantity import number, quantities
+from bushcli.report.quantity import listed, number, quantities
 from bushcli.standards import Clause, Lack, Observed
 from bushcli.standards.protocol import Protocol
 from cases.mode import modes
@@ -107,8 +107,9 @@ def _line(one: Observed) -> str:
     if not one.timed:
         words.append("no time")
     elif one.rates:
-        rates = " and ".join(number(shown.per_internal * rate) for rate in one.rates)
-        words.append(f"ramps at {rates} {unit}")
+        # Classes of rates that differ by less than is shown are named once.
+        rates = dict.fromkeys(number(shown.per_internal * rate) for rate in one.rates)
+        words.append(f"ramps at {listed(list(rates))} {unit}")
     for held, where in ((one.holds, "hold"), (one.rests, "rest")):
         if held:
             plural = f"{where}s" if len(held) > 1 else where

@@ -23,6 +23,7 @@ import numpy as np
 
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.canonical import canonical
+from bushcli.runtime.tried import installed_dolfinx
 
 SUFFIX = ".npz"
 # Names that the store gives; other files in its folder are left alone.
@@ -49,11 +50,11 @@ _DAMAGED = (
 
 @cache
 def code_revision() -> str:
-    """Return the digest of the text of all modules of the program."""
+    """Return the digest of the text of all modules of the program, those in C too, and of the solver's version."""
     root = Path(__file__).resolve().parents[2]
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(str(installed_dolfinx()).encode())
     for package in PACKAGES:
-        for file in sorted((root / package).rglob("*.py")):
+        for file in sorted(one for one in (root / package).rglob("*") if one.suffix in {".py", ".c"}):
             digest.update(file.relative_to(root).as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()
