@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -102,14 +103,27 @@ def checked(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequ
     if twice:
         raise InputError(Problem(f"--answer {twice}", "is the name of two columns", "", "NAME=ANSWER"))
     first: Exception | None = None
-    for values in plan.rows[:TRIED]:
+    for number, values in enumerate(plan.rows[:TRIED]):
         try:
             return task.load(values, cache.tables)[0], values
-        except (InputError, ValueError) as error:
+        except InputError as error:
+            first = first or InputError(*(_located(one, plan, number) for one in error.problems))
+        except ValueError as error:
             first = first or error
     if isinstance(first, InputError):
         raise first
     raise InputError(Problem("study", str(first)))
+
+
+def _located(found: Problem, plan: Plan, number: int) -> Problem:
+    """Return a problem of a design with the place of its values, which `task.load` passes on like those of --set.
+
+    The case is valid without them, so that in a list each problem comes from the line of the design.
+    """
+    if plan.lines:
+        return replace(found, where=f"{plan.file}:{plan.lines[number]}")
+    varied = (one for one in plan.variables if found.where.startswith(f"--set {one.key}="))
+    return next((replace(found, where=one.where) for one in varied), found)
 
 
 def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
@@ -122,7 +136,9 @@ def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
     case : Case
         The case without the varied keys' values.
     """
-    return {
+    # Of a list `vary` has the name of the file only.
+    listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
+    return listed | {
         "case": resolved(case),
         "set": list(task.overrides),
         "vary": {one.key: one.spec for one in plan.variables},
