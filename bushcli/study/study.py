@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -10,15 +9,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bushcli.case import Case, resolved
+from bushcli.case import Case
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import Condition
+from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
 from bushcli.study.cache import DesignCache
+from bushcli.study.definition import definition
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of
 from bushcli.study.task import (
@@ -126,32 +126,6 @@ def _located(found: Problem, plan: Plan, number: int) -> Problem:
     return next((replace(found, where=one.where) for one in varied), found)
 
 
-def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
-    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
-
-    Parameters
-    ----------
-    task : StudyTask
-    plan : Plan
-    case : Case
-        The case without the varied keys' values.
-    """
-    # Of a list `vary` has the name of the file only.
-    listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
-    return listed | {
-        "case": resolved(case),
-        "set": list(task.overrides),
-        "vary": {one.key: one.spec for one in plan.variables},
-        "sampling": plan.sampling,
-        "designs": len(plan.rows),
-        "seed": plan.seed,
-        "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
-        "curves": task.curves,
-        "hardness": task.hardness,
-        "material": None if task.material is None else dict(task.material.parameters),
-    }
-
-
 def study(
     case: Case,
     task: StudyTask,
@@ -235,7 +209,7 @@ def _summed_up(
         failed=lost,
         resumed=resumed,
         seconds=seconds,
-        conditions=_conditions(plan, lost, summaries, doubted),
+        conditions=_conditions(plan, lost, summaries, doubted, rows.damaged),
     )
 
 
@@ -308,9 +282,9 @@ def _samples(keys: Mapping[str, Sequence[Value]], answers: Mapping[str, Any]) ->
 
 
 def _conditions(
-    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int]
+    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int], damaged: int
 ) -> tuple[Condition, ...]:
-    found = []
+    found = [history_damaged(damaged)] if damaged else []
     if lost:
         found.append(
             Condition(
