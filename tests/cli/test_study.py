@@ -10,12 +10,15 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from http.client import HTTPConnection
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from click.testing import CliRunner
 
 from bushcli.cli import main
+from bushcli.cli.page_server import page_server
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -395,6 +398,39 @@ def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=20)
     assert process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("path", "code"),
+    [
+        ("report.html", 200),
+        ("inside.txt", 200),
+        ("outside.txt", 404),
+        ("folder/secret.txt", 404),
+        ("deep/", 404),
+        ("pipe", 404),
+        ("%00", 404),
+    ],
+)
+def test_only_files_of_the_folder_are_served(tmp_path, path, code):
+    """Links that lead out of it, an index.html that is one, and a pipe, which would never end, are not."""
+    out = tmp_path / "out"
+    (out / "deep").mkdir(parents=True)
+    (tmp_path / "secret.txt").write_text("secret")
+    (out / "report.html").write_text("page")
+    (out / "inside.txt").symlink_to("report.html")
+    (out / "outside.txt").symlink_to(tmp_path / "secret.txt")
+    (out / "folder").symlink_to(tmp_path)
+    (out / "deep" / "index.html").symlink_to(tmp_path / "secret.txt")
+    os.mkfifo(out / "pipe")
+    with page_server(out, "127.0.0.1", 0) as server:
+        Thread(target=server.handle_request, daemon=True).start()
+        client = HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+        client.request("GET", f"/{path}")
+        answer = client.getresponse()
+        assert answer.status == code
+        assert b"secret" not in answer.read()
+        client.close()
 
 
 def test_the_manual_has_every_command_and_option(cli):
