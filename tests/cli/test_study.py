@@ -15,7 +15,6 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from click.testing import CliRunner
 
 from bushcli.cli import main
 from bushcli.cli.page_server import page_server
@@ -51,17 +50,6 @@ def case(tmp_path):
     file = tmp_path / "case.toml"
     file.write_text(CASE)
     return file
-
-
-@pytest.fixture
-def inside(monkeypatch):
-    """Run bushcli in this process, which takes a hundredth of the time; its signals are not this process's."""
-    monkeypatch.setattr(sys.modules["bushcli.cli.run"], "listen", lambda: None)
-
-    def run(*arguments):
-        return CliRunner().invoke(main, [*map(str, arguments)])
-
-    return run
 
 
 def designs(folder):
