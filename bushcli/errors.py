@@ -9,8 +9,11 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-# C0 without tab and line feed, DEL, C1, and the signs that reverse or hide what follows them (Unicode TR 9).
-_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+# C0 without tab and line feed, DEL, C1, the signs that reverse or hide what follows them (Unicode TR 9), surrogates:
+# they represent bytes of arguments and file names that are not UTF-8, and Python may print them as these bytes.
+_CONTROL = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+)
 
 
 @dataclass(frozen=True)
@@ -45,8 +48,16 @@ class Problem:
 
 
 def printable(text: str) -> str:
-    r"""Return a text with its control characters written out, such as ``\x1b``: they would act on a terminal."""
-    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    r"""Return a text with its control characters written out, such as ``\x1b``: they would act on a terminal.
+
+    The same is done with bytes that are not UTF-8, such as the byte 0x9b, which is a control character of terminals.
+    """
+    return _CONTROL.sub(lambda found: _escaped(ord(found[0])), text)
+
+
+def _escaped(code: int) -> str:
+    byte = code - 0xDC00 if 0xDC80 <= code <= 0xDCFF else code
+    return f"\\x{byte:02x}" if byte < 0x100 else f"\\u{byte:04x}"
 
 
 class InputError(Exception):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from bushcli.errors import InputError, Problem
@@ -59,15 +61,28 @@ def write_case(directory: Path, text: str) -> Path:
     Raises
     ------
     InputError
-        The file exists already, or cannot be written.
+        The file exists already, or cannot be written; after a failure there is no file.
     """
     target = directory / "case.toml"
+    content = text.encode()
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        with target.open("x", encoding="utf-8") as file:
-            file.write(text)
+        with target.open("xb") as file, _taken_back(target):
+            file.write(content)
+            file.flush()
     except FileExistsError:
         raise InputError(Problem(str(target), "exists already and is not overwritten")) from None
     except OSError as error:
         raise InputError(Problem(str(target), f"cannot be written: {error.strerror}")) from None
     return target
+
+
+@contextmanager
+def _taken_back(file: Path) -> Iterator[None]:
+    """Delete a file that could not be written completely: the next run would refuse to replace it."""
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            file.unlink()
+        raise

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import repeat
 from pathlib import Path
 
-from bushcli.errors import CaseError, InputError, Problem, RecordingError
+from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.guess import mode_of_name
 from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
@@ -84,6 +84,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     tables = TableCache()
     for file in dict.fromkeys(files):
         try:
+            _refuse_name(file, folder)
             entries.append(_entry(file, tables))
         except RecordingError as error:
             problems += error.problems
@@ -93,7 +94,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     coupons = [entry for entry in entries if entry not in bushing]
     reach = max((_reach(entry) for entry in bushing), default=8.0)
     head = _HEAD.format(
-        title=_quoted(folder.resolve().name or "bushing"),
+        title=_quoted(printable(folder.resolve().name) or "bushing"),
         # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
         inner=reach,
         outer=3.0 * reach,
@@ -102,6 +103,19 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     )
     text = head + "".join(map(_table, bushing, _names(bushing), repeat("recordings"), repeat(folder)))
     return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
+
+
+def _refuse_name(file: Path, folder: Path) -> None:
+    """Refuse a file whose name, or that of its folder, a case file cannot contain."""
+    name = _written(file, folder)
+    if printable(name) != name:
+        what = "has a control character, or bytes that are not UTF-8, in its path: a case file cannot name it"
+        raise RecordingError(Problem(str(file), what, "", "rename it"))
+
+
+def _written(file: Path, folder: Path) -> str:
+    """Return the name of a file as the case file has it: relative to its own folder."""
+    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
 
 
 def _names(entries: Sequence[_Entry]) -> list[str]:
@@ -268,7 +282,7 @@ def _without_header(source: Source) -> Source | None:
 
 def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     source, recording = entry.source, entry.recording
-    file = Path(os.path.relpath(source.file.resolve(), folder.resolve())).as_posix()
+    file = _written(source.file, folder)
     reader = readers().get(format_of(source.file))
     form = reader.name if reader else "a text file"
     time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"
@@ -292,7 +306,8 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     if recording.time is None:
         lines.append("# sample_rate = 100.0     # Hz, if the samples were taken at equal intervals")
     lines.append("# conditioning = 3        # first cycles that only condition the part")
-    return "\n" + "\n".join(line.replace("\n", " ") for line in lines) + "\n"
+    # Remarks quote the file, and a comment cannot contain control characters either.
+    return "\n" + "\n".join(printable(line.replace("\n", " ")) for line in lines) + "\n"
 
 
 def _quoted(text: str) -> str:

@@ -16,6 +16,7 @@ from bushcli.errors import CaseError, Problem
 
 _SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
 
+_NEGATIVE = re.compile(r"-\d+")
 _SHOWN = 300
 
 
@@ -174,16 +175,27 @@ def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
 
 def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str) -> int:
     name = dotted(path)
-    example = f"{name}.0" + ("." + dotted(keys[len(path) :]) if isinstance(key, str) else "")
+    entries = (
+        f"entries 0 to {len(table) - 1}" if len(table) > 1 else "one entry, 0" if table else "no entries"
+    )
+    if isinstance(key, str) and _NEGATIVE.fullmatch(key):
+        what = f"{name}[{key}] does not exist: entries are counted from 0"
+        raise CaseError(Problem(where, what, expected=f"{name} has {entries}"))
     if not (isinstance(key, int) or (key.isascii() and key.isdigit())):
+        called = (i for i, entry in enumerate(table) if isinstance(entry, dict) and key in _called(entry))
+        number = next(called, None)
+        left = dotted(keys[len(path) + (number is not None) :])
+        example = f"{name}.{number or 0}.{left}".rstrip(".")
         raise CaseError(
             Problem(where, f"{name} is a list", expected=f"give the number of the entry: {example}")
         )
     if int(key) >= len(table):
-        entries = (
-            f"entries 0 to {len(table) - 1}" if len(table) > 1 else "one entry, 0" if table else "no entries"
-        )
         raise CaseError(
             Problem(where, f"{name}[{int(key)}] does not exist", expected=f"{name} has {entries}")
         )
     return int(key)
+
+
+def _called(entry: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the names by which a user may mean an entry of a list."""
+    return entry.get("name"), entry.get("mode")

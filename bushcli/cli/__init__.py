@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import io
 import os
 import sys
 import warnings
@@ -45,6 +46,7 @@ class _Group(click.Group):
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         _collect_seldom()
         _open_closed_streams()
+        _escape_bytes()
         try:
             return super().main(typed, *others, **extra)
         except OSError as error:
@@ -127,6 +129,13 @@ def _open_closed_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115 - stays open until the end
+
+
+def _escape_bytes() -> None:
+    """Write out surrogates, and what the encoding of a stream lacks: Python might print a surrogate as its byte."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _home() -> str:

@@ -47,7 +47,9 @@ if TYPE_CHECKING:
 @click.option(
     "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
+)
 @click.option("--strict", is_flag=True, help="Exit 1 when a target is missed.")
 @shares_work
 @on_a_case

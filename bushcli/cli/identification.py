@@ -144,7 +144,9 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     help="Processes that share the starts.",
 )
 @scheduled
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
+)
 @click.option(
     "--resume", is_flag=True, help="Continue from the evaluations that the last run saved in -o DIR."
 )

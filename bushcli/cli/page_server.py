@@ -47,11 +47,27 @@ class _Quiet(SimpleHTTPRequestHandler):
         super().__init__(*arguments, **options)
 
     def send_head(self) -> Any:
-        """Refuse requests under another host name, by which a page of another site could read the result."""
+        """Refuse requests under another host name, by which a page of another site could read the result.
+
+        Files outside the folder and everything that is not a file are refused, too.
+        """
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in self.hosts:
             self.send_error(403)
             return None
+        if not self._is_inside(Path(self.translate_path(self.path))):
+            self.send_error(404)
+            return None
         return super().send_head()
+
+    def _is_inside(self, path: Path) -> bool:
+        """Whether a path leads to a file of the folder.
+
+        A symbolic link may lead out of it; of a folder the base class would serve index.html, which may be one.
+        """
+        try:
+            return path.is_file() and path.resolve().is_relative_to(Path(self.directory).resolve())
+        except (OSError, ValueError, RuntimeError):  # a null character, a loop of links
+            return False
 
     def log_message(self, format: str, *arguments: Any) -> None:
         """Print nothing."""

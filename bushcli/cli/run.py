@@ -114,7 +114,7 @@ class Run:
             return
         text = io.StringIO()
         Console(file=text, width=WIDTH, highlight=False, no_color=True).print(*renderables, sep="\n")
-        click.echo("\n".join(line.rstrip() for line in text.getvalue().rstrip().splitlines()))
+        click.echo("\n".join(printable(line.rstrip()) for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:
         """Print the result as JSON on stdout, if requested."""
@@ -258,7 +258,7 @@ def _complain(text: str) -> None:
     """Print an error on stderr; a stderr that is closed or full is ignored."""
     if is_first_rank():
         with suppress(OSError):
-            click.echo(text, err=True)
+            click.echo(printable(text), err=True)
 
 
 def unwritable(error: OSError) -> int:

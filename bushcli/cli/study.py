@@ -62,7 +62,7 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     metavar="ANSWER=LIMITS",
     help='Report the share of designs within limits: 300:400, "350 +- 15 %", or 350 for 350 +- 10 %.',
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
 @click.option("--resume", is_flag=True, help="Continue from the designs that the last run saved in -o DIR.")
 @click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
@@ -146,7 +146,8 @@ def _plan(
     fixed = sampling == "grid" or (sampling is None and given and all(one.values for one in given))
     if not fixed:
         keys = {one.key for one in given}
-        given += [of_tolerance(key, one) for key, one in case.toleranced.items() if key not in keys]
+        origin = str(case.path)
+        given += [of_tolerance(key, one, origin) for key, one in case.toleranced.items() if key not in keys]
     return plan(given, sampling, designs, seed)
 
 

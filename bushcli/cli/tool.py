@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from bushcli.cli.run import DONE, NEGATIVE, finish, is_first_rank
+from bushcli.errors import printable
 
 
 @click.command()
@@ -43,15 +44,20 @@ def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
             from bushcli.case.from_files import case_from_files
 
             given = [*files, *(place for place in places if place not in folders)]
-            click.echo(str(write_case(folder, case_from_files(given, folder))))
-            click.echo(f"try: bushcli check {folder / 'case.toml'}", err=True)
+            _say(write_case(folder, case_from_files(given, folder)))
+            _say(f"try: bushcli check {folder / 'case.toml'}", err=True)
             return DONE
         for file in write_example(folder):
-            click.echo(str(file))
-        click.echo(f"try: bushcli direct {folder / 'case.toml'} -o {folder / 'out'}", err=True)
+            _say(file)
+        _say(f"try: bushcli direct {folder / 'case.toml'} -o {folder / 'out'}", err=True)
         return DONE
 
     finish(work, debug=False)
+
+
+def _say(text: object, err: bool = False) -> None:
+    """Print a text with paths, whose control characters are written out."""
+    click.echo(printable(str(text)), err=err)
 
 
 @click.command("list")
@@ -89,9 +95,9 @@ def doctor(json: bool) -> None:
         else:
             width = max(map(len, found.facts))
             for name, fact in found.facts.items():
-                click.echo(f"{name:{width}s}  {fact}")
+                _say(f"{name:{width}s}  {fact}")
             for problem in found.problems:
-                click.echo(f"problem: {problem.message}\n  remedy: {problem.remedy}")
+                _say(f"problem: {problem.message}\n  remedy: {problem.remedy}")
         return NEGATIVE if found.problems else DONE
 
     finish(work, debug=False)

@@ -19,12 +19,11 @@ from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterio
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.errors import InputError, Problem
-from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import Condition
+from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec

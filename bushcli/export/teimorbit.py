@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.curves import Bushing
 from bushcli.export.units import UnitSystem
-from bushcli.export.writer import Order
+from bushcli.export.writer import Order, one_line
 
 DIRECTIONS = ("FX", "FY", "FZ", "TX", "TY", "TZ")
 _LENGTHS = {"mm": "mm", "m": "meter", "in": "inch"}
@@ -76,12 +76,14 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
     return [f"{a:16.9g} {b:16.9g}" for a, b in zip(x, y, strict=True)]
 
 
-def sources(bushing: Bushing) -> Mapping[str, str]:
-    """Return direction -> source of its curve, for the comments."""
+def comments(bushing: Bushing) -> list[str]:
+    """Return the comment lines that state the source of each direction's curve, and the bushing's remarks."""
     from bushcli.export.curves import FORCES, mode_of
 
     curves = bushing.by_mode()
-    return {
+    found = {
         direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
         for direction, mode in zip(FORCES, map(mode_of, FORCES), strict=True)
     }
+    lines = [f"{direction}: {found[direction]}" for direction in DIRECTIONS] + list(bushing.remarks)
+    return [f"$ {one_line(line)}" for line in lines]

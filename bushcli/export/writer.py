@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -14,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 from bushcli import __version__
-from bushcli.errors import InputError, Problem, nearest
+from bushcli.errors import InputError, Problem, nearest, printable
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
 
@@ -156,13 +157,24 @@ class Writer:
         if isinstance(written, bytes):
             return written
         begin, end = self.comment
-        # In XML a comment must not contain two hyphens.
-        said = [line.replace("--", "- -") if end else line for line in _preamble(self, order)]
+        said = [one_line(line) for line in _preamble(self, order)]
+        if end:
+            # In XML a comment must not contain two hyphens.
+            said = [re.sub("-(?=-)", "- ", line) for line in said]
         lines = [f"{begin} {line}{end}" for line in said] if begin else []
         # XML begins with its declaration, before any comment.
         declaration, rest = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
         parts = [declaration] if declaration else []
         return ("\n".join([*parts, *lines, rest.rstrip("\n")]) + "\n").encode("ascii", "replace")
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line without control characters.
+
+    The title of a case and the path of its file may contain line breaks: what follows one would no longer be part of
+    the comment, and the other program would execute it.
+    """
+    return printable(" ".join(text.split()))
 
 
 def _preamble(one: Writer, order: Order) -> list[str]:

@@ -20,7 +20,7 @@ from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
-from bushcli.inverse.journal import Journal, history_damaged
+from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
@@ -30,6 +30,7 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording.table_cache import TableCache
+from bushcli.runtime.condition import history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from bushcli.simulate.play import check_play

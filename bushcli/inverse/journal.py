@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.channel import ChannelForces
 from bushcli.runtime.bounded import read_bounded
-from bushcli.runtime.condition import Condition
 from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
@@ -161,9 +160,3 @@ class Journal:
 
     def _question(self, x: Array) -> tuple[str, Array]:
         return self.identity, np.ascontiguousarray(x, dtype=float)
-
-
-def history_damaged(count: int) -> Condition:
-    """Return the condition that saved results were damaged and calculated again."""
-    message = f"{count} saved result{'s were' if count > 1 else ' was'} damaged and calculated again"
-    return Condition("history_damaged", message, "nothing to do; check the disk if this happens again")

@@ -14,7 +14,7 @@ from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text import read_table
-from bushcli.runtime.bounded import TooLarge, read_beginning
+from bushcli.runtime.bounded import Endless, TooLarge, read_beginning
 from cases.mode import Mode
 
 #: Bytes; only the needed channels of a binary file are read.
@@ -87,6 +87,8 @@ def format_of(path: Path) -> str:
     """
     try:
         head = read_beginning(path, HEAD, LARGEST_BINARY)
+    except Endless as error:
+        raise RecordingError(Problem(str(path), str(error), "", "a file of a test rig")) from None
     except TooLarge as error:
         raise RecordingError(
             Problem(str(path), str(error), "", "export only the columns that are needed, or every tenth row")

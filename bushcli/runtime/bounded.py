@@ -10,6 +10,10 @@ class TooLarge(ValueError):
     """A file is larger than it may be, or may never end."""
 
 
+class Endless(TooLarge):
+    """It is a device or a pipe: no part of it can be left out."""
+
+
 def read_beginning(path: Path, count: int, most: int) -> bytes:
     """Return the first bytes of a regular file.
 
@@ -63,4 +67,4 @@ def _refuse_endless(path: Path) -> None:
     """Refuse what is neither a regular file nor a directory, which `open` refuses."""
     kind = path.stat().st_mode
     if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
-        raise TooLarge("is a device or a pipe, not a file")
+        raise Endless("is a device or a pipe, not a file")

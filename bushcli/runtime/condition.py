@@ -22,3 +22,9 @@ class Condition:
     name: str
     message: str
     remedy: str
+
+
+def history_damaged(count: int) -> Condition:
+    """Return the condition that saved results were damaged and calculated again."""
+    message = f"{count} saved result{'s were' if count > 1 else ' was'} damaged and calculated again"
+    return Condition("history_damaged", message, "nothing to do; check the disk if this happens again")

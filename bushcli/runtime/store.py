@@ -22,6 +22,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.bounded import read_bounded
 from bushcli.runtime.canonical import canonical
 from bushcli.runtime.tried import installed_dolfinx
 
@@ -32,6 +33,8 @@ _PART = re.compile(r"([0-9a-f]{24}|probe)\.\d+\.part")
 # Bytes written to test the folder: as many as a result may need.
 _PROBE = 100_000
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
+# Largest admissible size of a result, bytes; the largest in use have some ten million.
+_LARGEST = 1_000_000_000
 # Errors that NumPy, its archives and the codecs raise for overwritten bytes.
 _DAMAGED = (
     OSError,
@@ -149,8 +152,10 @@ class Store:
             Arguments of the work, for decoding.
         """
         try:
+            if file.is_symlink():
+                raise ValueError("a symbolic link is not followed")
             # Read completely first: a damaged archive would stay open.
-            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
+            with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as found:
                 return True, self.codec.decoded({name: found[name] for name in found.files}, question)
         except FileNotFoundError:
             return False, None

@@ -24,6 +24,19 @@ Array = NDArray[np.float64]
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
 _AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)\Z")
 _INDEX = re.compile(r"-?\d+")
+#: Keys of the result of `bushcli direct` under which answers can be asked for.
+RESULT_KEYS = (
+    "case",
+    "command",
+    "complete",
+    "data_faults",
+    "load_cases",
+    "material",
+    "problems",
+    "timings_s",
+    "verdict",
+    "versions",
+)
 EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.tangent@3, load_cases[0].stiffness.secant"
 
 
@@ -96,6 +109,11 @@ def answer(case: Case, text: str) -> Asked:
             close = nearest(channel, channels) if channel not in channels else ""
             what = "is not an answer" if channel in channels else f"there is no channel {channel}"
             raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))
+        first = re.split(r"[.\[]", spec, maxsplit=1)[0]
+        if first not in RESULT_KEYS:
+            what = f"the result of `bushcli direct` has no {first}"
+            expected = f"{', '.join(RESULT_KEYS)}; e.g. {EXAMPLES}"
+            raise InputError(Problem(f"--answer {text}", what, nearest(first, RESULT_KEYS), expected))
         return Asked(name, "", spec)
     if channel not in channels:
         what = f"there is no channel {channel}"

@@ -10,6 +10,7 @@ Saltelli et al. (2010), Comput. Phys. Commun. 181:259-270, doi:10.1016/j.cpc.200
 from __future__ import annotations
 
 import csv
+import io
 import itertools
 import math
 from collections.abc import Sequence
@@ -21,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.bounded import TooLarge, read_bounded
 from bushcli.runtime.extras import remedy
-from bushcli.study.variable import Value, Variable, of_values, value_of
+from bushcli.study.variable import Value, Variable, of_values, value_fault, value_of
 
 Array = NDArray[np.float64]
 Sampling = Literal["grid", "list", "lhs", "sobol", "random", "saltelli", "corners"]
@@ -32,6 +34,8 @@ DESIGNS = 100
 # Base of a Saltelli design, which has base (keys + 2) designs.
 BASE = 64
 MOST_DESIGNS = 10_000_000
+# Largest size of a list of designs, bytes: half a million designs of five keys, which are read in 3 s.
+LARGEST_LIST = 16_000_000
 
 
 @dataclass(frozen=True)
@@ -48,12 +52,18 @@ class Plan:
         The values of each design, in the order of the variables.
     seed : int
         Seed of the random numbers.
+    file : str
+        List that the designs are from; empty where there is none.
+    lines : tuple of int
+        Line of each design in that list, from 1.
     """
 
     variables: tuple[Variable, ...]
     sampling: Sampling
     rows: Sequence[tuple[Value, ...]]
     seed: int = 0
+    file: str = ""
+    lines: tuple[int, ...] = ()
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -211,47 +221,48 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
     """
     if overridden:
         raise InputError(Problem(f"--vary {overridden[0].key}", "cannot be combined with --list"))
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as opened:
-            lines = [line for line in csv.reader(opened) if any(cell.strip() for cell in line)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
+    lines = _lines(file)
     if len(lines) < 2:
         raise InputError(
             Problem(str(file), "has no designs", "", "keys in the first line, one design per line")
         )
-    keys = [cell.strip() for cell in lines[0]]
+    (head, cells), *rest = lines
+    keys = [cell.strip() for cell in cells]
     if len(set(keys)) < len(keys) or not all(keys):
-        raise InputError(Problem(f"{file}:1", "names a column twice or not at all", "", "one key per column"))
-    for number, line in enumerate(lines[1:], start=2):
+        what = "names a column twice or not at all"
+        raise InputError(Problem(f"{file}:{head}", what, "", "one key per column"))
+    for number, line in rest:
         if len(line) != len(keys):
             what = f"has {len(line)} values for {len(keys)} keys"
             raise InputError(Problem(f"{file}:{number}", what))
-    columns = [variable_values(key, [line[i] for line in lines[1:]], file) for i, key in enumerate(keys)]
+    numbers = tuple(number for number, _ in rest)
+    columns = [_column(key, [line[i] for _, line in rest], file, numbers) for i, key in enumerate(keys)]
     rows = list(zip(*(one.values for one in columns), strict=True))
-    return Plan(tuple(columns), "list", rows)
+    return Plan(tuple(columns), "list", rows, file=str(file), lines=numbers)
 
 
-def variable_values(key: str, cells: Sequence[str], file: Path) -> Variable:
-    """Return a column of a table as a variable.
+def _lines(file: Path) -> list[tuple[int, list[str]]]:
+    """Return the lines of a table that are not empty, each with its number from 1."""
+    try:
+        text = read_bounded(file, LARGEST_LIST).decode("utf-8-sig")
+        table = csv.reader(io.StringIO(text, newline=""))
+        return [(table.line_num, line) for line in table if any(cell.strip() for cell in line)]
+    except TooLarge as error:
+        expected = f"CSV of at most {LARGEST_LIST / 1e6:g} MB with the keys in its first line"
+        raise InputError(Problem(str(file), str(error), "", expected)) from None
+    except (OSError, ValueError, csv.Error) as error:
+        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
 
-    Parameters
-    ----------
-    key : str
-        Head of the column.
-    cells : sequence of str
-        The values.
-    file : Path
-        For messages.
 
-    Raises
-    ------
-    InputError
-        A cell is empty.
-    """
+def _column(key: str, cells: Sequence[str], file: Path, lines: Sequence[int]) -> Variable:
+    """Return a column of a table as a variable."""
     empty = next((i for i, cell in enumerate(cells) if not cell.strip()), None)
     if empty is not None:
-        raise InputError(Problem(f"{file}:{empty + 2}", f"has no value for {key}"))
+        raise InputError(Problem(f"{file}:{lines[empty]}", f"has no value for {key}"))
     values = tuple(value_of(cell) for cell in cells)
+    fault = value_fault(values)
+    if fault is not None:
+        place = f"{file}:{lines[fault.number]}"
+        raise InputError(Problem(place, f"{key} = {fault.what}", "", fault.expected))
     return of_values(key, str(file), values)

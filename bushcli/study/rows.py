@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.bounded import read_bounded
 from bushcli.runtime.extras import remedy
 from bushcli.study.task import CONDITIONS, DESIGN, KIND, REASON, SECONDS, STATUS, Row
 
@@ -22,6 +24,12 @@ from bushcli.study.task import CONDITIONS, DESIGN, KIND, REASON, SECONDS, STATUS
 BLOCK = 1000
 DEFINITION, JOURNAL = "study.json", "journal.jsonl"
 _TEXTS = (STATUS, KIND, REASON, CONDITIONS)
+# Files that a study writes into its folder; others are left alone.
+_OWN = re.compile(r"part-\d{6,}\.(parquet|part)|(study|journal)\.(jsonl?|part)")
+# Largest admissible sizes of the definition and of a file of rows, bytes: curves of 1000 designs have some 10 MB.
+_LARGEST_DEFINITION, _LARGEST = 10_000_000, 1_000_000_000
+# Errors of JSON and Parquet for overwritten bytes.
+_DAMAGED = (OSError, ValueError, TypeError, LookupError, ArithmeticError, RuntimeError, MemoryError)
 
 
 def parquet() -> tuple[Any, Any]:
@@ -60,11 +68,13 @@ class Rows:
     ----------
     done : set of int
         Numbers of the designs that have a row.
+    damaged : int
+        Number of saved rows that were found damaged: their designs are solved again.
 
     Raises
     ------
     InputError
-        The folder cannot be written, or holds another study.
+        The folder cannot be written, holds another study, or has symbolic links in place of its files.
     """
 
     def __init__(
@@ -77,10 +87,15 @@ class Rows:
     ) -> None:
         self.folder, self.columns, self.count = folder, dict(columns), count
         self.done: set[int] = set()
+        self.damaged = 0
         self._waiting: dict[int, Row] = {}
         self._writer, self._parquet = parquet()
         try:
+            _refuse_link(folder)
             folder.mkdir(parents=True, exist_ok=True)
+            self._own = [file for file in folder.iterdir() if _OWN.fullmatch(file.name)]
+            for file in self._own:
+                _refuse_link(file)
             if resume:
                 self._check(definition)
             else:
@@ -172,9 +187,10 @@ class Rows:
         """Write a block, and the journal without it."""
         file = self._file(block)
         fresh = file.with_suffix(".part")
-        self._parquet.write_table(
-            self._table([self._waiting[n] for n in self._numbers(block)]), fresh, compression="zstd"
-        )
+        fresh.unlink(missing_ok=True)
+        with fresh.open("xb") as out:
+            rows = self._table([self._waiting[n] for n in self._numbers(block)])
+            self._parquet.write_table(rows, out, compression="zstd", write_page_checksum=True)
         _synced(fresh)
         fresh.replace(file)
         for number in self._numbers(block):
@@ -186,60 +202,105 @@ class Rows:
 
     def _replace(self, path: Path, content: bytes) -> None:
         fresh = path.with_suffix(".part")
-        fresh.write_bytes(content)
+        fresh.unlink(missing_ok=True)
+        with fresh.open("xb") as out:
+            out.write(content)
         _synced(fresh)
         fresh.replace(path)
 
     def _check(self, definition: Mapping[str, Any]) -> None:
+        """Refuse to resume another study, or one that cannot be identified."""
         file = self.folder / DEFINITION
-        if not file.exists():
+        expected = "restore the file, or leave out --resume to start again"
+        if file not in self._own:
+            if any(one.suffix != ".part" for one in self._own):
+                what = "is missing: it is not known to which study the saved designs belong"
+                raise InputError(Problem(str(file), what, "", expected))
             return
         try:
-            before = json.loads(file.read_text(encoding="utf-8"))
-        except ValueError:
-            before = None
+            before = dict(json.loads(read_bounded(file, _LARGEST_DEFINITION)))
+        except (*_DAMAGED, RecursionError) as error:
+            what = f"is damaged ({str(error)[:200]})"
+            raise InputError(Problem(str(file), what, "", expected)) from None
         now = json.loads(json.dumps(definition))
         if before == now:
             return
-        known = before if isinstance(before, dict) else {}
-        names = sorted(name for name in now.keys() | known.keys() if now.get(name) != known.get(name))
-        what = f"holds another study: {', '.join(names) or 'its definition'} differ"
+        names = sorted(name for name in now.keys() | before.keys() if now.get(name) != before.get(name))
+        what = f"holds another study: {', '.join(names)} differ"
         wanted = "repeat the options of that run, or leave out --resume to start again"
         raise InputError(Problem(str(self.folder), what, "", wanted))
 
     def _empty(self) -> None:
-        for file in [*self.folder.glob("part-*"), self.folder / JOURNAL, self.folder / DEFINITION]:
+        for file in self._own:
             file.unlink(missing_ok=True)
 
     def _read(self) -> None:
         for block in range(-(-self.count // BLOCK)):
-            file = self._file(block)
-            try:
-                found = self._parquet.read_table(file, columns=[DESIGN])[DESIGN].to_pylist()
-            except FileNotFoundError:
+            file, numbers = self._file(block), self._numbers(block)
+            if not os.path.lexists(file):
                 continue
-            except (OSError, ValueError, KeyError):
-                found = []
-            if found != list(self._numbers(block)):
-                # Damaged: its designs are solved again.
-                file.unlink(missing_ok=True)
-                continue
-            self.done.update(found)
+            if self._is_whole(file, numbers):
+                self.done.update(numbers)
+            else:
+                self.damaged += len(numbers)
+                file.unlink()
         journal = self.folder / JOURNAL
-        whole: list[bytes] = []
-        for line in journal.read_bytes().splitlines() if journal.exists() else []:
-            with suppress(ValueError, KeyError, TypeError):
-                row = json.loads(line)  # the last line may be cut short
-                if row[DESIGN] not in self.done:
-                    self._waiting[row[DESIGN]] = row
-                    self.done.add(row[DESIGN])
-                    whole.append(line + b"\n")
+        whole = list(self._read_journal(journal))
         self._replace(journal, b"".join(whole))
         for block in sorted({number // BLOCK for number in self._waiting}):
             if all(number in self._waiting for number in self._numbers(block)):
                 self._journal = journal.open("ab")
                 self._settle(block)
                 self._journal.close()
+
+    def _is_whole(self, file: Path, numbers: range) -> bool:
+        """Whether a block has the rows of these designs, undamaged in all columns."""
+        try:
+            content = self._writer.BufferReader(read_bounded(file, _LARGEST))
+            table = self._parquet.read_table(content, page_checksum_verification=True)
+            return bool(
+                table.schema.equals(self._schema)
+                and table[DESIGN].to_pylist() == list(numbers)
+                and not any(table[name].null_count for name in (*_TEXTS, SECONDS))
+            )
+        except _DAMAGED:
+            return False
+
+    def _read_journal(self, journal: Path) -> Iterator[bytes]:
+        """Take rows from the journal, and yield their lines."""
+        try:
+            content = read_bounded(journal, _LARGEST) if os.path.lexists(journal) else b""
+        except (OSError, ValueError):
+            self.damaged += 1
+            return
+        for line in content.splitlines(keepends=True):
+            try:
+                row = dict(json.loads(line))
+                number = self._number(row)
+            except (*_DAMAGED, RecursionError):
+                # A process that is killed cuts its last line short, which is no damage.
+                self.damaged += line.endswith(b"\n")
+                continue
+            if number not in self.done:
+                self._waiting[number] = row
+                self.done.add(number)
+                yield line.rstrip(b"\r\n") + b"\n"
+
+    def _number(self, row: Row) -> int:
+        """Return the number of the design of a row, or raise an error if the row has not the columns of the study."""
+        self._table([row])
+        number = row[DESIGN]
+        if not (type(number) is int and 0 <= number < self.count):
+            raise ValueError(number)
+        if any(row[name] is None for name in (*_TEXTS, SECONDS)):
+            raise ValueError(number)
+        return number
+
+
+def _refuse_link(path: Path) -> None:
+    if path.is_symlink():
+        what = "is a symbolic link, which is not followed"
+        raise InputError(Problem(str(path), what, "", "give another -o, or delete the link"))
 
 
 def _synced(file: Path) -> None:

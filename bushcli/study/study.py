@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bushcli.case import Case, resolved
+from bushcli.case import Case
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import Condition
+from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
 from bushcli.study.cache import DesignCache
+from bushcli.study.definition import definition
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of
 from bushcli.study.task import (
@@ -102,38 +103,27 @@ def checked(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequ
     if twice:
         raise InputError(Problem(f"--answer {twice}", "is the name of two columns", "", "NAME=ANSWER"))
     first: Exception | None = None
-    for values in plan.rows[:TRIED]:
+    for number, values in enumerate(plan.rows[:TRIED]):
         try:
             return task.load(values, cache.tables)[0], values
-        except (InputError, ValueError) as error:
+        except InputError as error:
+            first = first or InputError(*(_located(one, plan, number) for one in error.problems))
+        except ValueError as error:
             first = first or error
     if isinstance(first, InputError):
         raise first
     raise InputError(Problem("study", str(first)))
 
 
-def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
-    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
+def _located(found: Problem, plan: Plan, number: int) -> Problem:
+    """Return a problem of a design with the place of its values, which `task.load` passes on like those of --set.
 
-    Parameters
-    ----------
-    task : StudyTask
-    plan : Plan
-    case : Case
-        The case without the varied keys' values.
+    The case is valid without them, so that in a list each problem comes from the line of the design.
     """
-    return {
-        "case": resolved(case),
-        "set": list(task.overrides),
-        "vary": {one.key: one.spec for one in plan.variables},
-        "sampling": plan.sampling,
-        "designs": len(plan.rows),
-        "seed": plan.seed,
-        "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
-        "curves": task.curves,
-        "hardness": task.hardness,
-        "material": None if task.material is None else dict(task.material.parameters),
-    }
+    if plan.lines:
+        return replace(found, where=f"{plan.file}:{plan.lines[number]}")
+    varied = (one for one in plan.variables if found.where.startswith(f"--set {one.key}="))
+    return next((replace(found, where=one.where) for one in varied), found)
 
 
 def study(
@@ -219,7 +209,7 @@ def _summed_up(
         failed=lost,
         resumed=resumed,
         seconds=seconds,
-        conditions=_conditions(plan, lost, summaries, doubted),
+        conditions=_conditions(plan, lost, summaries, doubted, rows.damaged),
     )
 
 
@@ -292,9 +282,9 @@ def _samples(keys: Mapping[str, Sequence[Value]], answers: Mapping[str, Any]) ->
 
 
 def _conditions(
-    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int]
+    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int], damaged: int
 ) -> tuple[Condition, ...]:
-    found = []
+    found = [history_damaged(damaged)] if damaged else []
     if lost:
         found.append(
             Condition(

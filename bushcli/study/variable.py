@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +45,8 @@ class Variable:
         Ends of the distribution, or smallest and largest of the numeric values; in the unit of the key.
     nominal : Value
         The value in the middle: that of a tolerance, the median, or the middle one of the values.
+    origin : str
+        File that has the specification; empty for ``--vary``.
     """
 
     key: str
@@ -54,6 +56,12 @@ class Variable:
     low: float = math.nan
     high: float = math.nan
     nominal: Value = math.nan
+    origin: str = ""
+
+    @property
+    def where(self) -> str:
+        """The place of the specification, as a message names it."""
+        return self.origin or f"--vary {self.key}={self.spec}"
 
     @property
     def numeric(self) -> bool:
@@ -84,9 +92,34 @@ def variable(text: str) -> Variable:
     if found is not None:
         return found
     values = tuple(value_of(part) for part in _split(spec))
-    if any(isinstance(value, float) and not math.isfinite(value) for value in values):
-        raise _wrong(text, "has a value that is not a usable number", EXAMPLES)
+    fault = value_fault(values)
+    if fault is not None:
+        raise _wrong(text, f"value {fault.number + 1} = {fault.what}", fault.expected)
     return of_values(key, spec, values)
+
+
+@dataclass(frozen=True)
+class ValueFault:
+    """A value that does not suit the others, or no study: its number from 0, what is wrong, what would be valid."""
+
+    number: int
+    what: str
+    expected: str
+
+
+def value_fault(values: Sequence[Value]) -> ValueFault | None:
+    """Return the first value that cannot be used, or None: numbers must be finite, and not mixed with words."""
+    words = isinstance(values[0], str)
+    for number, value in enumerate(values):
+        if isinstance(value, str) != words:
+            kinds = ("a number", "a word") if words else ("a word", "a number")
+            what = f"{value} is {kinds[0]}, but the first value, {values[0]}, is {kinds[1]}"
+            return ValueFault(number, what, "only numbers, or only words")
+        if not isinstance(value, str) and not math.isfinite(value):
+            what = f"{value} is not finite: the influence of a key is computed from finite values"
+            remedy = "a large number in place of inf, or --set KEY=inf for all designs"
+            return ValueFault(number, what, remedy)
+    return None
 
 
 def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
@@ -111,7 +144,7 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
     )
 
 
-def of_tolerance(key: str, found: Toleranced) -> Variable:
+def of_tolerance(key: str, found: Toleranced, origin: str = "") -> Variable:
     """Return the variable of a number with a tolerance: a normal distribution, cut off at the limits.
 
     Parameters
@@ -120,6 +153,8 @@ def of_tolerance(key: str, found: Toleranced) -> Variable:
         As in `Variable`.
     found : Toleranced
         Nominal value and limits.
+    origin : str
+        File that has the tolerance; empty for ``--vary``.
     """
     from scipy.special import ndtr
 
@@ -131,6 +166,7 @@ def of_tolerance(key: str, found: Toleranced) -> Variable:
         low=found.low,
         high=found.high,
         nominal=found.nominal,
+        origin=origin,
     )
 
 
@@ -164,7 +200,7 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
     if len(parts) == 2:
         return _uniform(key, spec, low, high)
     if not 2 <= count <= MOST_VALUES:
-        raise _wrong(text, f"asks for {count} values", f"2 to {MOST_VALUES}")
+        raise _wrong(text, f"has {count} as its number of values", f"LOW:HIGH:NUMBER, 2 to {MOST_VALUES}")
     # Twelve digits: 20.1 must not come out as 20.099999999999998.
     return of_values(key, spec, tuple(float(f"{v:.12g}") for v in np.linspace(low, high, count)))
 

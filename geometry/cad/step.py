@@ -7,11 +7,13 @@ number of faces and the type of every surface agree with those of OpenCASCADE.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-_ENTITY = re.compile(r"#(\d+)\s*=\s*([A-Z_0-9]*)\s*\((.*?)\)\s*;", re.S)
-_REFERENCE = re.compile(r"#(\d+)")
+_ENTITY = re.compile(r"\s*#(\d{1,18})\s*=\s*([A-Z_0-9]*)\s*\((.*)\)\s*\Z", re.S)
+_REFERENCE = re.compile(r"#(\d{1,18})")
+_SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*([.$A-Z]+)\s*,\s*\.METRE\.\s*\)")
 _PREFIX = {".MILLI.": 1.0, ".CENTI.": 10.0, ".DECI.": 100.0, "$": 1000.0, ".KILO.": 1e6, ".MICRO.": 1e-3}
 #: Surface in STEP -> type in Gmsh.
 _SURFACES = {
@@ -45,24 +47,46 @@ class StepText:
 def read_step(path: Path) -> StepText:
     """Read unit and names."""
     text = path.read_text(encoding="latin-1")
-    entities = {int(n): (kind, body) for n, kind, body in _ENTITY.findall(text)}
+    matches = (_ENTITY.match(statement) for statement in _statements(text))
+    entities = {int(found[1]): (found[2], found[3]) for found in matches if found is not None}
     solids, faces = [], []
     for kind, body in entities.values():
         if kind not in ("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS"):
             continue
         solids.append(_name(body))
-        shells = [int(n) for n in _REFERENCE.findall(body)]
-        for shell in shells:
+        for shell in _references(body):
             found = entities.get(shell, ("", ""))
             if found[0] == "ORIENTED_CLOSED_SHELL":
-                found = entities.get(int(_REFERENCE.findall(found[1])[0]), ("", ""))
-            for face in _REFERENCE.findall(found[1]):
-                kind_of_face, inside = entities.get(int(face), ("", ""))
+                found = entities.get(next(_references(found[1]), 0), ("", ""))
+            for face in _references(found[1]):
+                kind_of_face, inside = entities.get(face, ("", ""))
                 if kind_of_face not in ("ADVANCED_FACE", "FACE_SURFACE"):
                     continue
-                surface = entities.get(int(_REFERENCE.findall(inside)[-1]), ("", ""))[0]
+                surface = entities.get([0, *_references(inside)][-1], ("", ""))[0]
                 faces.append((_name(inside), _SURFACES.get(surface, "")))
-    return StepText(_unit(text), tuple(solids), tuple(faces))
+    return StepText(_unit(text, entities.values()), tuple(solids), tuple(faces))
+
+
+def _statements(text: str) -> Iterator[str]:
+    """Yield what stands between semicolons, except those in quotes; a search by one pattern could take hours."""
+    parts: list[str] = []
+    quotes = 0
+    for part in _without_comments(text).split(";"):
+        parts.append(part)
+        quotes += part.count("'")
+        if quotes % 2 == 0:
+            yield ";".join(parts)
+            parts = []
+
+
+def _without_comments(text: str) -> str:
+    first, *others = text.split("/*")
+    ended = (other.partition("*/") for other in others)
+    return first + "".join(after if end else f"/*{before}" for before, end, after in ended)
+
+
+def _references(body: str) -> Iterator[int]:
+    return (int(found[1]) for found in _REFERENCE.finditer(body))
 
 
 def _name(body: str) -> str:
@@ -71,11 +95,11 @@ def _name(body: str) -> str:
     return "" if name.upper() in ("NONE", "SOLID", "FACE") else name
 
 
-def _unit(text: str) -> float | None:
+def _unit(text: str, entities: Iterable[tuple[str, str]]) -> float | None:
     if re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'INCH'", text, re.I):
         return 25.4
-    for line in re.findall(r"#\d+\s*=\s*\(([^;]*LENGTH_UNIT[^;]*)\)\s*;", text):
-        found = re.search(r"SI_UNIT\s*\(\s*([.$A-Z]+)\s*,\s*\.METRE\.\s*\)", line)
+    for kind, body in entities:
+        found = _SI_UNIT.search(body) if not kind and "LENGTH_UNIT" in body else None
         if found:
             return _PREFIX.get(found[1])
     return None

@@ -12,6 +12,10 @@ from geometry.section.outline import CLOSE, Curve, Loop
 
 #: Pieces of a curved edge.
 PIECES = 24
+#: Largest number of points along an outline, curves in `PIECES`: their pairs are then examined in some 5 s.
+MOST_POINTS = 25_000
+#: Sides whose pairs with all others are examined together.
+ROWS = 100
 
 
 def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
@@ -27,13 +31,17 @@ def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
     Raises
     ------
     GeometryError
-        A radius is negative, an edge lies on the axis from both sides, or an outline crosses itself.
+        A radius is negative, an edge lies on the axis from both sides, or an outline crosses itself or has too many
+        points.
     """
     if not loops:
         raise GeometryError(where, "has no outline", "[[geometry.outline]] or file")
     for loop in loops:
         lines = [polyline(curve) for curve in loop.curves]
         outline = np.concatenate([line[:-1] for line in lines])
+        if len(outline) > MOST_POINTS:
+            what = f"an outline has {len(outline)} points, each curve counted as {PIECES} of them"
+            raise GeometryError(where, what, f"at most {MOST_POINTS}: draw it with fewer lines and arcs")
         size = float(np.ptp(outline, axis=0).max())
         if outline[:, 0].min() < -CLOSE * size:
             r, z = outline[np.argmin(outline[:, 0])]
@@ -83,16 +91,25 @@ def _arc(points: Array, t: Array) -> Array:
 def _crossing(outline: Array) -> Array | None:
     """Where two sides of a closed polygon cross, or None."""
     a, b = outline, np.roll(outline, -1, axis=0)
-    d = b - a
+    low, high, d = np.minimum(a, b), np.maximum(a, b), b - a
     n = len(a)
-    i, j = np.triu_indices(n, k=2)
-    keep = ~((i == 0) & (j == n - 1))
-    i, j = i[keep], j[keep]
-    between = a[j] - a[i]
-    det = d[i, 0] * d[j, 1] - d[i, 1] * d[j, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        s = (between[:, 0] * d[j, 1] - between[:, 1] * d[j, 0]) / det
-        t = (between[:, 0] * d[i, 1] - between[:, 1] * d[i, 0]) / det
-    # Open intervals: what merely touches is left to Gmsh.
-    hit = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
-    return None if not len(hit) else np.asarray(a[i[hit[0]]] + s[hit[0]] * d[i[hit[0]]])
+    # The sides in groups: all pairs of a fine outline would need gigabytes.
+    for first in range(0, n, ROWS):
+        rows = np.arange(first, min(first + ROWS, n))
+        near = np.arange(n) >= rows[:, None] + 2
+        for k in range(2):
+            near &= (low[rows, None, k] <= high[:, k]) & (low[:, k] <= high[rows, None, k])
+        i, j = np.nonzero(near)
+        i = rows[i]
+        keep = (i != 0) | (j != n - 1)
+        i, j = i[keep], j[keep]
+        between = a[j] - a[i]
+        det = d[i, 0] * d[j, 1] - d[i, 1] * d[j, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (between[:, 0] * d[j, 1] - between[:, 1] * d[j, 0]) / det
+            t = (between[:, 0] * d[i, 1] - between[:, 1] * d[i, 0]) / det
+        # Open intervals: what merely touches is left to Gmsh.
+        hit = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
+        if len(hit):
+            return np.asarray(a[i[hit[0]]] + s[hit[0]] * d[i[hit[0]]])
+    return None

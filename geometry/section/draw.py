@@ -193,6 +193,8 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
     """
     lines = [(curve.name, polyline(curve)) for loop in loops for curve in loop.curves]
     size = max(float(np.ptp(line, axis=0).max()) for _, line in lines)
+    lowest = np.array([line.min(axis=0) for _, line in lines])
+    highest = np.array([line.max(axis=0) for _, line in lines])
     boundaries: dict[str, tuple[int, ...]] = {}
     for _, tag in model().getEntities(1):
         if len(model().getAdjacencies(1, tag)[0]) != 1:
@@ -203,8 +205,13 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
         if half and np.abs(points[:, 1]).max() < CLOSE * size:
             name = "mirror_z"
         else:
+            # Only edges whose boxes are as near as one of the edges can be nearest.
+            beyond = np.maximum(np.maximum(lowest - points[:, None], points[:, None] - highest), 0.0)
+            boxes = np.linalg.norm(beyond, axis=2).max(axis=0)
+            reach = _apart(points, lines[int(np.argmin(boxes))][1]) + 1e-5 * size
+            apart = {i: _apart(points, lines[i][1]) for i in map(int, np.flatnonzero(boxes <= reach))}
             # Among edges that lie on each other, the named one is used.
-            name = min(lines, key=lambda item: (round(_apart(points, item[1]) / size, 6), item[0] == FREE))[0]
+            name = lines[min(apart, key=lambda i: (round(apart[i] / size, 6), lines[i][0] == FREE))][0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence, Set
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
 UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
 #: Largest gap that drawings leave between the ends of two entities, as a share of their size.
 GAP = 1e-4
+#: Largest numbers of curves that are chained, and of parts of blocks that are looked at: 1 s each.
+MOST_CURVES, MOST_PARTS = 2000, 20_000
 
 
 @cache
@@ -53,7 +56,7 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     if unit not in UNITS:
         raise GeometryError(str(path), f"has unit number {unit} ($INSUNITS)", "mm, cm, m or inch")
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
-    curves = [curve for entity in drawing.modelspace() for curve in _curves(entity, UNITS[unit], hidden)]
+    curves = _all_curves(drawing.modelspace(), UNITS[unit], hidden, str(path))
     if not curves:
         raise GeometryError(
             str(path),
@@ -63,20 +66,43 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     return _loops(curves, str(path), off)
 
 
-def _curves(entity: Any, scale: float, hidden: Set[str] = frozenset()) -> Iterator[Curve]:
+def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[Curve]:
+    """The curves of a drawing, at most `MOST_CURVES`; blocks in blocks may have any number."""
+    left = iter(range(MOST_PARTS))
+    try:
+        found = (curve for entity in entities for curve in _curves(entity, scale, left, hidden))
+        curves = list(islice(found, MOST_CURVES + 1))
+    except RecursionError:
+        raise GeometryError(where, "has a block that contains itself") from None
+    if len(curves) > MOST_CURVES or next(left, None) is None:
+        what = f"has more than {MOST_CURVES} curves, or blocks with more than {MOST_PARTS} parts"
+        raise GeometryError(
+            where, what, "a drawing of the section only, with lines and arcs or fewer splines"
+        )
+    return curves
+
+
+def _curves(
+    entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset()
+) -> Iterator[Curve]:
+    """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited."""
     kind, layer = entity.dxftype(), str(entity.dxf.layer)
     name = FREE if layer.lower() in UNNAMED else layer.lower() if layer.lower() in BONDS else layer
     if layer.lower() in hidden:
         return
     if kind == "INSERT":
         for single in entity.multi_insert():
+            if next(left, None) is None:
+                return
             for part in single.virtual_entities():
+                if next(left, None) is None:
+                    return
                 # What a block draws on layer 0 takes the layer of the block.
                 part.dxf.layer = entity.dxf.layer if part.dxf.layer == "0" else part.dxf.layer
-                yield from _curves(part, scale, hidden)
+                yield from _curves(part, scale, left, hidden)
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
-            yield from _curves(part, scale)
+            yield from _curves(part, scale, left)
     elif kind == "LINE":
         yield Curve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
     elif kind == "ARC":
@@ -127,9 +153,9 @@ def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loo
     closed, left = _chained(rest, gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
-        lonely = next(
-            (p for p in ends if sum(np.hypot(p[0] - q[0], p[1] - q[1]) <= gap for q in ends) == 1), ends[0]
-        )
+        every = np.array(ends)
+        near = (np.hypot(*(every - p).T) for p in ends)
+        lonely = next((p for p, d in zip(ends, near, strict=True) if np.sum(d <= gap) == 1), ends[0])
         layers = " and ".join(f'"{name}"' for name in sorted({curve.name for curve in left}))
         away = [float(np.hypot(lonely[0] - q[0], lonely[1] - q[1])) for q in ends]
         width, there = min(
@@ -148,24 +174,22 @@ def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loo
 
 def _chained(curves: Sequence[Curve], gap: float) -> tuple[list[tuple[Curve, ...]], list[Curve]]:
     """Closed chains of curves, and the curves that are left."""
-    waiting, closed, left = list(curves), [], []
-    while waiting:
-        chain = [waiting.pop(0)]
+    ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
+    waiting = np.ones(len(curves), dtype=bool)
+    closed, left = [], []
+    for first, curve in enumerate(curves):
+        if not waiting[first]:
+            continue
+        waiting[first] = False
+        chain = [curve]
         while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
             end = chain[-1].points[-1]
-            number = next(
-                (
-                    i
-                    for i, curve in enumerate(waiting)
-                    if _meet(end, curve.points[0], gap) or _meet(end, curve.points[-1], gap)
-                ),
-                None,
-            )
-            if number is None:
+            near = np.hypot(ends[..., 0] - end[0], ends[..., 1] - end[1]) <= gap
+            number = int(np.argmax(waiting & near.any(axis=1)))
+            if not (waiting[number] and near[number].any()):
                 break
-            following = waiting.pop(number)
-            if not _meet(end, following.points[0], gap):
-                following = following.reversed()
+            waiting[number] = False
+            following = curves[number] if near[number, 0] else curves[number].reversed()
             chain.append(_moved(following, end))
         if _meet(chain[0].points[0], chain[-1].points[-1], gap):
             chain[0] = _moved(chain[0], chain[-1].points[-1])

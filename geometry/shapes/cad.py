@@ -14,6 +14,7 @@ from geometry.cad.part import MILLIMETRES
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
+from geometry.file import beside
 from geometry.metal import Metal, Plate, metals
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.view import View
@@ -72,12 +73,9 @@ class Cad(Meets):
     @field_validator("file")
     @classmethod
     def _beside_the_case(cls, value: str, info: ValidationInfo) -> str:
-        path = Path(info.context["folder"]) / value if info.context else Path(value)
-        if path.suffix.lower() not in SUFFIXES:
+        if Path(value).suffix.lower() not in SUFFIXES:
             raise ValueError(f"is not a {', '.join(SUFFIXES)} file")
-        if not path.is_file():
-            raise ValueError("no such file")
-        return str(path)
+        return beside(Path(info.context["folder"]) if info.context else Path(), value)
 
     def __hash__(self) -> int:
         return hash((self._wanted, tuple(self.plates.items())))

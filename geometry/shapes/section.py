@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from typing_extensions import override
 
+from geometry.file import beside
 from geometry.metal import Metal, Plate, metals
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
@@ -79,10 +80,7 @@ class Section(Meets):
     def _beside_the_case(cls, value: str | None, info: ValidationInfo) -> str | None:
         if value is None or not info.context:
             return value
-        path = Path(info.context["folder"]) / value
-        if not path.is_file():
-            raise ValueError("no such file")
-        return str(path)
+        return beside(Path(info.context["folder"]), value)
 
     @model_validator(mode="after")
     def _one_source(self) -> Any:

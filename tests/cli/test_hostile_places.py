@@ -11,6 +11,7 @@ import click
 import pytest
 
 from bushcli.cli import main
+from bushcli.errors import printable
 
 ROOT = Path(__file__).parents[2]
 
@@ -89,6 +90,37 @@ def test_escape_characters_are_written_out(small, tmp_path):
         done = run(*arguments)
         assert done.returncode == 2
         assert not {"\x1b", "\x9b", "\x07"} & set(done.stdout + done.stderr)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["check", "case", "--set", "title='{}'"], 2),
+        (["check", "case", "--set", "{}=1"], 2),
+        (["check", "{}.toml"], 2),
+        (["list", "{}"], 2),
+        (["view", "{}"], 2),
+        (["init", "{}"], 0),
+        (["check", "case", "-o", "{}"], 0),
+    ],
+    ids=str,
+)
+def test_bytes_that_are_not_utf8_are_written_out(inside, small, tmp_path, monkeypatch, arguments, code):
+    """Byte 0x9b begins a command of the terminal, as ESC [ does."""
+    monkeypatch.chdir(tmp_path)
+    bad = os.fsdecode(b"a\x9b31m\xff")
+    done = inside(*(small if word == "case" else word.format(bad) for word in arguments))
+    assert done.exit_code == code, done.output
+    printed = done.stdout_bytes + (done.stderr_bytes or b"")
+    assert b"\x9b31m" not in printed
+    assert b"\\x9b31m" in printed or b"\\udc9b31m" in printed
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"), [("\x1b", r"\x1b"), ("\udc9b", r"\x9b"), ("\ud800", r"\ud800"), ("\u202e", r"\u202e")]
+)
+def test_control_characters_are_written_out(text, shown):
+    assert printable(f"a{text}b") == f"a{shown}b"
 
 
 def test_a_channel_with_a_path_for_a_name_stays_in_the_folder(small, tmp_path):

@@ -10,12 +10,14 @@ import sys
 import time
 import urllib.error
 import urllib.request
+from http.client import HTTPConnection
 from pathlib import Path
+from threading import Thread
 
 import pytest
-from click.testing import CliRunner
 
 from bushcli.cli import main
+from bushcli.cli.page_server import page_server
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -48,17 +50,6 @@ def case(tmp_path):
     file = tmp_path / "case.toml"
     file.write_text(CASE)
     return file
-
-
-@pytest.fixture
-def inside(monkeypatch):
-    """Run bushcli in this process, which takes a hundredth of the time; its signals are not this process's."""
-    monkeypatch.setattr(sys.modules["bushcli.cli.run"], "listen", lambda: None)
-
-    def run(*arguments):
-        return CliRunner().invoke(main, [*map(str, arguments)])
-
-    return run
 
 
 def designs(folder):
@@ -187,6 +178,26 @@ def test_answers_from_lists_of_a_path_of_six_motions(inside, case):
         (["--vary", "geometry.length=30,34", "--limits", "axial.initial=2:1"], "has no limits"),
         (["--vary", "hardness=15,95"], "outside 20 to 90"),
         (["--list", "nosuch.csv"], "cannot be read"),
+        (["--list", "/dev/zero"], "/dev/zero: is a device or a pipe, not a file"),
+        (["--vary", "geometry.length=30,34", "--seed", "-1"], "Invalid value for '--seed': -1"),
+        (
+            ["--vary", "geometry.length=38,thirty"],
+            "thirty: value 2 = thirty is a word, but the first value, 38,",
+        ),
+        (["--vary", "material.bulk_modulus=inf,2000"], "value 1 = inf is not finite"),
+        (
+            ["--vary", "geometry.length=0:1e9:1"],
+            "has 1 as its number of values (LOW:HIGH:NUMBER, 2 to 100000)",
+        ),
+        (
+            ["--vary", "geometry.length=38 +- nan"],
+            "error: --vary geometry.length=38 +- nan: geometry.length =",
+        ),
+        (
+            ["--vary", "geometry.length=30,34", "--answer", "x=1+1"],
+            "the result of `bushcli direct` has no 1+1",
+        ),
+        (["--vary", "geometry.length=30,34", "--answer", "materials.C10"], 'did you mean "material"?'),
         (["--vary", "geometry.length=30,34", "--resume"], "needs the folder"),
         (
             ["--vary", "geometry.length=30,34", "--workers", "2", "--scheduler", "tcp://x:1"],
@@ -202,7 +213,25 @@ def test_wrong_input_ends_in_a_sentence(inside, case, options, message):
     assert done.exit_code == 2
     assert message in done.output
     assert "Traceback" not in done.output
-    assert len(done.output.strip().splitlines()) == 1
+    assert len([line for line in done.output.splitlines() if message in line]) == 1
+    assert len(done.output.strip().splitlines()) == 1 or "Usage: " in done.output
+
+
+def test_a_value_of_a_list_is_named_by_its_line(inside, case, tmp_path):
+    """Not by `--set`, with which the study passes it on."""
+    listed = tmp_path / "designs.csv"
+    listed.write_text("geometry.length,geometry.inner_radius\n\n30,50\n-34,9\n")
+    done = inside("study", case, "--list", listed)
+    assert done.exit_code == 2
+    assert f"error: {listed}:3: geometry: inner_radius = 50 must be" in done.output
+    assert "--set" not in done.output
+
+
+def test_a_tolerance_of_the_case_is_named_by_its_file(inside, case):
+    case.write_text(CASE.replace('"18.0 +- 0.2"', '"18.0 +- 1e9"'))
+    done = inside("study", case, "--designs", 1, "--seed", 1)
+    assert done.exit_code == 2
+    assert done.output.startswith(f"error: {case}: geometry.outer_radius = ")
 
 
 def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_path):
@@ -357,6 +386,39 @@ def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=20)
     assert process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("path", "code"),
+    [
+        ("report.html", 200),
+        ("inside.txt", 200),
+        ("outside.txt", 404),
+        ("folder/secret.txt", 404),
+        ("deep/", 404),
+        ("pipe", 404),
+        ("%00", 404),
+    ],
+)
+def test_only_files_of_the_folder_are_served(tmp_path, path, code):
+    """Links that lead out of it, an index.html that is one, and a pipe, which would never end, are not."""
+    out = tmp_path / "out"
+    (out / "deep").mkdir(parents=True)
+    (tmp_path / "secret.txt").write_text("secret")
+    (out / "report.html").write_text("page")
+    (out / "inside.txt").symlink_to("report.html")
+    (out / "outside.txt").symlink_to(tmp_path / "secret.txt")
+    (out / "folder").symlink_to(tmp_path)
+    (out / "deep" / "index.html").symlink_to(tmp_path / "secret.txt")
+    os.mkfifo(out / "pipe")
+    with page_server(out, "127.0.0.1", 0) as server:
+        Thread(target=server.handle_request, daemon=True).start()
+        client = HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+        client.request("GET", f"/{path}")
+        answer = client.getresponse()
+        assert answer.status == code
+        assert b"secret" not in answer.read()
+        client.close()
 
 
 def test_the_manual_has_every_command_and_option(cli):

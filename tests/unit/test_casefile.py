@@ -422,6 +422,14 @@ def test_overrides_change_and_create(folder):
             "load_cases.amplitude=1",
             "load_cases is a list (give the number of the entry: load_cases.0.amplitude)",
         ),
+        (
+            "load_cases.-1.amplitude=1",
+            "load_cases[-1] does not exist: entries are counted from 0 (load_cases has entries 0 to 1)",
+        ),
+        (
+            "load_cases.torsional.amplitude=1",
+            "load_cases is a list (give the number of the entry: load_cases.1.amplitude)",
+        ),
         ("effects.0.name=x", "the case has no effects"),
         ("geometry.length.x=1", "geometry.length = 40.0 has no keys"),
     ],

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import resource
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +13,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bushcli.case import load_case, resolved
+from bushcli.case.example import write_case
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
-from bushcli.errors import CaseError
+from bushcli.errors import CaseError, InputError
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.guess import mode_of_name
 
@@ -312,6 +316,46 @@ def test_a_name_that_would_break_the_file_is_written_in_quotes(tmp_path):
     done = run("init", "--from", tmp_path / 'a"b = 1\\axial.csv', folder)
     assert done.exit_code == 0, done.output
     assert run("check", folder / "case.toml", "-q").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "name", [b"axial\x1b[31m.csv", "axial\u202e.csv".encode(), b"axial\xff.csv", b"\x7f/axial.csv"]
+)
+def test_a_file_that_a_case_cannot_name_is_refused(tmp_path, name):
+    file = rig(tmp_path / os.fsdecode(name))
+    done = run("init", "--from", file, tmp_path / "new")
+    assert done.exit_code == 2, done.output
+    assert "has a control character, or bytes that are not UTF-8, in its path" in done.output
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("name", [b"new\x1b[31m", b"new\xff", b"new\x7f"])
+def test_a_folder_with_any_name_gets_a_case_that_check_accepts(tmp_path, name):
+    file, folder = rig(tmp_path / "axial.csv"), tmp_path / os.fsdecode(name)
+    assert run("init", "--from", file, folder).exit_code == 0
+    assert run("check", folder / "case.toml", "-q").exit_code == 0
+
+
+def test_columns_with_control_characters_are_written_out_in_remarks(tmp_path):
+    rows = "\n".join(f"{q:.3f},{100 * q:.3f},{110 * q:.3f}" for q in Q)
+    (tmp_path / "axial.csv").write_text(f"Weg [mm],Kraft \x7f [N],Kraft \u202e [N]\n{rows}\n")
+    assert run("init", "--from", tmp_path / "axial.csv", tmp_path).exit_code == 0
+    assert not {"\x7f", "\u202e"} & set((tmp_path / "case.toml").read_text())
+    assert run("check", tmp_path / "case.toml", "-q").exit_code == 0
+
+
+def test_a_case_that_cannot_be_written_leaves_no_file(tmp_path):
+    """On a full disk it would be empty, and the next run would not replace it; here a file may have 100 bytes."""
+    before, handler = resource.getrlimit(resource.RLIMIT_FSIZE), signal.getsignal(signal.SIGXFSZ)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    try:
+        with pytest.raises(InputError, match="cannot be written: File too large"):
+            write_case(tmp_path, "x" * 1000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert not list(tmp_path.iterdir())
 
 
 def test_init_without_files_takes_one_folder(tmp_path):

@@ -6,7 +6,7 @@ are not proportional to speed; an FMU (`fmu2`, `fmu3`) includes them.
 
 from __future__ import annotations
 
-from bushcli.export.teimorbit import DIRECTIONS, block, curve, sources, units_block
+from bushcli.export.teimorbit import DIRECTIONS, block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
 _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
@@ -15,9 +15,7 @@ _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
 def write(order: Order) -> str:
     """Return the file."""
     assert order.bushing is not None
-    known = sources(order.bushing)
-    lines = [f"$ {direction}: {known[direction]}" for direction in DIRECTIONS]
-    lines += [f"$ {remark}" for remark in order.bushing.remarks]
+    lines = comments(order.bushing)
     lines += block(
         "MDI_HEADER",
         ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"],

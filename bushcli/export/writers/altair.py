@@ -6,7 +6,7 @@ its own coefficients, which Altair's identification tool fits; none are written.
 
 from __future__ import annotations
 
-from bushcli.export.teimorbit import DIRECTIONS, block, curve, sources, units_block
+from bushcli.export.teimorbit import DIRECTIONS, block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
 _MODELS = (
@@ -22,9 +22,7 @@ _MODELS = (
 def write(order: Order) -> str:
     """Return the file."""
     assert order.bushing is not None
-    known = sources(order.bushing)
-    lines = [f"$ {direction}: {known[direction]}" for direction in DIRECTIONS]
-    lines += [f"$ {remark}" for remark in order.bushing.remarks]
+    lines = comments(order.bushing)
     lines += block("HEADER", ["FILE_TYPE     = 'gbs'", "FILE_VERSION  = '1.1'", "FILE_FORMAT   = 'ASCII'"])
     lines += units_block(order.units, "degree")
     lines += block("GLOBAL", ["COUPLING      = 'cylindrical'"])

@@ -5,7 +5,7 @@ The FMU needs a Python on the machine that runs it, like every FMU made with Pyt
 
 from __future__ import annotations
 
-from bushcli.export.writer import Order, Writer
+from bushcli.export.writer import Order, Writer, one_line
 
 
 def write(order: Order) -> bytes:
@@ -14,7 +14,7 @@ def write(order: Order) -> bytes:
 
     assert order.bushing is not None
     assert order.bushing.law is not None
-    return build(order.bushing.law.data(order.name, order.title, order.units), 2)
+    return build(order.bushing.law.data(order.name, one_line(order.title), order.units), 2)
 
 
 WRITER = Writer(

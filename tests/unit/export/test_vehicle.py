@@ -1,15 +1,19 @@
 """Vehicle models read back: property files by a reader of their format, the 6 x 6 by running it, JSON, curves."""
 
+import csv
+import io
 import json
 import sys
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.export import Order, unit_system, writer_for
+from bushcli.export import Order, all_writers, unit_system, writer_for
 from bushcli.export.curves import Bushing, ForceCurve, curves_of, matrix_of
+from bushcli.export.rubber import ExportedRubber
 
 MATRIX = np.diag([2500.0, 2500.0, 350.0, 4e5, 4e5, 9e4])
 MATRIX[0, 4] = MATRIX[4, 0] = 120.0
@@ -176,3 +180,26 @@ def test_an_fmu_without_its_library_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "pythonfmu.builder", None)
     with pytest.raises(InputError, match=r"bushcli\[fmu\]"):
         build({"name": "x", "channels": {}}, 2)
+
+
+@pytest.mark.parametrize("program", [name for name, one in all_writers().items() if one.comment[0]])
+@pytest.mark.parametrize("breaks", ["\n", "\r", "\r\n", "\x0b", "\x0c", "\x85", "\u2028"], ids=ascii)
+def test_no_text_of_the_user_leaves_its_comment(program, breaks):
+    """Title, path and names of channels with line breaks: the program would execute what follows them."""
+    one, bad = writer_for(program), f"first{breaks}*INCLUDE, INPUT=harmful{breaks}--->"
+    curves = tuple(replace(curve, name=bad) for curve in CURVES)
+    rubber = ExportedRubber("neo_hookean", {"C10": 0.5}, 2000.0) if one.kind == "card" else None
+    bushing = None if rubber else Bushing(curves, MATRIX, (bad,))
+    lines = one.text(Order(bad, bad, unit_system("SI"), None, rubber, bushing)).decode("ascii").splitlines()
+    said = [line for line in lines if "INPUT=harmful" in line]
+    begin, end = one.comment
+    assert said
+    assert all(line.startswith(begin) and line.endswith(end) for line in said)
+    assert not end or not any("--" in line[len(begin) : -len(end)] for line in said)
+
+
+def test_a_table_of_curves_has_one_row_per_point_whatever_the_channel_is_called():
+    bushing = Bushing((replace(CURVES[0], name='a "b", c\nd'),))
+    rows = list(csv.reader(io.StringIO(written("csv", bushing))))
+    assert {len(row) for row in rows} == {5}
+    assert {row[0] for row in rows[1:]} == {'a "b", c d'}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from dataclasses import replace
 
@@ -92,6 +93,20 @@ def test_a_damaged_index_is_refused_and_left_as_it_is(tmp_path, content):
     with pytest.raises(InputError, match=r"run\.json: is damaged.*without --resume"):
         Journal(tmp_path, {}, resume=True)
     assert (tmp_path / RUN).read_bytes() == content
+
+
+def test_an_evaluation_that_is_a_link_or_a_pipe_is_calculated_again(tmp_path):
+    journal = Journal(tmp_path / "one", {}, resume=False)
+    for x in (X, X + 1):
+        journal.add(x, [ANSWER])
+    linked, pipe = saved(journal.folder)
+    linked.rename(tmp_path / "elsewhere")
+    linked.symlink_to(tmp_path / "elsewhere")
+    pipe.unlink()
+    os.mkfifo(pipe)
+    again = Journal(journal.folder, {}, resume=True)
+    assert [again.find(x) for x in (X, X + 1)] == [None, None]
+    assert again.damaged == 2
 
 
 @pytest.mark.parametrize("keep", [0.0, 0.3, 0.95])

@@ -8,6 +8,7 @@ import pytest
 from bushcli.recording import read_recording
 from bushcli.report import case_json, direct_json, fit_json
 from bushcli.simulate.stretched import Stretched
+from bushcli.study.answers import RESULT_KEYS
 
 EVERY_RESULT = {"command", "case", "versions", "timings_s", "problems"}
 
@@ -43,6 +44,10 @@ def test_a_direct_result_has_the_keys_that_scripts_rely_on(direct):
     assert recording.keys() >= {"rms_percent", "noise_percent", "compared", "initial_stiffness_measured"}
     assert result["verdict"]["within_10_percent"] is True
     assert result["verdict"]["channels"]["axial"]["stiffness_ratio"] == pytest.approx(1.04)
+
+
+def test_a_study_can_ask_for_every_key_of_a_direct_result(direct):
+    assert set(RESULT_KEYS) == set(direct())
 
 
 def test_rotations_are_in_degrees(direct, channel):

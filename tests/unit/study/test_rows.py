@@ -1,4 +1,5 @@
 import json
+import os
 import sys
 
 import pytest
@@ -7,7 +8,7 @@ from bushcli.errors import InputError
 from bushcli.runtime.executor import dask
 from bushcli.study import rows as module
 from bushcli.study.plan import saltelli
-from bushcli.study.rows import JOURNAL, Rows, columns_of
+from bushcli.study.rows import DEFINITION, JOURNAL, Rows, columns_of
 
 COLUMNS = columns_of({"a": True, "word": False}, ["k"], ["axial.force"])
 
@@ -81,11 +82,103 @@ def test_killed_between_a_block_and_the_shorter_journal(tmp_path):
     assert read(rows(tmp_path, resume=True)) == [0, 1, 2, 3]
 
 
-def test_a_damaged_block_is_solved_again(tmp_path):
+def cut(content):
+    return content[:-7]
+
+
+def flip(content):
+    """One bit of the curves, far from the footer."""
+    at = content.index(b"\x28\xb5\x2f\xfd") + 12
+    return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+
+
+@pytest.mark.parametrize("damage", [cut, flip, lambda content: b"", lambda content: b"PAR1"])
+def test_a_damaged_block_is_solved_again_and_counted(tmp_path, damage):
     rows(tmp_path).add([row(number) for number in range(8)])
     part = tmp_path / "part-000000.parquet"
-    part.write_bytes(part.read_bytes()[:-7])
-    assert rows(tmp_path, resume=True).done == {4, 5, 6, 7}
+    part.write_bytes(damage(part.read_bytes()))
+    again = rows(tmp_path, resume=True)
+    assert (again.done, again.damaged) == ({4, 5, 6, 7}, 4)
+    again.add([row(number) for number in range(10)])
+    assert read(again) == list(range(10))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"no json",
+        b"[1]",
+        b"7",
+        b'{"design": 2}',
+        json.dumps(row(2) | {"design": 99}).encode(),
+        json.dumps(row(2) | {"design": True}).encode(),
+        json.dumps(row(2) | {"k": "word"}).encode(),
+        json.dumps(row(2) | {"conditions": None}).encode(),
+        b"[" * 100_000,
+        b"\xff\x00",
+    ],
+    ids=lambda line: line[:20],
+)
+def test_damaged_lines_of_the_journal_are_solved_again_and_counted(tmp_path, line):
+    rows(tmp_path).add([row(0), row(1)])
+    journal = tmp_path / JOURNAL
+    journal.write_bytes(line + b"\n" + journal.read_bytes() + b'{"design": 3, "cut sh')
+    again = rows(tmp_path, resume=True)
+    assert (again.done, again.damaged) == ({0, 1}, 1)
+    again.add([row(number) for number in range(10)])
+    assert read(again) == list(range(10))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is damaged"),
+        (b'{"keys": ["a"', "is damaged"),
+        (b"7", "is damaged"),
+        (b"\xff", "is damaged"),
+        (None, "is missing"),
+    ],
+)
+def test_a_damaged_definition_is_said_to_be_damaged(tmp_path, content, said):
+    rows(tmp_path).add([row(0)])
+    file = tmp_path / DEFINITION
+    file.unlink() if content is None else file.write_bytes(content)
+    with pytest.raises(InputError, match=rf"study\.json: {said}"):
+        rows(tmp_path, resume=True)
+    assert rows(tmp_path).done == set()
+
+
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("name", ["", DEFINITION, JOURNAL, "part-000000.parquet", "journal.part"])
+def test_symbolic_links_are_not_followed(tmp_path, name, resume):
+    """Another folder with files of these names must stay as it is."""
+    other, folder = tmp_path / "other", tmp_path / "rows"
+    rows(other).add([row(number) for number in range(6)])
+    before = {file: file.read_bytes() for file in other.iterdir()}
+    (folder / name).parent.mkdir(exist_ok=True)
+    (folder / name).symlink_to(other / name)
+    with pytest.raises(InputError, match="is a symbolic link, which is not followed"):
+        rows(folder, resume=resume)
+    assert {file: file.read_bytes() for file in other.iterdir()} == before
+
+
+@pytest.mark.parametrize("name", [DEFINITION, JOURNAL, "part-000000.parquet"])
+def test_a_pipe_in_the_folder_is_not_read(tmp_path, name):
+    rows(tmp_path).add([row(number) for number in range(6)])
+    (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / name)
+    if name == DEFINITION:
+        with pytest.raises(InputError, match=r"is damaged \(is a device or a pipe"):
+            rows(tmp_path, resume=True)
+    else:
+        assert rows(tmp_path, resume=True).damaged > 0
+
+
+def test_files_of_others_in_the_folder_stay(tmp_path):
+    (tmp_path / "part-list.txt").write_text("mine")
+    rows(tmp_path).add([row(0)])
+    assert rows(tmp_path).done == set()
+    assert (tmp_path / "part-list.txt").read_text() == "mine"
 
 
 def test_without_resume_the_folder_is_emptied(tmp_path):

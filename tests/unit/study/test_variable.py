@@ -1,10 +1,13 @@
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from bushcli.case.toleranced import Toleranced, nominal, toleranced
 from bushcli.errors import InputError
-from bushcli.study.plan import from_list, plan
+from bushcli.study.plan import LARGEST_LIST, from_list, plan
 from bushcli.study.variable import variable
 
 U = np.linspace(0.001, 0.999, 999)
@@ -126,9 +129,34 @@ def test_designs_from_a_table(tmp_path):
     assert found.rows == [(40, "yeoh"), (42.5, "neo_hookean")]
 
 
-@pytest.mark.parametrize("text", ["", "a,b\n", "a,b\n1\n", "a,a\n1,2\n", "a,b\n1,\n"])
-def test_a_table_that_is_none_is_refused(tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", r"designs\.csv: has no designs"),
+        ("a,b\n", r"designs\.csv: has no designs"),
+        ("a,b\n\n1\n", r"designs\.csv:3: has 1 values for 2 keys"),
+        ("\na,a\n1,2\n", r"designs\.csv:2: names a column twice"),
+        ("a,b\n1,2\n\n1,\n", r"designs\.csv:4: has no value for b"),
+        ("a,b\n1,2\n1,x\n", r"designs\.csv:3: b = x is a word, but the first value, 2, is a number"),
+        ("a,b\n1,x\n1,2\n", r"designs\.csv:3: b = 2 is a number, but the first value, x, is a word"),
+        ("a,b\n1,2\n1,inf\n", r"designs\.csv:3: b = inf is not finite"),
+        ("a\n\udcff", r"designs\.csv: cannot be read"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(tmp_path, text, said):
     file = tmp_path / "designs.csv"
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"designs\.csv"):
+    file.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(InputError, match=said):
+        from_list(file)
+
+
+@pytest.mark.parametrize("kind", ["device", "pipe", "large"])
+def test_a_list_that_does_not_end_is_not_read(tmp_path, kind):
+    file = Path("/dev/zero") if kind == "device" else tmp_path / "designs.csv"
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "large":
+        with file.open("wb") as opened:
+            opened.truncate(LARGEST_LIST + 1)
+    with pytest.raises(InputError, match=r"(is a device or a pipe|has more than 16 MB).* at most 16 MB"):
         from_list(file)
