@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
+from bushcli.report.diagnosis import diagnosis_text
 from bushcli.report.diagnosis_document import diagnosis_json
 from bushcli.selection.queue import LEFT
 from bushcli.simulate.simulation import Simulation
@@ -122,7 +125,29 @@ def test_nothing_is_found_where_nothing_is_concealed(tmp_path: Path) -> None:
     assert not found.effects
     assert found.probability["nothing"] > 0.9
     assert not found.missing
+    # The law alone is printed with the numbers of `bushcli inverse`, not with those of a fit under another weighting.
+    assert found.material.parameters == found.plain.parameters
+    assert {name: one.value for name, one in found.parameters.items()} == pytest.approx(
+        found.plain.parameters
+    )
     adds_up(found)
+
+
+def test_a_force_of_the_other_sign_is_not_blamed_on_the_rubber(tmp_path: Path) -> None:
+    told: list[tuple[str, ...]] = []
+    reversed_force = case(tmp_path, {}, change=lambda time, q, force: -force)
+    found = diagnose(reversed_force, progress=lambda *parts: told.append(parts))
+    assert found.verdict == "faulty_data"
+    # The fault is reported before anything is fitted.
+    assert told[0][:2] == ("data", "axial")
+    assert not found.probability
+    assert not found.location.mismatch
+    stream = StringIO()
+    Console(width=200, file=stream).print(diagnosis_text(found))
+    text = " ".join(stream.getvalue().split())
+    assert "reverse the sign of the force" in text
+    assert "too stiff" not in text
+    assert "law:" not in text
 
 
 def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:

@@ -1,0 +1,55 @@
+"""Doubts about a diagnosis that follow from its recordings alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis.answer import _long_memory
+from bushcli.likelihood.features import features
+from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
+from bushcli.recording import Recording
+
+TIME = np.linspace(0.0, 200.0, 401)
+Q = 5.0 * np.interp(TIME % 40.0, [0.0, 10.0, 30.0, 40.0], [0.0, 1.0, -1.0, 0.0])
+LAW = 100.0 * Q + 2.0 * Q**3
+
+
+def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
+    """The best model and the common data of a diagnosis of one recording with noise of 3 N."""
+    noise = 3.0 * np.random.default_rng(4).normal(size=len(Q))
+    recording = Recording("axial", Q, LAW + misfit + noise, TIME, name="axial")
+    used, own = np.ones(len(Q), dtype=bool), taken or noise_model(recording)
+    compared = Compared(recording, LAW, own)
+    problem = SimpleNamespace(
+        used=(used,),
+        compared=lambda simulated: (compared,),
+        likelihood=SimpleNamespace(features=(features(recording, own, used, 0.005),)),
+    )
+    best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(simulated=(LAW,))))
+    return best, problem
+
+
+def test_noise_as_short_windows_show_it_is_not_doubted():
+    assert _long_memory(*asked(0.0)) == []
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_noise_that_only_the_misfit_suggests_is_doubted_and_described(timed):
+    """The zero goes up and down by 20 N in 130 s; noise of 12 N that lasts for 15 samples would explain it as well."""
+    best, problem = asked(20.0 * np.sin(TIME / 20.0), NoiseModel(12.0, 0.875, 20.0))
+    if not timed:
+        (compared,) = problem.compared(())
+        compared = replace(compared, recording=replace(compared.recording, time=None))
+        problem.compared = lambda simulated: (compared,)
+    (doubt,) = _long_memory(best, problem)
+    assert doubt.name == "noise_with_memory"
+    assert ("that lasts for 15 samples (7.5 s)" in doubt.message) == timed
+    # 3 N of a range of 1500 N.
+    assert "windows of some 24 samples show 0.2 %" in doubt.message
+    if timed:
+        assert "(the zero of the force " in doubt.message
