@@ -7,7 +7,7 @@ from pathlib import Path
 
 #: Largest size of a file by its suffix, bytes. Measured on one core: a drawing of 20 MB is read in 5 s, a STEP file of
 #: 10 MB with 2500 holes in one solid in 16 s, a mesh of 64 MB (as large as 250,000 tetrahedra with 10 nodes) in 13 s.
-_SOLID, _MESH, _DRAWING = 10_000_000, 64_000_000, 20_000_000
+_SOLID, _MESH, _DRAWING = 20_000_000, 64_000_000, 20_000_000
 _LARGEST = {
     ".step": (_SOLID, "only the rubber, the sleeves and the plates, without the parts around them"),
     ".stp": (_SOLID, "only the rubber, the sleeves and the plates, without the parts around them"),

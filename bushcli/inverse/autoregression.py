@@ -105,7 +105,7 @@ def correlated(correlation: float, rows: Array) -> Array:
     Parameters
     ----------
     correlation : float
-        Between neighbours, 0 to less than 1.
+        Between neighbours, dimensionless, 0 to less than 1.
     rows : (n, p) array
     """
     if correlation == 0.0:

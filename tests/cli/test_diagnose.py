@@ -241,8 +241,11 @@ def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
 
 
 def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: ModuleType) -> None:
-    best: Any = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True)))
-    search: Any = SimpleNamespace(lost=[], ended="nothing left", left=0.0)
+    best: Any = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True, simulated=())))
+    none: Any = SimpleNamespace(
+        used=(), compared=lambda simulated: (), likelihood=SimpleNamespace(features=())
+    )
+    search: Any = SimpleNamespace(lost=[], ended="nothing left", left=0.0, problem=none)
     case = load_case(small)
     channel = diagnoses.channel()
     assert answer.doubts(case, (channel,), best, search) == []
