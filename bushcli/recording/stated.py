@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 from bushcli.recording.header import Heading, heading
@@ -141,10 +142,9 @@ def _heads(part: str) -> list[Heading]:
     plain = _UNITS.sub(" ", part)
     # "in" is a unit at the end, and a preposition before one.
     words = _ABOUT.sub(" ", plain).split()
-    return [
-        heading(plain),
-        heading(" ".join(word.removesuffix("s") if len(word) > 4 else word for word in words)),
-    ]
+    singular = " ".join(word.removesuffix("s") if len(word) > 4 else word for word in words)
+    # "- Force in kN" is an item of a list, not the negative force.
+    return [replace(heading(text), formula=False) for text in (plain, singular)]
 
 
 def stated_system(table: Table) -> tuple[int, str] | None:

@@ -90,7 +90,7 @@ MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwer
 _BESIDE = MEASURED_WORDS | _set(
     "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
     "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
-    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
+    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed uncalibrated scaled zeroed tared signal "
     "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
     "actuator transducer extensometer laser encoder analog digital primary secondary standard upper lower frame bench "
@@ -100,7 +100,7 @@ _BESIDE = MEASURED_WORDS | _set(
 #: Words that a remark in brackets may contain beside others, but does not consist of.
 FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
 #: Words that are remarks in brackets: they tell where and how a value was measured, and nothing about its unit.
-REMARKS = _BESIDE - FILLING - _set("rel eng nom adc scaled uncalibrated")
+REMARKS = _BESIDE - FILLING - _set("rel eng nom scaled uncalibrated")
 #: Words before the number of a channel.
 NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
 #: A factor beside a unit: "x10 N", "1000 N".

@@ -76,6 +76,7 @@ def test_a_text_in_brackets_that_is_no_remark_is_a_unit_of_the_displacement(tmp_
         "Force [a.u.]", "Force [A.U.]", "Force [rel]", "Force [5V]", "Force [5 V]", "Force (0..10V)", "Force [0-5]",
         "Force [0.1]", "Force [1.0]", "Force [2.5]", "Force [stress]", "Force [at]", "Force [of]", "Force (time)",
         "Force 10V", "Force @5V", "Force 2t", "Force 500lb cell", "Force N/A", "Force n/a", "Force [500]", "Force [In]",
+        "Force raw ADC",
     ],
 )  # fmt: skip
 def test_a_text_in_brackets_that_is_no_remark_is_a_unit_of_the_force(tmp_path, name):
@@ -144,7 +145,7 @@ def test_a_system_of_units_says_no_unit_and_is_refused(tmp_path, above, system):
         ("Krafteinheit: kN", ("mm", "kN")), ("Values in kN and mm", ("mm", "kN")), ("Alle Werte in kN", ("mm", "kN")),
         ("Units set to mm, kN", ("mm", "kN")), ("Units set to in, lbf", ("in", "lbf")),
         ("Units: all values in mm and kN", ("mm", "kN")), ("Unit system: SI (mm, kN)", ("mm", "kN")),
-        ("Units: US (in, lbf)", ("in", "lbf")),
+        ("Units: US (in, lbf)", ("in", "lbf")), ("- Force in kN", ("mm", "kN")),
     ],
 )  # fmt: skip
 def test_more_statements_of_units_above_the_table(tmp_path, above, units):
