@@ -25,7 +25,7 @@ _POWERS = re.compile(
 _WORDS = re.compile(r"(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])", re.IGNORECASE)
 #: What names a factor above a table, and what else is called so.
 _CALLED = re.compile(
-    r"(?:\b|(?<=[a-z])(?=[FS]))\w*(?:scale|scaling|gains?|multiplier|factors?|faktor(?:en)?|skalierung|verstärkung"
+    r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multiplier|factors?|faktor(?:en)?|skalierung|verstärkung"
     r"|facteurs?|échelle|multiplied by|divided by)\b|(?<![^\W_])[x×*]\s*10+\b",
     re.IGNORECASE,
 )
@@ -34,6 +34,8 @@ _OTHER = re.compile(
     r"|temperature|sensitivity|formfaktor|verlustfaktor|sicherheitsfaktor)\b",
     re.IGNORECASE,
 )
+#: Characters of a line above a table that are searched.
+_LONGEST = 5000
 #: A number without a unit.
 _BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
 
@@ -53,6 +55,7 @@ def stated_factors(table: Table) -> list[str]:
     """Return a remark about each line above a table that states a factor other than 1."""
     said = []
     for number, text in table.preamble:
+        text = text[:_LONGEST]
         called = _CALLED.search(text)
         if called is None or _OTHER.search(text):
             continue

@@ -42,19 +42,24 @@ _NAME = (
     r"|(?i:(?:us|u\.s\.)[ -]customary|imperial|english|british|metric|metrisch|customary|inch[ -]pound)(?![\w-]))"
 )
 _SYSTEMS = (
+    # "Units" anywhere; "unit" and "system" at the beginning, for "Business unit: US" is none.
     re.compile(
-        rf"(?i:\b(?:(?:units?|einheit(?:en)?|unités?)(?:[ -]?(?:set|system))?|einheitensystem|system(?:[ ]of[ ]units)?)"
-        rf"\W*(?:set to|are|is|in|used)?)[\W_]*({_NAME})"
+        r"(?i:\b(?:units|einheiten|unités)(?:[ -]?(?:set|system))?|^\W*unit(?:[ -]?(?:set|system))?|^\W*einheitensystem"
+        rf"|^\W*system(?:[ ]of[ ]units)?)\W{{0,9}}(?i:(?:set to|are|is|in|used)?)[\W_]{{0,9}}({_NAME})"
     ),
     re.compile(rf"(?<![\w-])({_NAME}[ -](?i:units?|einheiten|unit system))\b"),
-    re.compile(rf"{_IN}({_NAME})"),
+    re.compile(rf"^{_IN}({_NAME})"),
     re.compile(r"\b(imperial|(?:us|u\.s\.)[ -]customary|inch[ -]pound)\b", re.IGNORECASE),
 )
+#: Characters of a line that are searched.
+_LONGEST = 5000
+#: Words after "Values in" that may be units.
+_MOST = 10
 #: Words of a statement that belong to no name of a column.
 _ABOUT = re.compile(r"\b(?:all|alle|toutes?|les|is|are|in|of|channel|kanal)\b\s*\d*|[:=]", re.IGNORECASE)
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
-    r"\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
+    r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
     re.IGNORECASE,
 )
 #: "Force unit: foo", "Unit of force = foo": the label without its colon, and what it says.
@@ -75,7 +80,11 @@ def stated_units(table: Table, wanted: Wanted) -> tuple[tuple[int, Unit], ...]:
 
 
 def _plain(text: str) -> str:
-    """Return a line with "Krafteinheit" in two words, and "displacement" where it states the unit of a length."""
+    """Return a line with "Krafteinheit" in two words, and "displacement" where it states the unit of a length.
+
+    Longer lines are cut: they are no statements, and the search for units in them takes long.
+    """
+    text = text[:_LONGEST]
     text = re.sub(r"(?<=[a-zäöüß])(einheit(?:en)?)(?=\W|$)", r" \1", text)
     return _LENGTH.sub("displacement ", text)
 
@@ -151,7 +160,7 @@ def stated_system(table: Table) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that names a system of units: "Units: Imperial"; or None."""
     for number, text in table.preamble:
         for form in _SYSTEMS:
-            found = form.search(text)
+            found = form.search(text[:_LONGEST])
             if found:
                 return number, found[1]
     return None
@@ -168,7 +177,7 @@ def stated_unknown(table: Table, wanted: Wanted) -> tuple[int, str] | None:
     """
     for number, text in table.preamble:
         plain = _plain(text)
-        if any(form.search(text) for form in _SYSTEMS):
+        if any(form.search(plain) for form in _SYSTEMS):
             continue
         label = _LABEL.match(plain)
         if label:
@@ -178,12 +187,9 @@ def stated_unknown(table: Table, wanted: Wanted) -> tuple[int, str] | None:
                 return number, " ".join(unknown)[:SHOWN]
             continue
         values = _VALUES.match(plain)
-        parts = _parts(plain[values.end() :]) if values else []
-        if (
-            parts
-            and all(find_unit(part, wanted.measured) for part in parts)
-            and not all(map(_is_known, parts))
-        ):
+        parts = _parts(_JOINING.sub(" ", plain[values.end() :])) if values else []
+        named = 0 < len(parts) <= _MOST and all(find_unit(part, wanted.measured) for part in parts)
+        if named and not all(map(_is_known, parts)):
             return number, " ".join(parts)[:SHOWN]  # "Values in V"
         of_quantity = _OF_QUANTITY.fullmatch(plain.strip())
         if of_quantity and _UNITS.search(of_quantity[1]) and _names(of_quantity[1], wanted):

@@ -164,6 +164,7 @@ def test_a_statement_of_three_words_is_no_row_of_units(tmp_path, above):
     [
         ("Force unit: foo", 3), ("Force unit: kg", 3), ("Unit of force = raw", 3), ("Units: foo", 1),
         ("Units: none", 1), ("Units: mm, foo", 1), ("Length unit: smoot", 2), ("Values in V", 1),
+        ("Values in V and A", 1),
         ("Kraft Einheit: Skalenteile", 3),
     ],
 )  # fmt: skip
@@ -176,7 +177,7 @@ def test_an_unknown_unit_above_the_table_is_refused(tmp_path, above, column):
 @pytest.mark.parametrize(
     "above",
     [
-        "Unit under test: US-5", "Unit: 3", "Control unit: FT60", "Business unit: NVH", "Gauge length unit: in",
+        "Unit under test: US-5", "Unit: 3", "Control unit: FT60", "Business unit: US", "Gauge length unit: in",
         "Number of units: 5", "Data in file 3", "Values in Berlin", "English text", "Test unit: MTS 810",
     ],
 )  # fmt: skip
