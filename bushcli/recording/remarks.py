@@ -46,13 +46,14 @@ def is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
         return False  # Stunden: hours
     if any(word.isdigit() for word in words) and any(tabulated_unit(word) is not None for word in words):
         return False  # "001 in"
+    letter = words[0] if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha() else ""
+    if has_unit and not letter:
+        return all(known_word(word) for word in words)
     name = plain_name(rest)
     kinds = {kind for kind in WORDS if name_quality(name, kind)}
-    if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha():
+    if letter:
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
-        return words[0] in "xyz" or any(words[0] in WORDS[kind] for kind in kinds)
-    if has_unit:
-        return all(known_word(word) for word in words)
+        return letter in "xyz" or any(letter in WORDS[kind] for kind in kinds)
     if "stress" in kinds and _QUOTIENT.fullmatch(inside):
         return True
     if len(words) == 1 and words[0].isdigit():
