@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
 from bushcli.recording.doubts import refuse_compression, refuse_date, refuse_other_strain
+from bushcli.recording.factors import FACTOR
 from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND, headless, hint
 from bushcli.recording.match import (
@@ -22,7 +23,7 @@ from bushcli.recording.match import (
     written_units,
 )
 from bushcli.recording.source import UNITS, Quantity, Source
-from bushcli.recording.stated import stated_system, stated_units
+from bushcli.recording.stated import stated_system, stated_units, stated_unknown
 from bushcli.recording.table import Table
 from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
 from cases.mode import Mode
@@ -238,18 +239,8 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
             for word in head.doubtful
             if (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
-    if not units and (stated := stated_units(table, wanted)):
-        several = " and ".join(dict.fromkeys(f"{unit.name} (line {line})" for line, unit in stated))
-        if len({unit.factor for _, unit in stated}) > 1:
-            what = f"{table.label(index)} has no unit, and the lines above the table state {several}"
-            raise _refused(table, quantity, index, what)
-        line, unit = stated[0]
-        return _Known(unit, (f"{table.label(index)} is read in {unit.name}, which line {line} states",))
-    if not units and (system := stated_system(table)) and measured not in ("time", "angle", "strain"):
-        what = (
-            f"{table.label(index)} has no unit, and line {system[0]} states the system of units: {system[1]}"
-        )
-        raise _refused(table, quantity, index, what)
+    if not units and (above := _unit_above(table, wanted, index)):
+        return above
     if not units:
         plain = without(head, wanted.allowed)
         is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
@@ -260,6 +251,33 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)
     return _Known(units[0])
+
+
+def _unit_above(table: Table, wanted: Wanted, index: int) -> _Known | None:
+    """Return the unit that the lines above the table state for a column without one; None if they state none.
+
+    Raises
+    ------
+    RecordingError
+        They state several units, a system of units only, or something that is not understood.
+    """
+    stated = stated_units(table, wanted)
+    several = " and ".join(dict.fromkeys(f"{unit.name} (line {line})" for line, unit in stated))
+    if len({unit.factor for _, unit in stated}) > 1:
+        what = f"{table.label(index)} has no unit, and the lines above the table state {several}"
+        raise _refused(table, wanted.quantity, index, what)
+    if stated:
+        line, unit = stated[0]
+        return _Known(unit, (f"{table.label(index)} is read in {unit.name}, which line {line} states",))
+    system = stated_system(table) if wanted.measured not in ("time", "angle", "strain") else None
+    if system:
+        said = f"line {system[0]} states the system of units: {system[1]}"
+        raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")
+    unknown = stated_unknown(table, wanted)
+    if unknown:
+        said = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
+        raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")
+    return None
 
 
 def _says_stretch(head: Heading, wanted: Wanted, text: str) -> bool:
@@ -275,13 +293,20 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
     measured, quantity = wanted.measured, wanted.quantity
     unit = find_unit(text, measured)
     if unit is None:
-        shown = "says that it has no unit" if plain_unit(text) in NO_UNIT else f'"{text}" is not a known unit'
-        number, _, rest = text.partition(" ")
-        if number[:1].isdigit() and find_unit(rest, measured) is not None:
-            shown = f'"{text}" may be the range of the sensor, or a factor and the unit'
-        raise _refused(table, quantity, index, f"{table.label(index)}: {shown}", slip(text, measured))
+        shown = f': "{text}" is not a known unit'
+        number = re.match(r"\d+(?:[.,]\d+)?k?\s*(?=\D)", text)
+        if plain_unit(text) in NO_UNIT:
+            shown = " says that it has no unit"
+        elif text.startswith(FACTOR):
+            shown = f': the factor "{text.removeprefix(FACTOR).strip()}" is not applied'
+        elif number and find_unit(text[number.end() :], measured) is not None:
+            shown = f': "{text}" may be the range of the sensor, or a factor and the unit'
+        raise _refused(table, quantity, index, f"{table.label(index)}{shown}", slip(text, measured))
     if unit.measured != measured:
-        what = f"{table.label(index)} is in {unit.name}, but mode {wanted.mode.name} needs a {KIND[measured]}"
+        # As written: "Force [KG]" is in KG.
+        bare = plain_unit(text)
+        name = bare if bare.lower() == unit.name.lower() else unit.name
+        what = f"{table.label(index)} is in {name}, but mode {wanted.mode.name} needs a {KIND[measured]}"
         raise _refused(table, quantity, index, what)
     return unit
 
@@ -299,7 +324,7 @@ def _doubtful(table: Table, wanted: Wanted, index: int, word: str, at_end: bool)
     unit = None if either else find_unit(word, measured)
     if unit is not None and unit.measured == measured:
         return unit
-    if either or at_end or unit is not None or len(word) <= _LONGEST_UNIT:
+    if either or at_end or unit is not None or len(word) <= _LONGEST_UNIT or word[:1].isdigit():
         raise _refused(
             table, quantity, index, f'{table.label(index)}: it is not clear whether "{word}" is a unit'
         )

@@ -92,7 +92,11 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
 def _are_units_above(fields: list[str]) -> bool:
     """Whether a line above the names is a row of units: it names no quantity, and one of its fields is a unit."""
     fields = [field for field in _without_label(fields) if field]
-    # "Forces in kN" is a statement, not a row of units.
+    # "Forces in kN", "Length unit: in" and "Values in kN" are statements, not rows of units.
+    if any(
+        re.fullmatch(r"(units?|einheit|unité|values?|werte|data|daten)\W*", field.lower()) for field in fields
+    ):
+        return False
     singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in fields]
     return is_units_row(fields) or (
         not named_columns(fields)

@@ -90,11 +90,24 @@ def candidates(table: Table, wanted: Wanted) -> list[int]:
         units = [tabulated_unit(unit) for unit in table.units]
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
     best = [i for i, q in enumerate(rank) if q == max(rank) > 0]
+    # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
+    if len(best) > 1 and any(_is_understood(table, i, wanted) for i in best):
+        best = [i for i in best if _is_understood(table, i, wanted) or not _has_unit(table, i)]
     words = {i: set(heading(table.names[i]).words) & modes().keys() for i in best}
     # Beside "Axial Force", the mode decides which force is meant.
     own = [i for i in best if wanted.mode.name in words[i]]
     neutral = [i for i in best if not words[i]]
     return (own or neutral or best) if len(best) > 1 else best
+
+
+def _is_understood(table: Table, index: int, wanted: Wanted) -> bool:
+    """Whether a column has units, and all of them are known."""
+    written = written_units(table, index, heading(table.names[index]))
+    return bool(written) and all(find_unit(text, wanted.measured) is not None for text in written)
+
+
+def _has_unit(table: Table, index: int) -> bool:
+    return bool(written_units(table, index, heading(table.names[index])))
 
 
 def by_unit(table: Table, wanted: Wanted) -> list[int]:
@@ -184,7 +197,9 @@ def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
         Parts of its name.
     """
     row = table.units[index]
-    return (*head.written, *([row] if plain_unit(row) else []))
+    if not plain_unit(row):
+        return head.written
+    return (*(heading(table.names[index], has_unit=True).written if head.written else ()), row)
 
 
 def _units(table: Table, index: int, wanted: Wanted) -> tuple[tuple[str, float], ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from bushcli.recording.vocabulary import ACROSS, ALL_ENDINGS, ENDINGS, FOREIGN_BEGINNINGS, WEAK, WORDS
 from cases.mode import modes
 
@@ -37,3 +39,8 @@ def name_quality(name: str, kind: str) -> int:
         return 0
     longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
     return 1 if longest in ENDINGS[kind] else 0
+
+
+def plain_name(name: str) -> str:
+    """Return a name in lower case, with single blanks between its words."""
+    return " ".join(re.sub(r"[\W_]+", " ", name.lower()).split())

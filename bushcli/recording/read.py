@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column, untaken_time
+from bushcli.recording.factors import stated_factors
 from bushcli.recording.opened import open_table
 from bushcli.recording.recorded import ReadColumn, RecordedPath, Recording, Repair
 from bushcli.recording.samples import timed, updated
@@ -107,7 +108,7 @@ def _below(source: Source, table: Table, displacement: Array, fewest: int) -> ND
 
 def _remarks(table: Table, found: Mapping[str, Column]) -> list[str]:
     """Return what a user should know about how a table and its columns were read."""
-    said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
+    said = [*table.remarks, *(text for one in found.values() for text in one.remarks), *stated_factors(table)]
     return said if "time" in found else said + untaken_time(table, {one.index for one in found.values()})
 
 

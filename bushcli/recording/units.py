@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bushcli.recording.source import UNITS
@@ -140,7 +140,8 @@ def tabulated_unit(text: str, measured: str = "") -> Unit | None:
         bare = "%"  # "%-ext": percent by extensometer
     found = _EXACT.get(bare)
     # MPA, SEC, KN; force_kn, stress_mpa; Sec. In other mixtures of cases a prefix matters: mPa is not MPa.
-    plain_case = bare.isupper() or bare.islower() or (bare.istitle() and len(bare) > 2)
+    # "In" is the only short unit that rigs write like a title.
+    plain_case = bare.isupper() or bare.islower() or (bare.istitle() and (len(bare) > 2 or bare == "In"))
     if found is None and plain_case and bare not in AMBIGUOUS and not (bare == "nm" and measured == "length"):
         found = _FOLDED.get(bare.lower())
     if found is None:
@@ -167,7 +168,9 @@ def find_unit(text: str, measured: str) -> Unit | None:
     if bare.lower() in AMBIGUOUS:
         return None
     found = _converted(bare, measured)
-    return found or (_converted(bare.lower(), measured) if bare.isupper() else None)
+    if found is None and bare.isupper():
+        found = _converted(bare.lower(), measured)
+    return None if found is None else replace(found, name=bare)
 
 
 def slip(text: str, measured: str) -> str:

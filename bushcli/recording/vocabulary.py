@@ -54,8 +54,20 @@ _FOREIGN = _set(
     "expected simulated simulation model fit fitted residual difference calc calculated computed estimated estimate "
     "theory theoretical preload vorlast friction seal inertia trigger alarm level block direction type units flag "
     "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "
-    "hold feedforward sinus green almansi piola kirchhoff pk2 shear"
+    "hold feedforward sinus green almansi piola kirchhoff pk pk2 shear diff δ predicted prediction pred fem fea sim "
+    "theor computed specified rated extrapolated abaqus ansys magnitude betrag reduced reduzierte mooney mises "
+    "equivalent deviatoric deviator hydrostatic berechnet rechnerisch"
 )
+_NOMINAL = _set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
+_MAGNITUDE = _set("abs absolute absolut absolutwert")
+#: Words that exclude single quantities. A nominal force is none that was measured, unlike a nominal stress; an absolute
+#: force is a magnitude, unlike an absolute position.
+EXCLUDING: Mapping[str, frozenset[str]] = {
+    "time": _set("stress"), "length": _NOMINAL, "angle": _NOMINAL, "force": _NOMINAL | _MAGNITUDE,
+    "moment": _NOMINAL | _MAGNITUDE, "stress": _MAGNITUDE,
+}  # fmt: skip
+#: The words above that, in brackets, are what a column counts: Time [cycles].
+COUNTED = _set("count counts counter number index id cycle cycles zyklus step steps schritt segment units")
 #: The same for a strain: one across the direction of the load.
 ACROSS = _set("transverse lateral quer")
 #: Words for the extremes of a cycle.
@@ -64,12 +76,13 @@ EXTREME_WORDS = _set(
 )
 FOREIGN_BEGINNINGS = (
     "soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel", "vorlast", "vorkraft", "vorspann", "vorgabe",
-    "reib", "klemm", "halte", "regel", "führungs", "querdehn", "zyklus", "perioden",
+    "reib", "klemm", "halte", "regel", "führungs", "querdehn", "zyklus", "perioden", "differenz", "betrags",
+    "vergleichs",
 )  # fmt: skip
 #: The same at the end of a word: ForceRate.
 _FOREIGN_ENDINGS = (
     "rate", "error", "fehler", "setpoint", "command", "demand", "increment", "geschwindigkeit", "sollwert", "vorgabe",
-    "grenze", "abweichung", "differenz", "zahl", "zähler", "schritt",
+    "grenze", "abweichung", "differenz", "zahl", "zähler", "schritt", "betrag",
 )  # fmt: skip
 #: Words for measured values.
 MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
@@ -77,13 +90,17 @@ MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwer
 _BESIDE = MEASURED_WORDS | _set(
     "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
     "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
-    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
+    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed uncalibrated scaled zeroed tared signal "
     "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
     "actuator transducer extensometer laser encoder analog digital primary secondary standard upper lower frame bench "
     "machine piston cylinder beam plate clamp side prüfstand prüfmaschine kolben zylinder taster aufnehmer traverse "
     "messdose kraftmessdose seite oben unten links rechts innen außen pure"
 )
+#: Words that a remark in brackets may contain beside others, but does not consist of.
+FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
+#: Words that are remarks in brackets: they tell where and how a value was measured, and nothing about its unit.
+REMARKS = _BESIDE - FILLING - _set("rel eng nom scaled uncalibrated")
 #: Words before the number of a channel.
 NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
 #: A factor beside a unit: "x10 N", "1000 N".
@@ -100,10 +117,14 @@ def is_foreign(word: str) -> bool:
 
 
 def known_word(word: str) -> bool:
-    """Whether a word belongs to names of columns and is therefore not a unit; digits around it do not count."""
+    """Whether a word belongs to names of columns and is therefore not a unit; digits behind it do not count."""
     if POWER.fullmatch(word):
         return False
-    plain = word.lower().strip("0123456789")
+    plain = word.lower().rstrip("0123456789")
+    if plain[:1].isdigit():
+        # "2Force" is a channel; "10V" is a number and a unit.
+        plain = plain.lstrip("0123456789")
+        return len(plain) > 1 and plain in _ALL_WORDS
     return (
         not plain
         or plain in _ALL_WORDS

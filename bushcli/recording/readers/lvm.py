@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 _MARK, _END = "LabVIEW Measurement", "***End_of_Header***"
 _SPECIAL = ("***Start_Special***", "***End_Special***")
 _KEY = "Separator"
+#: Channels of a file; more are a slip.
+_MOST = 10_000
 #: Forms of the date and of the time of day; seconds have up to 19 digits.
 _DATES = ("%Y/%m/%d", "%Y-%m-%d", "%m/%d/%Y", "%d.%m.%Y")
 
@@ -115,7 +117,10 @@ def _segment(
         Separator, decimal sign and X_Columns.
     """
     separator, decimal, columns = form
-    count = int(_number(head.get("channels", [""])[0], "Channels"))
+    number = _number((head.get("channels") or [""])[0], "Channels")
+    if not number <= _MOST:
+        raise ValueError(f"Channels: {number:g} are too many")
+    count = int(number)
     body = [(n + 1, lines[n].split(separator)) for n in range(start, stop) if lines[n].strip()]
     at = range(1, 2 * count, 2) if columns == "multi" else range(1, count + 1)
     titles = body.pop(0)[1] if body else []

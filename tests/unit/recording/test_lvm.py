@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from bushcli.errors import RecordingError
@@ -89,6 +89,8 @@ def test_segments_without_a_common_clock_are_groups(tmp_path):
     [
         ("X_Columns\tOne", "X_Columns\tSome", "X_Columns = some"),
         ("Channels\t2", "Channels\tmany", "Channels: 'many' is not a number"),
+        ("Channels\t2", "Channels", "Channels: a number is missing"),
+        ("Channels\t2", f"Channels\t{'9' * 400}", "Channels: inf are too many"),
         ("Channels\t2", "Channels\t7", "there are no names and values of 7 channels"),
         (f"{FORCE[7] / 1000:.12f}", "bad", r"line \d+: 'bad' is not a number"),
         (END, "", "End_of_Header"),
@@ -106,6 +108,7 @@ def test_what_does_not_fit_is_refused(tmp_path, old, new, message):
     what=st.sampled_from(["", "\t", "\n", "x", "9" * 400, END]),
     cut=st.integers(0, 8000),
 )
+@example(at=205, what="\n", cut=0)  # the line "Channels" without a number
 def test_a_damaged_file_is_read_or_refused(tmp_path, at, what, cut):
     text = lvm(segments=2)
     text = (text[:at] + what + text[at + 1 :])[: max(len(text) - cut, 1)]

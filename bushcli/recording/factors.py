@@ -1,0 +1,72 @@
+"""Factors beside a column, "Force x 10", and above a table, "Scale factor;1;10;100": they are not applied."""
+
+from __future__ import annotations
+
+import re
+
+from bushcli.recording.table import SHOWN, Table
+
+#: Before a factor among the units of a column.
+FACTOR = "factor"
+_N = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
+#: A factor in a name, with its number in a group: "Force/10", "2*Force", "2x Force", "Travel x 0.1", "Gain 5". An upper
+#: X before a number may be an axis; "Force 2 x" may be the axis x of the second sensor.
+_TIMES = re.compile(
+    rf"(?:[×*÷·/]|(?<![^\W_])x)\s*(?P<behind>[-+−]?{_N})"
+    rf"|(?<![\w.,])(?P<before>[-−]?{_N})(?:\s*[×*]|x(?![^\W_]))|^\W*(?P<first>{_N})\s+x(?=[\s_])"
+    rf"|(?<![^\W_])(?:scale|scaling|gain|factor|faktor|multiplier)\W*(?P<called>{_N})",
+)
+#: A power of ten or another number that cannot be that of a channel: "10^3", "e-3", "1e3", "E3", "0.5 Force".
+_POWERS = re.compile(
+    r"(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\d.])10[⁻⁺]?[¹²³⁴-⁹]+|X\s*10+(?![\d.])"
+    r"|(?<![^\W_])(?:\d+(?:[.,]\d+)?)?(?:[eE][-+−]\d+|e\d+)(?![^\W_])|(?<![^\W_])(?:\d[\d.,]*E\d+|E[3-9])(?![^\W_])"
+    r"|^\W*\d+[.,]\d+(?=\s)|(?<![\w.,])0[.,]\d+\W*$"
+)
+_WORDS = re.compile(r"(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])", re.IGNORECASE)
+#: What names a factor above a table, and what else is called so.
+_CALLED = re.compile(
+    r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multiplier|factors?|faktor(?:en)?|skalierung|verstärkung"
+    r"|facteurs?|échelle|multiplied by|divided by)\b|(?<![^\W_])[x×*]\s*10+\b",
+    re.IGNORECASE,
+)
+_OTHER = re.compile(
+    r"\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
+    r"|temperature|sensitivity|formfaktor|verlustfaktor|sicherheitsfaktor)\b",
+    re.IGNORECASE,
+)
+#: Characters of a line above a table that are searched.
+_LONGEST = 5000
+#: A number without a unit.
+_BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
+
+
+def factor_in(name: str) -> str:
+    """Return the factor that the name of a column contains, as written, or an empty text; a factor of 1 is none."""
+    for found in (_POWERS.search(name), _WORDS.search(name)):
+        if found:
+            return found[0].strip()
+    for found in _TIMES.finditer(name):
+        if _number(next(text for text in found.groups() if text is not None)) != 1.0:
+            return found[0].strip()
+    return ""
+
+
+def stated_factors(table: Table) -> list[str]:
+    """Return a remark about each line above a table that states a factor other than 1."""
+    said = []
+    for number, text in table.preamble:
+        text = text[:_LONGEST]
+        called = _CALLED.search(text)
+        if called is None or _OTHER.search(text):
+            continue
+        values = [_number(one) for one in _BARE.findall(text[called.start() :].lstrip("xX× "))]
+        if any(value != 1.0 for value in values):
+            said.append(
+                f'line {number} states a factor ("{text.strip()[:SHOWN]}"), which was not applied: if the numbers '
+                "of the table still have to be multiplied by it, change them in the file"
+            )
+    return said
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", ".").replace("−", "-"))
