@@ -79,8 +79,8 @@ def _opening(found: Diagnosis) -> str:
             )
         case "unexplained" if found.unsearched:
             return (
-                f"{origin}, leaves a misfit larger than the noise. The search for its cause ended before it could "
-                f"tell which effects are probable: none of them is ruled out.{_so_far(found)}"
+                f"{origin}, may lack something. The search ended before it could tell which effects are probable: "
+                f"none of them is ruled out.{_so_far(found)}"
             )
         case "unexplained":
             sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
