@@ -1,10 +1,11 @@
-"""Whether all bodies of a part are held, and rubber joins the two bonds."""
+"""Whether all bodies of a part are held, rubber joins the two bonds, and the bonds are apart."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.session import model
@@ -69,6 +70,72 @@ def refuse_loose(
             "rubber from one bond to the other, and plates that share edges or faces with it",
             view,
         )
+
+
+def refuse_touching(
+    bonds: Mapping[str, Sequence[int]],
+    dimension: int,
+    where: str,
+    scale: float = 1.0,
+    view: View | None = None,
+) -> None:
+    """Refuse bonds that share a point.
+
+    Parameters
+    ----------
+    bonds
+        "inner" and "outer" -> their curves or faces.
+    dimension
+        2 for a section, 3 for a solid part.
+    where
+        File or key of the case, for messages.
+    scale
+        mm per unit of the session.
+    view
+        Contents of a picture.
+
+    Raises
+    ------
+    GeometryError
+    """
+    inner, outer = (
+        {
+            (dim, int(tag))
+            for side in bonds[name]
+            for recursive in (False, True)
+            for dim, tag in model().getBoundary([(dimension - 1, side)], False, False, recursive)
+        }
+        for name in BONDS
+    )
+    common = sorted(inner & outer, reverse=True)
+    if common:
+        # A common curve comes before its ends.
+        dim, tag = common[0]
+        low, high = model().getParametrizationBounds(dim, tag)
+        at = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+        raise touching(scale * np.array(model().getValue(dim, tag, at))[:dimension], where, view)
+
+
+def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
+    """Return the error of bonds that share a point.
+
+    Parameters
+    ----------
+    place : Array
+        The point, mm, shape (d,).
+    where : str
+        File or key of the case.
+    view : View | None
+        Contents of a picture.
+    """
+    shown = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in place)
+    return GeometryError(
+        where,
+        f"the inner and the outer bond touch each other at ({shown}): rubber that is moved and held at one point "
+        "has no finite stiffness",
+        "bonds with a free surface between them; a name or a rule may give a bond an edge or a face too many",
+        view,
+    )
 
 
 def _groups(tags: Sequence[int], dimension: int) -> list[set[int]]:

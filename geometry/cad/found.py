@@ -23,7 +23,7 @@ from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
-from geometry.joined import BONDS, refuse_loose
+from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.symmetry import balanced, moments, same_points
 from geometry.view import View
@@ -136,6 +136,7 @@ def find_part(wanted: Wanted) -> FoundPart:
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
         refuse_loose(bodies, groups, 3, where, part.scale, view)
+        refuse_touching(groups, 3, where, part.scale, view)
         return _described(wanted, part, roles, meshed, faces, axis, how, bonds, view)
 
 

@@ -21,6 +21,7 @@ from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
+from geometry.joined import touching
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
 from geometry.view import View
@@ -104,6 +105,9 @@ def read_mesh(
     outer = _outer_facets(every, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
     _refuse_loose(points, every, facets, str(path))
+    common = np.intersect1d(facets["inner"], facets["outer"])
+    if len(common):
+        raise touching(points[common[0]], str(path), _view(points, facets))
     line = _axis(points, facets["inner"], axis, str(path))
     _refuse_segment(points, facets, line, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)

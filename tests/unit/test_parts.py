@@ -118,6 +118,10 @@ def test_units_rules_and_axis_of_the_case(folder):
         ),
         ({"bonds": {"inner": {"radius": 10.0}, "outer": {"radius": 10.0}}}, "have 1 face in common"),
         (
+            {"bonds": {"inner": {"radius": 10.0}, "outer": [{"radius": 22.0}, {"normal": [0, 0, -1]}]}},
+            r"the inner and the outer bond touch each other at \(-10, 0, -20\)",
+        ),
+        (
             {"bonds": {"inner": {"radius": 22.0}, "outer": {"radius": 10.0}}},
             "inner bond is farther from the axis",
         ),
@@ -186,6 +190,13 @@ def test_bodies_of_a_mesh_share_nodes(rings, said, folder):
     assert error.value.view is not None
 
 
+def test_bonds_of_a_mesh_share_no_nodes(folder):
+    file = _written(folder / "touching.msh", 1, ends="inner")
+    with pytest.raises(GeometryError, match=r"bond touch each other at \(22, 0, -20\)") as error:
+        CAD(file=str(file)).found  # noqa: B018
+    assert error.value.view is not None
+
+
 def test_measures_of_a_mesh_have_its_curved_sides(folder):
     """Flat sides of 16 elements around leave 2.6 % of a circle's area, second-order ones almost nothing."""
     flat, curved = (
@@ -203,7 +214,7 @@ def test_a_quarter_of_a_mesh_is_refused(folder):
         CAD(file=str(file)).found  # noqa: B018
 
 
-def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),), share=1.0):
+def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),), share=1.0, ends=None):
     import gmsh
 
     from tests.parts import quarter, ring
@@ -217,12 +228,18 @@ def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22)
         gmsh.model.occ.synchronize()
         # The faces at 10 and 22 mm have these areas.
         areas = {name: share * 2 * np.pi * r * 40 for name, r in zip(names, (10, 22), strict=True)}
+        groups = {name: [] for name in areas}
         for _, face in gmsh.model.getEntities(2):
+            if ends is not None and gmsh.model.getType(2, face) == "Plane":
+                groups[ends].append(face)
             for name, area in areas.items():
                 if gmsh.model.getType(2, face) == "Cylinder" and gmsh.model.occ.getMass(
                     2, face
                 ) == pytest.approx(area):
-                    gmsh.model.addPhysicalGroup(2, [face], name=name)
+                    groups[name].append(face)
+        for name, faces in groups.items():
+            if faces:
+                gmsh.model.addPhysicalGroup(2, faces, name=name)
         gmsh.model.addPhysicalGroup(3, bodies, name="rubber")
         gmsh.option.setNumber("Mesh.MeshSizeMax", 6.0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 16)
