@@ -192,7 +192,7 @@ def test_bodies_of_a_mesh_share_nodes(rings, said, folder):
 
 def test_bonds_of_a_mesh_share_no_nodes(folder):
     file = _written(folder / "touching.msh", 1, ends="inner")
-    with pytest.raises(GeometryError, match=r"bond touch each other at \(22, 0, -20\)") as error:
+    with pytest.raises(GeometryError, match=r"bond touch each other at \(22, 0, -?20\)") as error:
         CAD(file=str(file)).found  # noqa: B018
     assert error.value.view is not None
 
