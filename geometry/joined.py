@@ -19,7 +19,6 @@ def refuse_loose(
     bonds: Mapping[str, Sequence[int]],
     dimension: int,
     where: str,
-    scale: float = 1.0,
     view: View | None = None,
 ) -> None:
     """Refuse a body that is held by no bond, and bonds that no chain of bodies joins.
@@ -34,8 +33,6 @@ def refuse_loose(
         2 for a section, 3 for a solid part.
     where
         File or key of the case, for messages.
-    scale
-        mm per unit of the session.
     view
         Contents of a picture.
 
@@ -55,7 +52,7 @@ def refuse_loose(
             raise GeometryError(
                 where,
                 f"a body of {names} is held by no bond: it touches neither bonded rubber nor metal that is held"
-                f"{_gap(group, others, dimension, scale)}",
+                f"{_gap(group, others, dimension)}",
                 "bodies that share an edge or a face with what holds them",
                 view,
             )
@@ -66,7 +63,7 @@ def refuse_loose(
         )
         raise GeometryError(
             where,
-            f"nothing joins the inner bond to the outer one{_gap(inner, outer, dimension, scale)}",
+            f"nothing joins the inner bond to the outer one{_gap(inner, outer, dimension)}",
             "rubber from one bond to the other, and plates that share edges or faces with it",
             view,
         )
@@ -76,7 +73,6 @@ def refuse_touching(
     bonds: Mapping[str, Sequence[int]],
     dimension: int,
     where: str,
-    scale: float = 1.0,
     view: View | None = None,
 ) -> None:
     """Refuse bonds that share a point.
@@ -89,8 +85,6 @@ def refuse_touching(
         2 for a section, 3 for a solid part.
     where
         File or key of the case, for messages.
-    scale
-        mm per unit of the session.
     view
         Contents of a picture.
 
@@ -113,7 +107,7 @@ def refuse_touching(
         dim, tag = common[0]
         low, high = model().getParametrizationBounds(dim, tag)
         at = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
-        raise touching(scale * np.array(model().getValue(dim, tag, at))[:dimension], where, view)
+        raise touching(np.array(model().getValue(dim, tag, at))[:dimension], where, view)
 
 
 def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
@@ -153,12 +147,12 @@ def _bodies_at(side: int, dimension: int) -> set[int]:
     return {int(tag) for tag in model().getAdjacencies(dimension - 1, side)[0]}
 
 
-def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int, scale: float) -> str:
+def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int) -> str:
     """Words about the narrowest gap between bodies; none where there are no others."""
     found = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
     if not found:
         return ""
     distance, *place = min(found, key=lambda one: one[0])
-    middle = scale * 0.5 * (np.array(place[:3]) + np.array(place[3:]))
+    middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
     shown = ", ".join(f"{round(x, 3) + 0.0:g}" for x in middle[:dimension])
-    return f"; the narrowest gap is {scale * distance:.3g} mm, at ({shown})"
+    return f"; the narrowest gap is {distance:.3g} mm, at ({shown})"

@@ -211,6 +211,11 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
         lambda text: text.replace(".MILLI.,.METRE.", "$,.METRE."),
         None,
     ),
+    "voids_in_metres": (
+        lambda: _without(ring(), _kidney(0.0), _kidney(math.pi)) and None,
+        lambda text: text.replace(".MILLI.,.METRE.", "$,.METRE."),
+        "which is impossible for a bushing",
+    ),
     "wrong_unit": (lambda: ring(0.010, 0.022, 0.040) and None, None, "which is impossible for a bushing"),
     "tilted": (
         lambda: ring(at=(5.0, -3.0, 8.0), direction=(0.6, 0.0, 0.8)) and None,

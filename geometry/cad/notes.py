@@ -48,7 +48,7 @@ def notes_of(
     notes = []
     for tag, role in roles.items():
         state = "" if role == RUBBER else ", elastic" if tag in meshed else ", rigid"
-        volume = part.scale**3 * float(model().occ.getMass(3, tag))
+        volume = float(model().occ.getMass(3, tag))
         notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
     notes.append(
         f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
