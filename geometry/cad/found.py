@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -14,9 +14,9 @@ from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
 from geometry.cad.bonds import FREE, Bonds, find_bonds, selectable
 from geometry.cad.frame import Frame, frame_of
-from geometry.cad.notes import notes_of
+from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, Unit, open_part
-from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
+from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, sample
 from geometry.cad.thickness import local_thickness
@@ -47,6 +47,7 @@ class Wanted(NamedTuple):
     outer: tuple[Rule, ...] = ()
     solids: tuple[tuple[str, str], ...] = ()
     elastic: tuple[str, ...] = ()
+    stiff: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def find_part(wanted: Wanted) -> FoundPart:
         meshed = tuple(
             tag
             for tag, role in roles.items()
-            if role not in (INNER, OUTER, "ignore") or role in wanted.elastic
+            if role not in (INNER, OUTER, IGNORED) or role in wanted.elastic
         )
         faces = [sample(face, part.size) for face in _outside(meshed)]
         axis, how = _axis(wanted, part, faces)
@@ -130,7 +131,7 @@ def find_part(wanted: Wanted) -> FoundPart:
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
         _require(bonds, roles, part, where, selectable(faces, axis, part))
         # Errors below show the same picture as the result: triangles are made once.
-        view = view_of(bonds.labels)
+        view = view_of(*shown(roles, meshed, bonds.labels))
         _refuse_segment(bonds, faces, axis, where, view)
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
@@ -234,8 +235,14 @@ def _described(
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
+    states = {r: "rigid" if t not in meshed or r in wanted.stiff else "elastic" for t, r in roles.items()}
     if view is not None:
-        view = View(frame.local(view.triangles), view.label, view.names)
+        view = replace(
+            view,
+            triangles=frame.local(view.triangles),
+            solids=frame.local(view.solids),
+            captions=captions_of(roles, states),
+        )
     return FoundPart(
         roles=roles,
         meshed=meshed,
@@ -249,7 +256,7 @@ def _described(
         curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
         edges=_around([tag for bond in BONDS for tag in groups[bond]]),
         notes=notes_of(
-            part, roles, meshed, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
+            part, roles, states, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
         ),
         view=view,
         wall=_wall(groups, by_tag, frame, axis),

@@ -7,6 +7,7 @@ import pytest
 import ufl
 from dolfinx import fem
 
+from bushcli.report.figures.geometry import geometry_figure
 from geometry.cad.meshing import refuse_flat
 from geometry.dolfinx_api import mesh_order
 from geometry.errors import GeometryError
@@ -89,6 +90,17 @@ def test_what_names_do_not_tell_the_case_says(folder):
     elastic = CAD(file=file, solids=roles, plates={"outer_sleeve": {}})
     assert elastic.found.regions == ("rubber", "outer_sleeve")
     assert elastic.measures()["outer_bond"] == pytest.approx(2 * np.pi * 24 * 40)
+    stiff = CAD(file=file, solids=roles, plates={"outer_sleeve": {"rigid": True}})
+    assert any('outer_sleeve, rigid, 11561 mm3' in note for note in stiff.notes)
+    for shape, state in ((rigid, "rigid"), (elastic, "elastic"), (stiff, "rigid")):
+        figure = geometry_figure(shape.view, "sleeves", shape.measures())
+        legend = {
+            text.get_text(): patch.get_facecolor()
+            for text, patch in zip(figure.legends[0].get_texts(), figure.legends[0].get_patches(), strict=True)
+        }
+        assert {"inner sleeve, rigid, 7370.2 mm³", "rubber, 48255 mm³"} < set(legend)
+        assert f"outer sleeve, {state}, 11561 mm³" in legend
+        assert len(set(legend.values())) == len(legend)
     with pytest.raises(GeometryError, match='there is no solid "7"'):
         CAD(file=file, solids={"7": "rubber"}).found  # noqa: B018
 

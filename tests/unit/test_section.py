@@ -132,7 +132,10 @@ def test_metal_is_given_to_what_is_there():
     plate = SECTION.examples[2]["outline"]
     section = SECTION(outline=plate, plates={"plate": {"youngs_modulus": 70000.0}})
     assert section.elastic_sleeves["plate"].youngs_modulus == 70000.0
-    assert "plate (E = 70000 MPa)" in section.notes[0]
+    assert "plate (metal, E = 70000 MPa)" in section.notes[0]
+    stiff = SECTION(outline=plate, plates={"plate": {"rigid": True}})
+    assert "plate (rigid, computed with E = 1e+07 MPa)" in stiff.notes[0]
+    assert stiff.view.captions["plate"].startswith("plate, rigid, ")
     with pytest.raises(GeometryError, match='there is no plate or sleeve "plat"'):
         SECTION(outline=plate, plates={"plat": {"rigid": True}}).notes  # noqa: B018
 
