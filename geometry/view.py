@@ -67,5 +67,9 @@ def caption(name: str, state: str, volume: float, plate: bool) -> str:
     plate : bool
         Whether it is a plate.
     """
-    words = [name.replace("_", " ") + " (plate)" * (plate and "plate" not in name), state, f"{volume:.5g} mm³"]
+    words = [
+        name.replace("_", " ") + " (plate)" * (plate and "plate" not in name),
+        state,
+        f"{volume:.5g} mm³",
+    ]
     return ", ".join(word for word in words if word)

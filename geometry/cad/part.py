@@ -39,12 +39,16 @@ class Part:
         Colours of the faces whose colour is not that of their solid.
     size
         Largest extent, mm.
+    lost
+        "names", "colours", or both, of faces that several solids have: faces are other ones after the solids are cut at
+        each other.
     """
 
     solids: dict[int, str]
     face_names: dict[int, str] = field(default_factory=dict)
     colours: dict[int, tuple[int, int, int]] = field(default_factory=dict)
     size: float = 0.0
+    lost: str = ""
 
 
 def open_part(path: Path, unit: Unit | None) -> Part:
@@ -81,7 +85,8 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     size = _size(path)
     if len(solids) > 1:
         solids_now = _fragmented(solids, named, str(path))
-        return Part(solids_now, size=size)
+        lost = " and ".join(word for word, there in (("names", names), ("colours", colours)) if there)
+        return Part(solids_now, size=size, lost=lost)
     return Part(dict(zip(solids, named, strict=True)), names, colours, size)
 
 

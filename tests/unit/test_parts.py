@@ -37,6 +37,7 @@ PLANES = {
     "cone": "xy",
     "eccentric": "yz",
     "coloured": "xy",
+    "three_colours": "xy",
 }
 
 
@@ -91,12 +92,14 @@ def test_what_names_do_not_tell_the_case_says(folder):
     assert elastic.found.regions == ("rubber", "outer_sleeve")
     assert elastic.measures()["outer_bond"] == pytest.approx(2 * np.pi * 24 * 40)
     stiff = CAD(file=file, solids=roles, plates={"outer_sleeve": {"rigid": True}})
-    assert any('outer_sleeve, rigid, 11561 mm3' in note for note in stiff.notes)
+    assert any("outer_sleeve, rigid, 11561 mm3" in note for note in stiff.notes)
     for shape, state in ((rigid, "rigid"), (elastic, "elastic"), (stiff, "rigid")):
         figure = geometry_figure(shape.view, "sleeves", shape.measures())
         legend = {
             text.get_text(): patch.get_facecolor()
-            for text, patch in zip(figure.legends[0].get_texts(), figure.legends[0].get_patches(), strict=True)
+            for text, patch in zip(
+                figure.legends[0].get_texts(), figure.legends[0].get_patches(), strict=True
+            )
         }
         assert {"inner sleeve, rigid, 7370.2 mm³", "rubber, 48255 mm³"} < set(legend)
         assert f"outer sleeve, {state}, 11561 mm³" in legend
@@ -142,6 +145,13 @@ def test_units_rules_and_axis_of_the_case(folder):
     ):
         with pytest.raises(GeometryError, match=said):
             CAD(file=flanged, **wrong).found  # noqa: B018
+
+
+def test_colours_that_are_not_used_are_named(folder):
+    two, three = (CAD(file=str(make(name, folder))).notes for name in ("coloured", "three_colours"))
+    assert not any("not used" in note for note in two)
+    said = "colours of faces (#0000ff, #00ff00, #ff0000) were not used: there are not two of them"
+    assert any(said in note for note in three)
 
 
 def test_a_part_whose_file_states_a_wrong_unit_is_that_of_a_right_file(folder):
