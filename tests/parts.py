@@ -170,7 +170,8 @@ def _coloured(text: str, rim: bool = False) -> str:
         items += style.format(n=n, rgb=rgb, face=face)
     context = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('',\([^)]*\),#(\d+)\)", text)
     assert context
-    items += f"#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({', '.join(f'#9{n}8' for n in range(len(painted)))}),#{context[1]});\n"
+    styled = ",".join(f"#9{n}8" for n in range(len(painted)))
+    items += f"#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({styled}),#{context[1]});\n"
     items = re.sub(r"#9(\d+)", r"#99\1", items)
     return text.replace("ENDSEC;\nEND-ISO", items + "ENDSEC;\nEND-ISO")
 

@@ -12,13 +12,15 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
-from geometry.cad.bonds import FREE, Bonds, find_bonds, selectable
+from geometry.cad.bonds import FREE, Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
+from geometry.cad.missing import require_bonds
 from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, Unit, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, sample
+from geometry.cad.splines import measured
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
@@ -118,6 +120,8 @@ def find_part(wanted: Wanted) -> FoundPart:
     """
     with session():
         part = open_part(wanted.path, wanted.unit)
+        areas, volumes = measured(part.solids, part.size)
+        part = replace(part, areas=areas, volumes=volumes)
         where = str(wanted.path)
         roles = roles_of(part.solids, dict(wanted.solids), where)
         meshed = tuple(
@@ -125,11 +129,11 @@ def find_part(wanted: Wanted) -> FoundPart:
             for tag, role in roles.items()
             if role not in (INNER, OUTER, IGNORED) or role in wanted.elastic
         )
-        faces = [sample(face, part.size) for face in _outside(meshed)]
+        faces = [sample(face, part.size, part.areas.get(face)) for face in _outside(meshed)]
         axis, how = _axis(wanted, part, faces)
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
-        _require(bonds, roles, part, where, selectable(faces, axis, part))
+        require_bonds(bonds, roles, part, faces, axis, wanted.axis, where)
         # Errors below show the same picture as the result: triangles are made once.
         view = view_of(*shown(roles, meshed, bonds.labels))
         _refuse_segment(bonds, faces, axis, where, view)
@@ -166,7 +170,7 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
     if found is None:
         raise GeometryError(
             where,
-            "no face is a surface of revolution: the axis cannot be found",
+            "no face has an axis of revolution (a sphere has no axis of its own): the axis cannot be found",
             "give geometry.axis and geometry.origin",
             view_of({face.tag: "free" for face in faces}),
         )
@@ -184,24 +188,6 @@ def _refuse_segment(
             for each in zip(*((f.normals, f.points) for f in cuts), strict=True)
         )
         refuse_segment(points, normals, places, axis, where, view)
-
-
-def _require(bonds: Bonds, roles: Mapping[int, str], part: Part, where: str, there: str) -> None:
-    missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
-    if missing:
-        both = " and ".join(f'"{bond}"' for bond in missing)
-        solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
-        taken = (
-            f"; the solids were taken for: {solids} (geometry.solids to change that)"
-            if len(roles) > 1
-            else ""
-        )
-        raise GeometryError(
-            where,
-            f"no face was found for the bond {both}: the rubber would not be held",
-            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
-            view_of(bonds.labels),
-        )
 
 
 def _described(
@@ -231,7 +217,7 @@ def _described(
     frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
     for tag in meshed:
-        volume = float(model().occ.getMass(3, tag))
+        volume = part.volume(tag)
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
@@ -241,7 +227,7 @@ def _described(
             view,
             triangles=frame.local(view.triangles),
             solids=frame.local(view.solids),
-            captions=captions_of(roles, states),
+            captions=captions_of(part, roles, states),
         )
     return FoundPart(
         roles=roles,

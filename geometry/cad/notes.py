@@ -44,11 +44,13 @@ def shown(
     return faces, bodies
 
 
-def captions_of(roles: Mapping[int, str], states: Mapping[str, str]) -> dict[str, str]:
+def captions_of(part: Part, roles: Mapping[int, str], states: Mapping[str, str]) -> dict[str, str]:
     """Return the words of the picture's legend for each role, with the volume of its solids.
 
     Parameters
     ----------
+    part
+        Solids of the file.
     roles
         Role of each solid.
     states
@@ -56,7 +58,7 @@ def captions_of(roles: Mapping[int, str], states: Mapping[str, str]) -> dict[str
     """
     volumes: dict[str, float] = {}
     for tag, role in roles.items():
-        volumes[role] = volumes.get(role, 0.0) + float(model().occ.getMass(3, tag))
+        volumes[role] = volumes.get(role, 0.0) + part.volume(tag)
     return {
         role: caption(role, "" if role == RUBBER else states[role], size, role not in (RUBBER, INNER, OUTER))
         for role, size in volumes.items()
@@ -98,8 +100,7 @@ def notes_of(
     notes = []
     for tag, role in roles.items():
         state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"
-        volume = float(model().occ.getMass(3, tag))
-        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
+        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {part.volume(tag):.5g} mm3')
     notes.append(
         f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
         "the bushing's centre" + (", given" if origin is not None else "")

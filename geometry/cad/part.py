@@ -42,6 +42,8 @@ class Part:
     lost
         "names", "colours", or both, of faces that several solids have: faces are other ones after the solids are cut at
         each other.
+    areas, volumes : dict of int to float
+        Areas of faces (mm^2) and volumes of solids (mm^3) where OpenCASCADE's are inexact.
     """
 
     solids: dict[int, str]
@@ -49,6 +51,12 @@ class Part:
     colours: dict[int, tuple[int, int, int]] = field(default_factory=dict)
     size: float = 0.0
     lost: str = ""
+    areas: dict[int, float] = field(default_factory=dict)
+    volumes: dict[int, float] = field(default_factory=dict)
+
+    def volume(self, solid: int) -> float:
+        """Return the volume of a solid, mm^3."""
+        return self.volumes[solid] if solid in self.volumes else float(model().occ.getMass(3, solid))
 
 
 def open_part(path: Path, unit: Unit | None) -> Part:

@@ -25,7 +25,7 @@ class Sampled:
     area: float
 
 
-def sample(face: int, size: float) -> Sampled:
+def sample(face: int, size: float, area: float | None = None) -> Sampled:
     """Sample a face.
 
     Parameters
@@ -34,6 +34,8 @@ def sample(face: int, size: float) -> Sampled:
         Tag of the face.
     size
         Size of the part, mm.
+    area
+        Area, mm^2; None for OpenCASCADE's.
     """
     low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
     parameters = np.zeros((0, 2))
@@ -55,5 +57,6 @@ def sample(face: int, size: float) -> Sampled:
         behind = model().isInside(3, int(solids[0]), (points[0] - step * normals[0]).tolist())
         if ahead and not behind:
             normals = -normals
-    area = float(model().occ.getMass(2, face))
+    if area is None:
+        area = float(model().occ.getMass(2, face))
     return Sampled(face, str(model().getType(2, face)), points, normals, area)
