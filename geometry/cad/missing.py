@@ -34,7 +34,7 @@ def require_bonds(
     axis
         Axis of the bushing.
     given
-        Direction of the axis in the case; None where it was found.
+        Direction of the axis in the case, shape (3,); None where it was found.
     where
         The file.
 

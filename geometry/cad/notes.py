@@ -118,14 +118,21 @@ def notes_of(
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())
         notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
+    notes += _unused(part, bonds)
+    notes.append(f"a radial load acts along {vector_text(frame.rows[0])}" + (", given" if direction else ""))
+    notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
+    return tuple(notes)
+
+
+def _unused(part: Part, bonds: Bonds) -> list[str]:
+    """Sentences about colours and names of faces that the file has and from which no bond was taken."""
+    found = []
     if bonds.unused:
         why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
-        notes.append(
+        found.append(
             f"colours of faces ({', '.join(bonds.unused)}) were not used: {why}; "
             f'geometry.bonds.inner = {{colour = "{bonds.unused[0]}"}} takes a bond from one'
         )
     if part.lost:
-        notes.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
-    notes.append(f"a radial load acts along {vector_text(frame.rows[0])}" + (", given" if direction else ""))
-    notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
-    return tuple(notes)
+        found.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
+    return found

@@ -105,9 +105,7 @@ def read_mesh(
     outer = _outer_facets(every, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
     _refuse_loose(points, every, facets, str(path))
-    common = np.intersect1d(facets["inner"], facets["outer"])
-    if len(common):
-        raise touching(points[common[0]], str(path), _view(points, facets))
+    _refuse_touching(points, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
     _refuse_segment(points, facets, line, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)
@@ -161,6 +159,12 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
             "bodies that share nodes where they touch",
             _view(points, facets),
         )
+
+
+def _refuse_touching(points: Array, facets: Mapping[str, Ints], where: str) -> None:
+    common = np.intersect1d(facets["inner"], facets["outer"])
+    if len(common):
+        raise touching(points[common[0]], where, _view(points, facets))
 
 
 def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
