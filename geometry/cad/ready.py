@@ -105,7 +105,6 @@ def read_mesh(
     outer = _outer_facets(every, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
     _refuse_loose(points, every, facets, str(path))
-    _refuse_touching(points, facets, str(path))
     line = _axis(points, facets["inner"], axis, str(path))
     _refuse_segment(points, facets, line, str(path))
     centre = line.point if origin is None else np.array(origin, dtype=float)
@@ -135,7 +134,7 @@ def _refuse_segment(points: Array, facets: Mapping[str, Ints], axis: Axis, where
 
 
 def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where: str) -> None:
-    """Refuse bodies that are held by no bond, and bonds that no elements join by common nodes."""
+    """Refuse bodies that are held by no bond, bonds that no elements join by common nodes, and bonds that touch."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -159,9 +158,6 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
             "bodies that share nodes where they touch",
             _view(points, facets),
         )
-
-
-def _refuse_touching(points: Array, facets: Mapping[str, Ints], where: str) -> None:
     common = np.intersect1d(facets["inner"], facets["outer"])
     if len(common):
         raise touching(points[common[0]], where, _view(points, facets))
