@@ -1,10 +1,11 @@
-"""Whether all bodies of a part are held, and rubber joins the two bonds."""
+"""Whether all bodies of a part are held, rubber joins the two bonds, and the bonds are apart."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.session import model
@@ -18,7 +19,6 @@ def refuse_loose(
     bonds: Mapping[str, Sequence[int]],
     dimension: int,
     where: str,
-    scale: float = 1.0,
     view: View | None = None,
 ) -> None:
     """Refuse a body that is held by no bond, and bonds that no chain of bodies joins.
@@ -33,8 +33,6 @@ def refuse_loose(
         2 for a section, 3 for a solid part.
     where
         File or key of the case, for messages.
-    scale
-        mm per unit of the session.
     view
         Contents of a picture.
 
@@ -54,7 +52,7 @@ def refuse_loose(
             raise GeometryError(
                 where,
                 f"a body of {names} is held by no bond: it touches neither bonded rubber nor metal that is held"
-                f"{_gap(group, others, dimension, scale)}",
+                f"{_gap(group, others, dimension)}",
                 "bodies that share an edge or a face with what holds them",
                 view,
             )
@@ -65,10 +63,73 @@ def refuse_loose(
         )
         raise GeometryError(
             where,
-            f"nothing joins the inner bond to the outer one{_gap(inner, outer, dimension, scale)}",
+            f"nothing joins the inner bond to the outer one{_gap(inner, outer, dimension)}",
             "rubber from one bond to the other, and plates that share edges or faces with it",
             view,
         )
+
+
+def refuse_touching(
+    bonds: Mapping[str, Sequence[int]],
+    dimension: int,
+    where: str,
+    view: View | None = None,
+) -> None:
+    """Refuse bonds that share a point.
+
+    Parameters
+    ----------
+    bonds
+        "inner" and "outer" -> their curves or faces.
+    dimension
+        2 for a section, 3 for a solid part.
+    where
+        File or key of the case, for messages.
+    view
+        Contents of a picture.
+
+    Raises
+    ------
+    GeometryError
+    """
+    inner, outer = (
+        {
+            (dim, int(tag))
+            for side in bonds[name]
+            for recursive in (False, True)
+            for dim, tag in model().getBoundary([(dimension - 1, side)], False, False, recursive)
+        }
+        for name in BONDS
+    )
+    common = sorted(inner & outer, reverse=True)
+    if common:
+        # A common curve comes before its ends.
+        dim, tag = common[0]
+        low, high = model().getParametrizationBounds(dim, tag)
+        at = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+        raise touching(np.array(model().getValue(dim, tag, at))[:dimension], where, view)
+
+
+def touching(place: NDArray[np.float64], where: str, view: View | None) -> GeometryError:
+    """Return the error of bonds that share a point.
+
+    Parameters
+    ----------
+    place : Array
+        The point, mm, shape (d,).
+    where : str
+        File or key of the case.
+    view : View | None
+        Contents of a picture.
+    """
+    shown = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in place)
+    return GeometryError(
+        where,
+        f"the inner and the outer bond touch each other at ({shown}): rubber that is moved and held at one point "
+        "has no finite stiffness",
+        "bonds with a free surface between them; a name or a rule may give a bond an edge or a face too many",
+        view,
+    )
 
 
 def _groups(tags: Sequence[int], dimension: int) -> list[set[int]]:
@@ -86,12 +147,12 @@ def _bodies_at(side: int, dimension: int) -> set[int]:
     return {int(tag) for tag in model().getAdjacencies(dimension - 1, side)[0]}
 
 
-def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int, scale: float) -> str:
+def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int) -> str:
     """Words about the narrowest gap between bodies; none where there are no others."""
     found = [model().occ.getDistance(dimension, a, dimension, b) for a in some for b in others]
     if not found:
         return ""
     distance, *place = min(found, key=lambda one: one[0])
-    middle = scale * 0.5 * (np.array(place[:3]) + np.array(place[3:]))
+    middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
     shown = ", ".join(f"{round(x, 3) + 0.0:g}" for x in middle[:dimension])
-    return f"; the narrowest gap is {scale * distance:.3g} mm, at ({shown})"
+    return f"; the narrowest gap is {distance:.3g} mm, at ({shown})"

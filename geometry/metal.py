@@ -46,6 +46,18 @@ class Plate(BaseModel):
         return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
 
 
+def is_rigid(metal: Metal) -> bool:
+    """Whether the case calls a body rigid."""
+    return isinstance(metal, Plate) and metal.rigid
+
+
+def described(metal: Metal) -> str:
+    """Return the words for a body of metal: its modulus, or that it is rigid."""
+    if is_rigid(metal):
+        return f"rigid, computed with E = {metal.youngs_modulus:g} MPa"
+    return f"metal, E = {metal.youngs_modulus:g} MPa"
+
+
 def metals(
     plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
 ) -> dict[str, Metal]:

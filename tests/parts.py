@@ -150,8 +150,8 @@ def _named(*names: str) -> Change:
     return change
 
 
-def _coloured(text: str) -> str:
-    """Colour the bore (radius 10) red and the outside (radius 22) green."""
+def _coloured(text: str, rim: bool = False) -> str:
+    """Colour the bore (radius 10) red, the outside (radius 22) green and, if wanted, the rim (radius 27) blue."""
     style = """#9{n}1 = COLOUR_RGB('',{rgb});
 #9{n}2 = FILL_AREA_STYLE_COLOUR('',#9{n}1);
 #9{n}3 = FILL_AREA_STYLE('',(#9{n}2));
@@ -164,14 +164,14 @@ def _coloured(text: str) -> str:
     faces = dict(re.findall(r"#(\d+) = ADVANCED_FACE\('',\([^)]*\),#(\d+)", text))
     radii = dict(re.findall(r"#(\d+) = CYLINDRICAL_SURFACE\('',#\d+,([\d.]+)\)", text))
     items = ""
-    for n, (radius, rgb) in enumerate((("10.", "1.,0.,0."), ("22.", "0.,1.,0."))):
+    painted = [("10.", "1.,0.,0."), ("22.", "0.,1.,0."), ("27.", "0.,0.,1.")][: 3 if rim else 2]
+    for n, (radius, rgb) in enumerate(painted):
         face = next(face for face, surface in faces.items() if radii.get(surface) == radius)
         items += style.format(n=n, rgb=rgb, face=face)
     context = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('',\([^)]*\),#(\d+)\)", text)
     assert context
-    items += (
-        f"#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#908,#918),#{context[1]});\n"
-    )
+    styled = ",".join(f"#9{n}8" for n in range(len(painted)))
+    items += f"#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({styled}),#{context[1]});\n"
     items = re.sub(r"#9(\d+)", r"#99\1", items)
     return text.replace("ENDSEC;\nEND-ISO", items + "ENDSEC;\nEND-ISO")
 
@@ -211,6 +211,11 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
         lambda text: text.replace(".MILLI.,.METRE.", "$,.METRE."),
         None,
     ),
+    "voids_in_metres": (
+        lambda: _without(ring(), _kidney(0.0), _kidney(math.pi)) and None,
+        lambda text: text.replace(".MILLI.,.METRE.", "$,.METRE."),
+        "which is impossible for a bushing",
+    ),
     "wrong_unit": (lambda: ring(0.010, 0.022, 0.040) and None, None, "which is impossible for a bushing"),
     "tilted": (
         lambda: ring(at=(5.0, -3.0, 8.0), direction=(0.6, 0.0, 0.8)) and None,
@@ -225,6 +230,7 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
     "two_bores": (two_bores, None, 'the bond "inner".*cylinders about other lines of radius 4 mm'),
     "quarter": (lambda: quarter() and None, None, "holds 90 of 360 degrees of a bushing"),
     "coloured": (flanged, _coloured, None),
+    "three_colours": (flanged, lambda text: _coloured(text, rim=True), None),
 }
 
 

@@ -81,7 +81,7 @@ class Slice(Meets):
             middle = gmsh.model.getValue(2, tag, [0.5 * (a + b) for a, b in zip(lower, upper, strict=True)])
             if z1 - z0 < 1e-3:
                 name = "mirror_z"
-            elif y1 < 1e-3:
+            elif y1 < 1e-3 and "y" in self.mirror_planes:
                 name = "mirror_y"
             else:
                 name = self.boundary(middle[0], middle[1])
@@ -218,6 +218,54 @@ class Pillow(Slice):
         if abs(y - self.height) < 1e-3:
             return "mirror_y"
         return "inner" if abs(x + 10) < 1e-3 else "outer" if abs(x - 10) < 1e-3 else "void"
+
+
+class Arches(Slice):
+    """Two arches between plates at x = -6 and 6, curved towards the plane y = 0; or the upper one alone."""
+
+    name: ClassVar[str] = "arches"
+    both: bool = False
+
+    @property
+    @override
+    def mirror_planes(self):
+        return frozenset({"z"} if self.both else {"y", "z"})
+
+    @override
+    def generate(self, dimension, mirrors, refinement):
+        occ = gmsh.model.occ
+        faces = [self._arch(sign) for sign in ((1, -1) if self.both else (1,))]
+        occ.synchronize()
+        for face in faces:
+            for _, line in gmsh.model.getBoundary([(2, face)], oriented=False):
+                low, high = gmsh.model.getParametrizationBounds(1, line)
+                upright = (
+                    abs(gmsh.model.getValue(1, line, low)[0] - gmsh.model.getValue(1, line, high)[0]) < 1e-3
+                )
+                gmsh.model.mesh.setTransfiniteCurve(line, 3 if upright else 11)
+            gmsh.model.mesh.setTransfiniteSurface(face)
+            gmsh.model.mesh.setRecombine(2, face)
+        occ.extrude([(2, face) for face in faces], 0, 0, LAYER, numElements=[1], recombine=True)
+        occ.synchronize()
+        _generate()
+        gmsh.model.mesh.setOrder(2)
+        return self.groups()
+
+    def _arch(self, sign: int) -> int:
+        occ = gmsh.model.occ
+        lower, upper = (
+            [occ.addPoint(x, sign * (0.2 + rise + 2.0 * (x / 6.0) ** 2), 0) for x in (-6, -3, 0, 3, 6)]
+            for rise in (0.0, 1.5)
+        )
+        curves = [occ.addBSpline(lower), occ.addLine(lower[-1], upper[-1])]
+        curves += [occ.addBSpline(upper), occ.addLine(upper[0], lower[0])]
+        # Control points would become nodes without an element.
+        occ.remove([(0, point) for point in (*lower[1:-1], *upper[1:-1])])
+        return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
+
+    @override
+    def boundary(self, x, y):
+        return "inner" if abs(x + 6) < 1e-3 else "outer" if abs(x - 6) < 1e-3 else "void"
 
 
 class Roller(Slice):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.contact.facets import Basis
+from cases.contact.mirrors import MirrorPlane
 from cases.contact.sleeves import Strip
 from cases.contact.surface import Patch, normals, rule
 
@@ -24,6 +25,8 @@ Ints = NDArray[np.int64]
 @dataclass(frozen=True)
 class Bodies:
     """Facets of the mesh, which are tested for contact on both sides, followed by rigid ones, which are obstacles only.
+
+    The last of the rigid ones are planes of symmetry, one facet each, whose nodes do not move.
 
     Attributes
     ----------
@@ -44,6 +47,8 @@ class Bodies:
         Whether the facets are lines in the half-plane, which stand for surfaces of revolution.
     names : shape (f,)
         Name of the boundary that each facet belongs to.
+    planes : sequence of MirrorPlane
+        The planes of symmetry.
     """
 
     basis: Basis
@@ -55,6 +60,7 @@ class Bodies:
     follow: csr_matrix | None
     axisymmetric: bool
     names: NDArray[np.str_]
+    planes: Sequence[MirrorPlane] = ()
 
     @classmethod
     def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
@@ -94,13 +100,44 @@ class Bodies:
         keep = np.setdiff1d(np.arange(len(self.facets)), facets)
         return replace(self, facets=self.facets[keep], sign=self.sign[keep], names=self.names[keep])
 
+    def beside(self, planes: Sequence[MirrorPlane]) -> Bodies:
+        """Return the bodies with planes of symmetry."""
+        own, (nodes, d) = len(self.basis.nodes), self.X.shape
+        rows = nodes + np.arange(own * len(planes)).reshape(-1, own)
+        return replace(
+            self,
+            facets=np.concatenate([self.facets, rows]),
+            sign=np.concatenate([self.sign, np.ones(len(planes))]),
+            X=np.concatenate([self.X, *(plane.nodes(self.basis, d) for plane in planes)]),
+            names=np.concatenate([self.names, np.repeat("", len(planes))]),
+            planes=planes,
+        )
+
+    def without_planes(self) -> Bodies:
+        """Return the bodies without the planes of symmetry; the numbers of nodes and of other facets stay."""
+        bodies = self.without(np.arange(self.first_plane, len(self.facets)))
+        return replace(bodies, planes=())
+
+    @property
+    def first_plane(self) -> int:
+        """Number of the first facet that is a plane of symmetry."""
+        return len(self.facets) - len(self.planes)
+
+    @property
+    def movable(self) -> int:
+        """Number of the nodes that can move; they come first."""
+        return len(self.X) - len(self.basis.nodes) * len(self.planes)
+
     def displacements(self, unknowns: Array) -> Array:
         """Return the displacements of the nodes, shape (nodes, d)."""
         return self.followed(unknowns[self.dofs])
 
     def followed(self, values: Array) -> Array:
         """Return values at all nodes, (nodes, d), from those at the nodes that are followed, (k, d)."""
-        return values if self.follow is None else np.asarray(self.follow @ values)
+        own = values if self.follow is None else np.asarray(self.follow @ values)
+        if not self.planes:
+            return own
+        return np.concatenate([own, np.zeros((len(self.X) - len(own), own.shape[1]))])
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
         """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `followed`.
@@ -114,6 +151,7 @@ class Bodies:
         """
         total = np.zeros(self.X.shape)
         np.add.at(total, nodes, values)
+        total = total[: self.movable]
         return total if self.follow is None else np.asarray(self.follow.T @ total)
 
     @cached_property

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
 from cases.contact.energy import Pressed
+from cases.contact.mirrors import MirrorPlane, mirror_planes
 from cases.contact.search import Search
 from cases.contact.sleeves import Strip, strip
 from cases.contact.surface import Patch, exterior, on_rubber, patch, places, tagged
@@ -60,6 +61,8 @@ class Contact:
         Whether the mesh is the half-plane.
     stress_free
         Where the stress-free body is; None where it is the mesh.
+    planes
+        Planes of symmetry at which the mesh is cut.
 
     Attributes
     ----------
@@ -69,13 +72,19 @@ class Contact:
     """
 
     def __init__(
-        self, free: Patch, strips: Sequence[Strip], axisymmetric: bool, stress_free: StressFree | None = None
+        self,
+        free: Patch,
+        strips: Sequence[Strip],
+        axisymmetric: bool,
+        stress_free: StressFree | None = None,
+        planes: Sequence[MirrorPlane] = (),
     ) -> None:
         self.bodies = Bodies.of(free, strips, axisymmetric)
         if strips:
             # A sleeve continues beyond its bond only where there is no rubber.
             blocked = Search(self.bodies).inside(self.bodies.X, BEYOND).other
             self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
+        self.bodies = self.bodies.beside(planes)
         self._search = Search(self.bodies)
         self._patch, self._free = free, len(free.X)
         self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
@@ -90,7 +99,8 @@ class Contact:
         """Take over new coordinates of the mesh; return False if the contact has to be built again instead."""
         if self.bodies.follow is not None or self._moved is not None or mesh.shape.meeting is not True:
             return False
-        self.bodies = replace(self.bodies, X=places(mesh, self._patch))
+        planes = self.bodies.X[self.bodies.movable :]
+        self.bodies = replace(self.bodies, X=np.concatenate([places(mesh, self._patch), planes]))
         self._search, self._state = Search(self.bodies), None
         return True
 
@@ -316,7 +326,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
         one = strip(mesh, space, bonded, surface, components)
         if one is not None:
             strips.append(one)
-    return Contact(surface, strips, mesh.dimension == 2, stress_free)
+    return Contact(surface, strips, mesh.dimension == 2, stress_free, mirror_planes(mesh, surface))
 
 
 def _surroundings(free: Patch, strips: Sequence[Strip], stress_free: StressFree) -> Surroundings | None:

@@ -96,7 +96,7 @@ class Pressed:
     size : shape (p,)
         Size of the facet that each point belongs to, mm.
     rigid : shape (p,)
-        1 where the other facet is rigid, else 0.
+        1 where the other facet is a rigid sleeve's, else 0; behind a plane of symmetry there is rubber.
     """
 
     basis: Basis
@@ -132,7 +132,7 @@ class Pressed:
             np.concatenate([own, -its], axis=1),
             found.share * bodies.weight[found.facet, found.point] * STIFF / size**2,
             size,
-            (found.other >= bodies.soft).astype(float),
+            ((found.other >= bodies.soft) & (found.other < bodies.first_plane)).astype(float),
         )
 
     def energy(self) -> float:

@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
-from cases.contact.surface import normals
+from cases.contact.surface import MAYBE, normals
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-# Points of two facets may face each other if the cosine between the facets' normals is below this; facets are curved.
-MAYBE = -0.1
 
 
 def folds(bodies: Bodies) -> tuple[Ints, Ints]:

@@ -11,7 +11,7 @@ surface (`cases.contact.folds`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
-from cases.contact.folds import MAYBE, folds
+from cases.contact.folds import folds
+from cases.contact.mirrors import MirrorPlane
+from cases.contact.surface import MAYBE
 from cases.kernels import loops, pointer
 
 Array = NDArray[np.float64]
@@ -94,6 +96,8 @@ class Search:
         reach : float
             Deepest penetration that is looked for, as a ratio to the breadth of the facets.
         """
+        if any(np.any(plane.height(self._places(plane, x)) < 0.0) for plane in self.bodies.planes):
+            return True
         return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 
     def inside(self, x: Array, reach: float = REACH) -> Inside:
@@ -113,7 +117,26 @@ class Search:
         found = loops().lib.inside(self._surface, pointer(x), reach, MAYBE, *out)
         facet, point, other = (one[:found].copy() for one in integers)
         xi, free, r = (one[:found].copy() for one in numbers)
-        return Inside(facet, point, other, xi, free, r, np.where(other < self.bodies.soft, 0.5, 1.0))
+        share = np.where(other < self.bodies.soft, 0.5, 1.0)
+        columns: list[tuple[NDArray[Any], ...]] = [(facet, point, other, xi, free, r, share)]
+        columns += self._beyond(x)
+        return Inside(*(np.concatenate(column) for column in zip(*columns, strict=True)))
+
+    def _beyond(self, x: Array) -> Iterator[tuple[NDArray[Any], ...]]:
+        """Points beyond each plane of symmetry, however deep, as the columns of `Inside`."""
+        b, d = self.bodies, x.shape[1]
+        for number, plane in enumerate(b.planes):
+            at = self._places(plane, x)
+            facet, point = np.nonzero(plane.height(at) < 0.0)
+            xi, r = plane.nearest(at[facet, point])
+            other = np.full(len(facet), b.first_plane + number)
+            free = np.tile(np.eye(d - 1), (len(facet), 1, 1))
+            yield plane.facets[facet], point, other, xi, free, r, np.ones(len(facet))
+
+    def _places(self, plane: MirrorPlane, x: Array) -> Array:
+        """Positions of the points that may meet a plane, mm, shape (f, q, d)."""
+        values = self.bodies.basis.values(self.bodies.points[0])
+        return np.asarray(np.einsum("qn,fnd->fqd", values, x[self.bodies.facets[plane.facets]]))
 
     def near(self, x: Array) -> Ints:
         """Return the pairs of soft facets that face each other at less than their breadth, shape (k, 2)."""
@@ -124,7 +147,7 @@ class Search:
 
     def _given(self) -> tuple[Any, Sequence[Any]]:
         """Return the surface as the loops read it, and the arrays that have to live as long."""
-        b, basis = self.bodies, self.bodies.basis
+        b, basis = self.bodies.without_planes(), self.bodies.basis
         (xi, _), centre = b.points, basis.nodes.mean(axis=0)
         integers = [np.ascontiguousarray(one, dtype=np.int64) for one in (b.facets, basis.powers, *folds(b))]
         numbers = (

@@ -25,6 +25,8 @@ Ints = NDArray[np.int64]
 
 # Degree of the quadrature of contact: contact ends within facets, which more points resolve better.
 DEGREE = 6
+# Points of two facets may face each other if the cosine between the facets' normals is below this; facets are curved.
+MAYBE = -0.1
 
 
 @dataclass(frozen=True)

@@ -25,16 +25,27 @@ SAME_RADIUS = 0.01
 RADIAL = 0.8
 #: Where bonds are found by position, faces of one radius count if their area is at least this share of the largest.
 LARGE = 0.5
+#: How a bond was found by colours.
+COLOURS = "by the colours of faces in the file"
 #: Most radii, names or colours that a message lists.
 MOST_SHOWN = 8
 
 
 @dataclass(frozen=True)
 class Bonds:
-    """Name of every outer face of the meshed body, and a description of how each bond was found."""
+    """Name of every outer face of the meshed body, and a description of how each bond was found.
+
+    Attributes
+    ----------
+    labels : dict of int to str
+    how : dict of str to str
+    unused : tuple of str
+        Colours of faces from which no bond was taken, as "#rrggbb".
+    """
 
     labels: dict[int, str]
     how: dict[str, str]
+    unused: tuple[str, ...] = ()
 
 
 def find_bonds(
@@ -89,7 +100,9 @@ def find_bonds(
             labels |= dict.fromkeys(found, bond)
             how[bond] = words
     _refuse_exchanged(labels, faces, axis)
-    return Bonds(labels, how)
+    by_colour = COLOURS in how.values() or any(rule.colour for own in rules.values() for rule in own)
+    there = {hexadecimal(part.colours[tag]) for tag in labels if tag in part.colours}
+    return Bonds(labels, how, () if by_colour else tuple(sorted(there)))
 
 
 def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis: Axis) -> None:
@@ -152,7 +165,7 @@ def _bond(
         return named, "by the names of faces in the file"
     coloured = _coloured(bond, part, faces, axis)
     if coloured:
-        return coloured, "by the colours of faces in the file"
+        return coloured, COLOURS
     rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
     side = "nearest to" if bond == "inner" else "farthest from"
     coaxial = _extreme(rubber, axis, part.size, bond)

@@ -10,7 +10,7 @@ from geometry.blocks import Array
 from geometry.cad.found import FoundPart
 from geometry.session import model
 
-#: A face lies in a plane if its points are no farther from it than this share of the part's length.
+#: A face lies in a plane if its points are no farther from it than this share of the file's largest extent.
 FLAT = 1e-6
 Faces = dict[str, dict[int, int]]
 """Boundary -> face of the cut part -> face of the whole one; 0 in a plane of symmetry."""
@@ -66,7 +66,7 @@ def _plane(found: FoundPart, component: int, reach: float) -> int:
     corners = np.zeros((4, 3))
     corners[:, a] = [-reach, reach, reach, -reach]
     corners[:, b] = [-reach, -reach, reach, reach]
-    points = [occ.addPoint(*p) for p in found.frame.in_file(found.scale * corners) / found.scale]
+    points = [occ.addPoint(*p) for p in found.frame.in_file(corners)]
     lines = [occ.addLine(points[i], points[(i + 1) % 4]) for i in range(4)]
     return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))
 
@@ -80,7 +80,7 @@ def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tupl
         for dimension, piece in pieces:
             if dimension != 3:
                 continue
-            centre = found.frame.local(found.scale * np.array([occ.getCenterOfMass(3, piece)]))[0]
+            centre = found.frame.local(np.array([occ.getCenterOfMass(3, piece)]))[0]
             if np.all(centre[components] > 0):
                 role = found.roles[tag]
                 regions[role] = (*regions.get(role, ()), int(piece))
@@ -105,8 +105,8 @@ def _boundaries(
         if times != 1:
             continue
         points = _inner_points(face)
-        local = found.frame.local(found.scale * points)
-        plane = next((p for p in sorted(found.planes) if _lies_in(local, "xyz".index(p), found.length)), None)
+        local = found.frame.local(points)
+        plane = next((p for p in sorted(found.planes) if _lies_in(local, "xyz".index(p), found.size)), None)
         if plane is not None:
             boundaries.setdefault(f"mirror_{plane}", {})[face] = 0
         else:
@@ -115,8 +115,8 @@ def _boundaries(
     return boundaries
 
 
-def _lies_in(points: Array, component: int, length: float) -> bool:
-    return bool(np.abs(points[:, component]).max() < FLAT * length)
+def _lies_in(points: Array, component: int, size: float) -> bool:
+    return bool(np.abs(points[:, component]).max() < FLAT * size)
 
 
 def _inner_points(face: int) -> Array:

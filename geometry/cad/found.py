@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -12,18 +12,20 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
-from geometry.cad.bonds import FREE, Bonds, find_bonds, selectable
+from geometry.cad.bonds import FREE, Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
-from geometry.cad.notes import notes_of
+from geometry.cad.missing import require_bonds
+from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, Unit, open_part
-from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
+from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, sample
+from geometry.cad.splines import measured
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
-from geometry.joined import BONDS, refuse_loose
+from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.symmetry import balanced, moments, same_points
 from geometry.view import View
@@ -47,6 +49,7 @@ class Wanted(NamedTuple):
     outer: tuple[Rule, ...] = ()
     solids: tuple[tuple[str, str], ...] = ()
     elastic: tuple[str, ...] = ()
+    stiff: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,16 +70,16 @@ class FoundPart:
         Planes of symmetry.
     measures : mapping
         Volume of each region (mm^3) and area of each boundary (mm^2); bonds as "inner_bond".
-    thickness, length
-        Size of the rubber across and along the bonds, mm.
+    thickness
+        Size of the rubber across the bonds, mm.
+    size
+        Largest extent of the solids in the file, mm.
     narrow : mapping
         Face -> distance to the opposite face, where that is less than the thickness, mm.
     curved : mapping
         Face -> its area (mm^2) and least radius of curvature, mm.
     edges
         Length of the curves around the bonds, mm.
-    scale
-        mm per unit of the session.
     notes : tuple of str
         Results of the interpretation and how they were found, in sentences.
     view
@@ -92,11 +95,10 @@ class FoundPart:
     planes: Planes
     measures: Mapping[str, float]
     thickness: float
-    length: float
+    size: float
     narrow: Mapping[int, float]
     curved: Mapping[int, tuple[float, float]]
     edges: float
-    scale: float
     notes: tuple[str, ...]
     view: View | None
     wall: Wall | None
@@ -118,24 +120,27 @@ def find_part(wanted: Wanted) -> FoundPart:
     """
     with session():
         part = open_part(wanted.path, wanted.unit)
+        areas, volumes = measured(part.solids, part.size)
+        part = replace(part, areas=areas, volumes=volumes)
         where = str(wanted.path)
         roles = roles_of(part.solids, dict(wanted.solids), where)
         meshed = tuple(
             tag
             for tag, role in roles.items()
-            if role not in (INNER, OUTER, "ignore") or role in wanted.elastic
+            if role not in (INNER, OUTER, IGNORED) or role in wanted.elastic
         )
-        faces = [sample(face, part.size, part.scale) for face in _outside(meshed)]
+        faces = [sample(face, part.size, part.areas.get(face)) for face in _outside(meshed)]
         axis, how = _axis(wanted, part, faces)
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)
-        _require(bonds, roles, part, where, selectable(faces, axis, part))
+        require_bonds(bonds, roles, part, faces, axis, wanted.axis, where)
         # Errors below show the same picture as the result: triangles are made once.
-        view = view_of(bonds.labels)
+        view = view_of(*shown(roles, meshed, bonds.labels))
         _refuse_segment(bonds, faces, axis, where, view)
         groups = {name: [tag for tag, own in bonds.labels.items() if own == name] for name in BONDS}
         bodies = {tag: roles[tag] for tag in meshed}
-        refuse_loose(bodies, groups, 3, where, part.scale, view)
+        refuse_loose(bodies, groups, 3, where, view)
+        refuse_touching(groups, 3, where, view)
         return _described(wanted, part, roles, meshed, faces, axis, how, bonds, view)
 
 
@@ -151,7 +156,7 @@ def _outside(meshed: Sequence[int]) -> list[int]:
 def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
     where = str(wanted.path)
     _, gravity, _ = moments([(3, tag) for tag in part.solids])
-    found = find_axis(faces, part.size, part.scale * gravity)
+    found = find_axis(faces, part.size, gravity)
     if wanted.axis is not None:
         direction = np.array(wanted.axis, dtype=float)
         if np.linalg.norm(direction) == 0.0:
@@ -161,11 +166,11 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
             return Axis(np.array(wanted.origin, dtype=float), direction), "given"
         if found is not None and np.linalg.norm(np.cross(found.direction, direction)) < 1e-3:
             return Axis(found.point, direction), "direction given, place found"
-        return Axis(part.scale * gravity, direction), "direction given, through the centre of gravity"
+        return Axis(gravity, direction), "direction given, through the centre of gravity"
     if found is None:
         raise GeometryError(
             where,
-            "no face is a surface of revolution: the axis cannot be found",
+            "no face has an axis of revolution (a sphere has no axis of its own): the axis cannot be found",
             "give geometry.axis and geometry.origin",
             view_of({face.tag: "free" for face in faces}),
         )
@@ -185,24 +190,6 @@ def _refuse_segment(
         refuse_segment(points, normals, places, axis, where, view)
 
 
-def _require(bonds: Bonds, roles: Mapping[int, str], part: Part, where: str, there: str) -> None:
-    missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
-    if missing:
-        both = " and ".join(f'"{bond}"' for bond in missing)
-        solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
-        taken = (
-            f"; the solids were taken for: {solids} (geometry.solids to change that)"
-            if len(roles) > 1
-            else ""
-        )
-        raise GeometryError(
-            where,
-            f"no face was found for the bond {both}: the rubber would not be held",
-            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
-            view_of(bonds.labels),
-        )
-
-
 def _described(
     wanted: Wanted,
     part: Part,
@@ -220,7 +207,7 @@ def _described(
         for name in dict.fromkeys(bonds.labels.values())
     }
     along = np.concatenate([by_tag[tag].points for tag in groups["inner"]]) @ axis.direction
-    low, high = _extent(groups["inner"], axis, part.scale, along)
+    low, high = _extent(groups["inner"], axis, along)
     own = turned_about([by_tag[tag] for tag in groups["inner"]], axis, part.size)
     middle = own + (0.5 * (low + high) - own @ axis.direction) * axis.direction
     centre = middle if wanted.origin is None else np.array(wanted.origin, dtype=float)
@@ -230,12 +217,18 @@ def _described(
     frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
     regions: dict[str, float] = {}
     for tag in meshed:
-        volume = part.scale**3 * float(model().occ.getMass(3, tag))
+        volume = part.volume(tag)
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
+    states = {r: "rigid" if t not in meshed or r in wanted.stiff else "elastic" for t, r in roles.items()}
     if view is not None:
-        view = View(frame.local(part.scale * view.triangles), view.label, view.names)
+        view = replace(
+            view,
+            triangles=frame.local(view.triangles),
+            solids=frame.local(view.solids),
+            captions=captions_of(part, roles, states),
+        )
     return FoundPart(
         roles=roles,
         meshed=meshed,
@@ -244,21 +237,20 @@ def _described(
         planes=planes,
         measures=regions | {f"{k}_bond" if k in BONDS else k: v for k, v in areas.items()},
         thickness=thickness,
-        length=high - low,
+        size=part.size,
         narrow=local_thickness(faces, thickness),
-        curved={face.tag: (face.area, part.scale * _least_radius(face.tag)) for face in faces},
-        edges=part.scale * _around([tag for bond in BONDS for tag in groups[bond]]),
-        scale=part.scale,
+        curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
+        edges=_around([tag for bond in BONDS for tag in groups[bond]]),
         notes=notes_of(
-            part, roles, meshed, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
+            part, roles, states, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
         ),
         view=view,
-        wall=_wall(groups, by_tag, frame, axis, part.scale),
+        wall=_wall(groups, by_tag, frame, axis),
     )
 
 
 def _least_radius(face: int) -> float:
-    """Least radius of curvature in the middle of a face, in the session's unit; inf where it is flat."""
+    """Least radius of curvature in the middle of a face, mm; inf where it is flat."""
     low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
     middle = (0.5 * (low + high)).tolist()
     curvature = float(model().getCurvature(2, face, middle)[0])
@@ -266,7 +258,7 @@ def _least_radius(face: int) -> float:
 
 
 def _around(faces: Sequence[int]) -> float:
-    """Length of the curves around faces, in the session's unit."""
+    """Length of the curves around faces, mm."""
     curves = {int(t) for _, t in model().getBoundary([(2, f) for f in faces], combined=False, oriented=False)}
     return float(sum(model().occ.getMass(1, tag) for tag in curves))
 
@@ -276,22 +268,21 @@ def _wall(
     faces: Mapping[int, Sampled],
     frame: Frame,
     axis: Axis,
-    scale: float,
 ) -> Wall | None:
     points = {name: np.concatenate([faces[tag].points for tag in groups[name]]) for name in BONDS}
     middle = float(np.array(frame.centre) @ axis.direction)
-    ends = {name: _extent(groups[name], axis, scale, points[name] @ axis.direction) for name in BONDS}
+    ends = {name: _extent(groups[name], axis, points[name] @ axis.direction) for name in BONDS}
     spans = {name: (low - middle, high - middle) for name, (low, high) in ends.items()}
     return wall_of({name: cylindrical(frame.local(own)) for name, own in points.items()}, spans)
 
 
-def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tuple[float, float]:
+def _extent(tags: Sequence[int], axis: Axis, along: Array) -> tuple[float, float]:
     """Return the least and largest position of a bond along the axis, from its edges too, which have no samples."""
     ends = [along.min(), along.max()]
     for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
         points = np.array(model().getValue(1, curve, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
-        ends += [float(end) for end in scale * points @ axis.direction]
+        ends += [float(end) for end in points @ axis.direction]
     return float(min(ends)), float(max(ends))
 
 
@@ -312,13 +303,12 @@ def _frame(
         parts[f"boundary {name}"] = [(2, tag) for tag in tags]
 
     def planes_of(frame: Frame) -> Planes:
-        rows, origin = np.array(frame.rows), np.array(frame.centre) / part.scale
+        rows, origin = np.array(frame.rows), np.array(frame.centre)
         names: list[Literal["x", "y", "z"]] = ["x", "y", "z"]
         return frozenset(
             name
             for i, name in enumerate(names)
-            if balanced(parts, origin, rows, i, part.size / part.scale)
-            and same_points(meshed, origin, rows[i])
+            if balanced(parts, origin, rows, i, part.size) and same_points(meshed, origin, rows[i])
         )
 
     given = None if wanted.direction is None else np.array(wanted.direction, dtype=float)

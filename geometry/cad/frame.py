@@ -64,6 +64,6 @@ def frame_of(axis: Array, centre: Array, direction: Array | None) -> Frame:
     )
 
 
-def vector_text(vector: Sequence[float]) -> str:
+def vector_text(vector: Sequence[float] | Array) -> str:
     """Return a direction for a message: ``(0, 0.7071, 0.7071)``."""
     return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"

@@ -32,9 +32,8 @@ def volume(points: Array, cells: Ints) -> float:
         # Gauss: a third of the flux of x through the sides of each cell.
         parts = []
         for facet in TETRAHEDRON:
-            x, normal = _surface(points, cells[:, list(facet)])
-            parts.append(np.einsum("mqi,mqi,q->m", x, normal, _WEIGHTS))
-        return float(np.abs(np.sum(parts, axis=0)).sum() / 3)
+            parts.append(_flux(points, cells[:, list(facet)]))
+        return float(np.abs(np.sum(parts, axis=0)).sum())
     if cells.shape[1] == 4:
         corners = points[cells]
         a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
@@ -42,6 +41,24 @@ def volume(points: Array, cells: Ints) -> float:
     # A hexahedron is five tetrahedra.
     five = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
     return sum(volume(points, cells[:, list(part)]) for part in five)
+
+
+def flux(points: Array, facets: Ints) -> float:
+    """Return a third of the flux of the position through facets, mm^3: the volume that closed facets enclose.
+
+    Parameters
+    ----------
+    points : Array
+        Coordinates of the nodes, shape (n, 3), mm.
+    facets : array of int
+        Nodes of each facet, shape (m, 6), in an order that gives normals outward.
+    """
+    return float(_flux(points, facets).sum())
+
+
+def _flux(points: Array, facets: Ints) -> Array:
+    x, normal = _surface(points, facets)
+    return np.asarray(np.einsum("mqi,mqi,q->m", x, normal, _WEIGHTS)) / 3
 
 
 def area(points: Array, facets: Ints) -> float:

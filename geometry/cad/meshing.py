@@ -12,14 +12,18 @@ import numpy as np
 from geometry.cad.bonds import FREE
 from geometry.cad.cut import cut
 from geometry.cad.found import FoundPart
+from geometry.cad.frame import vector_text
+from geometry.cad.measure import TETRAHEDRON
 from geometry.cad.part import Unit, open_part
 from geometry.cad.roles import RUBBER
+from geometry.errors import GeometryError
 from geometry.estimate import Fine, tetrahedra
 from geometry.grading import Sizes, grade
-from geometry.raw import RawMesh, from_gmsh, mirrored, to_gmsh
+from geometry.raw import Ints, RawMesh, from_gmsh, mirrored, to_gmsh
 from geometry.session import model, refusing
 from geometry.shape import Mirrors, Names, Refinement
 from geometry.straight import straightened
+from geometry.view import View
 
 # Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on
 # a full circle, elements between two faces that are near to each other (benchmarks/README.md).
@@ -52,7 +56,50 @@ def generate(
     for component, plane in enumerate("xyz"):
         if plane in found.planes and plane not in mirrors:
             raw = mirrored(raw, component, f"mirror_{plane}")
+    refuse_flat(raw, str(path), found.view)
     return to_gmsh(raw)
+
+
+def refuse_flat(raw: RawMesh, where: str, view: View | None) -> None:
+    """Refuse a mesh in which facets of the boundary are not those that belong to one element only.
+
+    Gmsh makes triangles without area where edges are too short for its tolerance. In a plane of symmetry their mirror
+    image is the same triangle, and DOLFINx ends the process where it gets such a mesh.
+
+    Parameters
+    ----------
+    raw : RawMesh
+        Mesh of tetrahedra.
+    where : str
+        The file.
+    view : View | None
+        Contents of a picture.
+
+    Raises
+    ------
+    GeometryError
+    """
+    cells = np.concatenate(list(raw.cells.values()))
+    count = len(raw.points)
+
+    def keys(corners: Ints) -> Ints:
+        a, b, c = np.sort(corners[:, :3], axis=1).T
+        return np.asarray((a * count + b) * count + c)
+
+    sides, times = np.unique(
+        np.concatenate([keys(cells[:, list(side[:3])]) for side in TETRAHEDRON]), return_counts=True
+    )
+    facets = np.concatenate(list(raw.facets.values()))
+    named, twice = np.unique(keys(facets), return_counts=True)
+    wrong = np.concatenate([np.setxor1d(sides[times == 1], named), named[twice > 1]])
+    if len(wrong):
+        place = raw.points[[wrong[0] // count**2, wrong[0] // count % count, wrong[0] % count]].mean(axis=0)
+        raise GeometryError(
+            where,
+            f"cannot be meshed: an element near {vector_text(place)} mm from the bushing's centre has no volume",
+            "another mesh.elements_across, or a part without such short edges",
+            view,
+        )
 
 
 def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> float:
@@ -101,19 +148,19 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
     open_part(path, unit)
     regions, boundaries = cut(found)
     factor = _factor(refinement)
-    inside = found.thickness / (ACROSS * factor) / found.scale
+    inside = found.thickness / (ACROSS * factor)
     near = {}
     for face, name in ((f, n) for n, faces in boundaries.items() for f, n in ((f, n) for f in faces)):
         gap = found.narrow.get(boundaries[name][face])
         if gap is not None:
-            near[face] = float(np.clip(gap / found.scale / (BETWEEN * factor), 0.25 * inside, inside))
+            near[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
     sizes = Sizes(inside, inside / GRADING, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
     grade(3, bond_edges(regions, boundaries), sizes)
     with refusing(str(path), "cannot be meshed", found.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
     raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
-    return replace(raw, points=_flat(raw, found.frame.local(found.scale * raw.points)))
+    return replace(raw, points=_flat(raw, found.frame.local(raw.points)))
 
 
 def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]

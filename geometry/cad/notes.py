@@ -5,20 +5,70 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from geometry.cad.bonds import Bonds
+from geometry.cad.bonds import FREE, Bonds
 from geometry.cad.frame import Frame, vector_text
 from geometry.cad.part import Part
-from geometry.cad.roles import RUBBER
+from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER
 from geometry.session import model
+from geometry.view import caption
 
 Planes = frozenset[Literal["x", "y", "z"]]
 Vector = tuple[float, float, float]
 
 
+def shown(
+    roles: Mapping[int, str], meshed: Sequence[int], labels: Mapping[int, str]
+) -> tuple[dict[int, str], dict[int, str]]:
+    """Return the names of faces and of solids in the picture; of one body alone no solids, but its faces only.
+
+    Parameters
+    ----------
+    roles
+        Role of each solid.
+    meshed
+        Solids that are meshed.
+    labels
+        Interpretation of the faces on the outside of these.
+    """
+    bodies = {tag: role for tag, role in roles.items() if role != IGNORED}
+    if len(bodies) == 1:
+        return dict(labels), {}
+    faces: dict[int, str] = {}
+    for tag, role in bodies.items():
+        for _, face in model().getBoundary([(3, tag)], oriented=False):
+            bond = labels.get(int(face), FREE)
+            if bond != FREE or role != RUBBER or tag not in meshed:
+                faces[int(face)] = bond if bond != FREE else role
+            elif int(face) in labels:
+                faces[int(face)] = FREE
+    return faces, bodies
+
+
+def captions_of(part: Part, roles: Mapping[int, str], states: Mapping[str, str]) -> dict[str, str]:
+    """Return the words of the picture's legend for each role, with the volume of its solids.
+
+    Parameters
+    ----------
+    part
+        Solids of the file.
+    roles
+        Role of each solid.
+    states
+        Role -> "rigid" or "elastic".
+    """
+    volumes: dict[str, float] = {}
+    for tag, role in roles.items():
+        volumes[role] = volumes.get(role, 0.0) + part.volume(tag)
+    return {
+        role: caption(role, "" if role == RUBBER else states[role], size, role not in (RUBBER, INNER, OUTER))
+        for role, size in volumes.items()
+    }
+
+
 def notes_of(
     part: Part,
     roles: Mapping[int, str],
-    meshed: Sequence[int],
+    states: Mapping[str, str],
     frame: Frame,
     how: str,
     bonds: Bonds,
@@ -31,8 +81,10 @@ def notes_of(
 
     Parameters
     ----------
-    part, roles, meshed, bonds
+    part, roles, bonds
         Of the part; roles by solid.
+    states : mapping
+        Role -> "rigid" or "elastic".
     frame, planes
         The bushing's place in the file and its planes of symmetry.
     how : str
@@ -47,9 +99,8 @@ def notes_of(
     origin, direction = given
     notes = []
     for tag, role in roles.items():
-        state = "" if role == RUBBER else ", elastic" if tag in meshed else ", rigid"
-        volume = part.scale**3 * float(model().occ.getMass(3, tag))
-        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
+        state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"
+        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {part.volume(tag):.5g} mm3')
     notes.append(
         f"axis {how}: direction {vector_text(frame.rows[2])} through {vector_text(frame.centre)} mm, "
         "the bushing's centre" + (", given" if origin is not None else "")
@@ -67,6 +118,21 @@ def notes_of(
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())
         notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
+    notes += _unused(part, bonds)
     notes.append(f"a radial load acts along {vector_text(frame.rows[0])}" + (", given" if direction else ""))
     notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
     return tuple(notes)
+
+
+def _unused(part: Part, bonds: Bonds) -> list[str]:
+    """Sentences about colours and names of faces that the file has and from which no bond was taken."""
+    found = []
+    if bonds.unused:
+        why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"
+        found.append(
+            f"colours of faces ({', '.join(bonds.unused)}) were not used: {why}; "
+            f'geometry.bonds.inner = {{colour = "{bonds.unused[0]}"}} takes a bond from one'
+        )
+    if part.lost:
+        found.append(f"{part.lost} of faces were not used: they are read from files with one solid only")
+    return found

@@ -39,15 +39,24 @@ class Part:
         Colours of the faces whose colour is not that of their solid.
     size
         Largest extent, mm.
-    scale
-        mm per unit of the session.
+    lost
+        "names", "colours", or both, of faces that several solids have: faces are other ones after the solids are cut at
+        each other.
+    areas, volumes : dict of int to float
+        Areas of faces (mm^2) and volumes of solids (mm^3) where OpenCASCADE's are inexact.
     """
 
     solids: dict[int, str]
     face_names: dict[int, str] = field(default_factory=dict)
     colours: dict[int, tuple[int, int, int]] = field(default_factory=dict)
     size: float = 0.0
-    scale: float = 1.0
+    lost: str = ""
+    areas: dict[int, float] = field(default_factory=dict)
+    volumes: dict[int, float] = field(default_factory=dict)
+
+    def volume(self, solid: int) -> float:
+        """Return the volume of a solid, mm^3."""
+        return self.volumes[solid] if solid in self.volumes else float(model().occ.getMass(3, solid))
 
 
 def open_part(path: Path, unit: Unit | None) -> Part:
@@ -72,20 +81,27 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     solids = [int(tag) for _, tag in model().getEntities(3)]
     if not solids:
         raise _no_solid(path)
-    # OpenCASCADE has converted STEP to mm; BREP has no unit.
-    scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
-    size = _size(path, scale)
     named = [_name(tag) for tag in solids]
     if len(text.solids) == len(solids):
         named = [own or last for own, last in zip(text.solids, named, strict=True)]
     names, colours = _faces(text)
+    # OpenCASCADE has converted STEP to mm; BREP has no unit.
+    scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
+    if scale != 1.0:
+        # Gmsh makes elements without area in parts of 22,000 mm. Scaled shapes lose their names and colours.
+        _read(path, scale)
+    size = _size(path)
     if len(solids) > 1:
         solids_now = _fragmented(solids, named, str(path))
-        return Part(solids_now, size=size, scale=scale)
-    return Part(dict(zip(solids, named, strict=True)), names, colours, size, scale)
+        lost = " and ".join(word for word, there in (("names", names), ("colours", colours)) if there)
+        return Part(solids_now, size=size, lost=lost)
+    return Part(dict(zip(solids, named, strict=True)), names, colours, size)
 
 
-def _read(path: Path) -> None:
+def _read(path: Path, scale: float = 1.0) -> None:
+    if scale != 1.0:
+        model().add("scaled")
+    options().setNumber("Geometry.OCCScaling", scale)
     option = options().setNumber
     option("Geometry.OCCImportLabels", 1)
     options().setString("Geometry.OCCTargetUnit", "MM")
@@ -123,9 +139,9 @@ def _place(*point: float) -> str:
     return "(" + ", ".join(f"{round(x, 3) + 0.0:g}" for x in point) + ")"
 
 
-def _size(path: Path, scale: float) -> float:
+def _size(path: Path) -> float:
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
-    size = scale * float(np.max(box[1] - box[0]))
+    size = float(np.max(box[1] - box[0]))
     refuse_size(size, str(path), UNITS)
     for _, tag in model().getEntities(3):
         if model().occ.getMass(3, tag) <= 0:

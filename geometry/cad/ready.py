@@ -21,6 +21,7 @@ from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
+from geometry.joined import touching
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
 from geometry.view import View
@@ -133,7 +134,7 @@ def _refuse_segment(points: Array, facets: Mapping[str, Ints], axis: Axis, where
 
 
 def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where: str) -> None:
-    """Refuse bodies that are held by no bond, and bonds that no elements join by common nodes."""
+    """Refuse bodies that are held by no bond, bonds that no elements join by common nodes, and bonds that touch."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -157,6 +158,9 @@ def _refuse_loose(points: Array, cells: Ints, facets: Mapping[str, Ints], where:
             "bodies that share nodes where they touch",
             _view(points, facets),
         )
+    common = np.intersect1d(facets["inner"], facets["outer"])
+    if len(common):
+        raise touching(points[common[0]], where, _view(points, facets))
 
 
 def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:

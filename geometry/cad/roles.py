@@ -10,7 +10,7 @@ from geometry.errors import GeometryError
 from geometry.session import model
 from geometry.view import View
 
-RUBBER, INNER, OUTER = "rubber", "inner_sleeve", "outer_sleeve"
+RUBBER, INNER, OUTER, IGNORED = "rubber", "inner_sleeve", "outer_sleeve", "ignore"
 _WORDS = {
     RUBBER: r"rubber|elastomer|gummi|kautschuk|caoutchouc|silicone|\bnr\b|epdm|nbr",
     INNER: r"inner|innen|interieur|core|kern|bolt|pin\b",

@@ -25,7 +25,7 @@ class Sampled:
     area: float
 
 
-def sample(face: int, size: float, scale: float) -> Sampled:
+def sample(face: int, size: float, area: float | None = None) -> Sampled:
     """Sample a face.
 
     Parameters
@@ -34,8 +34,8 @@ def sample(face: int, size: float, scale: float) -> Sampled:
         Tag of the face.
     size
         Size of the part, mm.
-    scale
-        mm per unit of the session.
+    area
+        Area, mm^2; None for OpenCASCADE's.
     """
     low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
     parameters = np.zeros((0, 2))
@@ -52,10 +52,11 @@ def sample(face: int, size: float, scale: float) -> Sampled:
     normals = np.array(model().getNormal(face, flat)).reshape(-1, 3)
     solids = model().getAdjacencies(2, face)[0]
     if len(points) and len(solids):
-        step = 1e-4 * size / scale
+        step = 1e-4 * size
         ahead = model().isInside(3, int(solids[0]), (points[0] + step * normals[0]).tolist())
         behind = model().isInside(3, int(solids[0]), (points[0] - step * normals[0]).tolist())
         if ahead and not behind:
             normals = -normals
-    area = scale**2 * float(model().occ.getMass(2, face))
-    return Sampled(face, str(model().getType(2, face)), scale * points, normals, area)
+    if area is None:
+        area = float(model().occ.getMass(2, face))
+    return Sampled(face, str(model().getType(2, face)), points, normals, area)

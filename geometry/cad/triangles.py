@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
+from geometry.blocks import Array
 from geometry.session import model, options
 from geometry.view import View
 
@@ -14,9 +16,18 @@ from geometry.view import View
 SIDE = 1 / 25
 
 
-def view_of(labels: Mapping[int, str]) -> View | None:
-    """Return triangles of faces with their interpretation; None if not even these can be meshed."""
-    names = tuple(dict.fromkeys(labels.values()))
+def view_of(labels: Mapping[int, str], bodies: Mapping[int, str] | None = None) -> View | None:
+    """Return triangles of faces with their interpretation; None if not even these can be meshed.
+
+    Parameters
+    ----------
+    labels : mapping of int to str
+        Face -> name.
+    bodies : mapping of int to str or None
+        Solid -> name, for a section through an assembly.
+    """
+    bodies = bodies or {}
+    names = tuple(dict.fromkeys([*labels.values(), *bodies.values()]))
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
     options().setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
     options().setNumber("Mesh.MeshSizeFromCurvature", 24)
@@ -29,10 +40,20 @@ def view_of(labels: Mapping[int, str]) -> View | None:
     number = np.zeros(int(tags.max()) + 1, dtype=int)
     number[tags] = np.arange(len(tags))
     points = coordinates.reshape(-1, 3)
-    triangles, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=int)]
-    for face, name in labels.items():
-        nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3).astype(int)
-        triangles.append(points[number[nodes]])
-        label.append(np.full(len(nodes), names.index(name)))
+
+    def gathered(named: Iterable[tuple[int, str]]) -> tuple[Array, NDArray[np.int_]]:
+        triangles, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=int)]
+        for face, name in named:
+            nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3).astype(int)
+            triangles.append(points[number[nodes]])
+            label.append(np.full(len(nodes), names.index(name)))
+        return np.concatenate(triangles), np.concatenate(label)
+
+    sides = [
+        (int(face), name)
+        for solid, name in bodies.items()
+        for _, face in model().getBoundary([(3, solid)], oriented=False)
+    ]
+    shown, closed = gathered(labels.items()), gathered(sides)
     model().mesh.clear()
-    return View(np.concatenate(triangles), np.concatenate(label), names)
+    return View(*shown, names, solids=closed[0], solid_label=closed[1])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
-from geometry.joined import refuse_loose
+from geometry.joined import refuse_loose, refuse_touching
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
 from geometry.section.outline import RUBBER, Loop
@@ -117,6 +117,7 @@ def _require(drawn: Drawn, where: str) -> None:
             )
     bodies = {tag: name for name, tags in drawn.regions.items() for tag in tags}
     refuse_loose(bodies, drawn.boundaries, 2, where)
+    refuse_touching(drawn.boundaries, 2, where)
 
 
 def _shifted(loop: Loop, by: float) -> Loop:

@@ -15,7 +15,7 @@ from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
 from geometry.file import beside
-from geometry.metal import Metal, Plate, metals
+from geometry.metal import Metal, Plate, described, metals
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
 from geometry.view import View
 from geometry.wall import Wall
@@ -94,6 +94,7 @@ class Cad(Meets):
             self.bonds.outer if self.bonds else (),
             tuple(self.solids.items()),
             tuple(self.plates),
+            tuple(name for name, plate in self.plates.items() if plate.rigid),
         )
 
     @property
@@ -122,7 +123,7 @@ class Cad(Meets):
         metal = self.elastic_sleeves
         return (
             *self.found.notes,
-            *(f"{name}: metal, E = {own.youngs_modulus:g} MPa" for name, own in metal.items()),
+            *(f"{name}: {described(own)}" for name, own in metal.items()),
         )
 
     @property

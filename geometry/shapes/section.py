@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -10,12 +11,12 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 from typing_extensions import override
 
 from geometry.file import beside
-from geometry.metal import Metal, Plate, metals
+from geometry.metal import Metal, Plate, described, is_rigid, metals
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
-from geometry.view import View
+from geometry.view import View, caption
 from geometry.wall import Wall
 
 Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
@@ -125,7 +126,12 @@ class Section(Meets):
     @property
     @override
     def view(self) -> View | None:
-        return self.found.view
+        found = self.found
+        captions = {
+            name: caption(name, "rigid" if is_rigid(own) else "elastic", found.measures[name], True)
+            for name, own in self.elastic_sleeves.items()
+        }
+        return replace(found.view, captions=captions)
 
     @property
     @override
@@ -183,4 +189,4 @@ class Section(Meets):
 
 
 def _body(name: str, metal: Mapping[str, Metal]) -> str:
-    return f"{name} (E = {metal[name].youngs_modulus:g} MPa)" if name in metal else name
+    return f"{name} ({described(metal[name])})" if name in metal else name

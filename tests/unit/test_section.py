@@ -49,6 +49,7 @@ def box(low, high, bottom, top, left="free", right="free"):
         (without(1, to=[20.0, -20.0]), r"outline\[1\]: has no length: it begins and ends at \(20, -20\)"),
         (without(2, arc_through=[15, 18], spline_through=[[15, 18]]), "is given as an arc and as a spline"),
         (without(3, name="free"), 'no edge on the outside is named "inner"'),
+        (without(2, name="inner"), r"the inner and the outer bond touch each other at \(20, 20\)"),
         (without(3, name="iner"), 'the name "iner" is given to 1 row of edges'),
         (
             [{"from": [10, -20], "to": [20, 20]}, {"to": [20, -20], "name": "outer"}, *RING[2:]],
@@ -131,7 +132,10 @@ def test_metal_is_given_to_what_is_there():
     plate = SECTION.examples[2]["outline"]
     section = SECTION(outline=plate, plates={"plate": {"youngs_modulus": 70000.0}})
     assert section.elastic_sleeves["plate"].youngs_modulus == 70000.0
-    assert "plate (E = 70000 MPa)" in section.notes[0]
+    assert "plate (metal, E = 70000 MPa)" in section.notes[0]
+    stiff = SECTION(outline=plate, plates={"plate": {"rigid": True}})
+    assert "plate (rigid, computed with E = 1e+07 MPa)" in stiff.notes[0]
+    assert stiff.view.captions["plate"].startswith("plate, rigid, ")
     with pytest.raises(GeometryError, match='there is no plate or sleeve "plat"'):
         SECTION(outline=plate, plates={"plat": {"rigid": True}}).notes  # noqa: B018
 

@@ -27,7 +27,7 @@ from cases.simulate import Rubber, prepare
 from forms.law import laws
 from geometry.shape import Refinement, shapes
 from tests.ball import RUBBER, Ball, hertz, johnson
-from tests.slices import KidneySlice, Pillow, Roller, slices
+from tests.slices import LAYER, Arches, KidneySlice, Pillow, Roller, slices
 
 DATA = Path(__file__).parent / "data" / "real"
 YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
@@ -190,6 +190,35 @@ def test_sensitivities_are_those_of_differences(touching):
         assert history.sensitivity[-1, i] == pytest.approx(
             (force(step) - force(-step)) / (2 * step), rel=1e-3
         )
+
+
+@pytest.fixture(scope="module")
+def arched():
+    """Return model and march of one of two arches that are pressed against each other, and that of both arches."""
+    q = np.array([0.4, 0.8, 1.199, 1.2, 1.201])
+    return *slices(Arches(), RADIAL, YEOH, q, keep_states=True), slices(Arches(both=True), RADIAL, YEOH, q)[1]
+
+
+def test_a_part_that_meets_its_mirror_image_is_the_whole_part(arched):
+    """The plane of symmetry is a wall: nothing is beyond it, and the force is that of both arches."""
+    model, history, both = arched
+    np.testing.assert_allclose(history.force, both.force, rtol=2e-3)
+    free = slices(Arches(contact=False), RADIAL, YEOH, history.displacement)[1]
+    assert history.force[0] == pytest.approx(free.force[0], rel=1e-12)
+    assert history.force[-1] > 1.1 * free.force[-1]
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    assert 0.0 < contact.penetration < DEEPEST
+    assert contact._x[:, 1].min() > -0.02
+    (met,) = touched(model, history)
+    assert met.surfaces == ("void", "void")
+
+
+def test_the_force_of_a_part_that_meets_its_mirror_image_is_the_energy_s_derivative(arched):
+    _, history, _ = arched
+    slope = (history.energy[4] - history.energy[2]) / 0.002
+    # The energy is that of both sides of the plane, the force of a slice that per length.
+    assert slope / (2 * LAYER) == pytest.approx(history.force[3], rel=1e-4)
 
 
 def test_a_uniform_pressure_passes_through_an_interface():

@@ -25,9 +25,14 @@ _COLOURS = {
     "outer": "#D55E00",
     "free": "#c9c9c9",
     "rubber": "#8fb3c9",
+    "inner_sleeve": "#5b4a8a",
+    "outer_sleeve": "#E69F00",
     "not closed": "#CC79A7",
 }
 _OTHERS = ("#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#F0E442")
+_PLATES = ("#009E73", "#F0E442", "#CC79A7", METAL)
+# Rows of pixels in a section through an assembly.
+_ROWS = 700
 _PAINT: dict[str, Any] = {"linewidths": 0.3, "rasterized": True}
 _LIGHT = np.array([0.3, 0.5, 0.8])
 _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
@@ -52,9 +57,13 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
         else:
             sides = figure.subplots(1, 2)
             _solid(sides[0], view, opened=False)
-            _solid(sides[1], view, opened=True)
             sides[0].set_title("outside", fontsize=10)
-            sides[1].set_title("without the quarter in front", fontsize=10)
+            if view.assembled:
+                _cut(sides[1], view)
+                sides[1].set_title("cut in the plane of x and z", fontsize=10)
+            else:
+                _solid(sides[1], view, opened=True)
+                sides[1].set_title("without the quarter in front", fontsize=10)
         figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
         handles = [
             Patch(facecolor=_colour(name, view), edgecolor=GREY, label=literal(_label(name, measures, view)))
@@ -65,12 +74,16 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
 
 
 def _label(name: str, measures: Mapping[str, float], view: View) -> str:
+    if name in view.captions:
+        return view.captions[name]
+    if name == "free" and "rubber" in measures and "rubber" not in view.names:
+        return f"free surface; the rubber has {measures['rubber']:.5g} mm³"
     volume = measures.get(name) if name in view.names and f"{name}_bond" not in measures else None
     area = measures.get(f"{name}_bond")
     if area is not None:
         return f"{name} bond, {area:.5g} mm²"
     if volume is None:
-        return name
+        return "free surface" if name == "free" else name
     return f"{name}, {volume:.5g} {'mm²' if name == 'free' else 'mm³'}"
 
 
@@ -78,7 +91,10 @@ def _colour(name: str, view: View) -> str:
     """Return the colour for the interpretation of a face; each solid that was not identified has its own colour."""
     if name[:1].isdigit():
         return _OTHERS[view.names.index(name) % len(_OTHERS)]
-    return _COLOURS.get(name, METAL)
+    if name in _COLOURS:
+        return _COLOURS[name]
+    plates = [other for other in dict.fromkeys(view.names) if other not in _COLOURS]
+    return _PLATES[plates.index(name) % len(_PLATES)]
 
 
 def _section(axes: Axes, view: View) -> None:
@@ -100,6 +116,54 @@ def _section(axes: Axes, view: View) -> None:
     axes.autoscale_view()
     axes.set_xlabel("r, mm")
     axes.set_ylabel("z from the centre, mm")
+
+
+def _cut(axes: Axes, view: View) -> None:
+    """Fill the bodies of an assembly where the plane of x and z cuts them, and draw the bonds as lines."""
+    size = float(np.abs(view.solids).max())
+    # Nodes lie in a plane of symmetry: the section is taken beside it.
+    level = 1.234e-4 * size
+    low, high = view.solids.min(axis=(0, 1)), view.solids.max(axis=(0, 1))
+    columns = max(2, round(_ROWS * (high[0] - low[0]) / (high[2] - low[2])))
+    x, z = (low[i] + (np.arange(n) + 0.5) / n * (high[i] - low[i]) for i, n in ((0, columns), (2, _ROWS)))
+    image = np.ones((_ROWS, columns, 4))
+    image[..., 3] = 0.0
+    for number in np.unique(view.solid_label):
+        lines = _crossed(view.solids[view.solid_label == number], level)
+        start, end = lines[:, 0], lines[:, 1]
+        for row, height in enumerate(z):
+            met = (start[:, 1] > height) != (end[:, 1] > height)
+            a, b = start[met], end[met]
+            at = np.sort(a[:, 0] + (height - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
+            image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
+    extent = (low[0], high[0], low[2], high[2])
+    axes.imshow(image, origin="lower", extent=extent, interpolation="nearest")
+    axes.grid(visible=False)
+    axes.margins(0.03)
+    axes.autoscale()
+    for name in ("inner", "outer"):
+        if name in view.names:
+            bond = view.triangles[view.label == view.names.index(name)]
+            ink = _colour(name, view)
+            axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
+    axes.axvline(0.0, color=GREY, linestyle="-.", linewidth=0.8)
+    axes.set_xlabel("x, mm")
+    axes.set_ylabel("z, mm")
+
+
+def _crossed(triangles: Array, level: float) -> Array:
+    """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
+    y = triangles[:, :, 1] - level
+    found = triangles[(y.min(axis=1) < 0.0) & (y.max(axis=1) > 0.0)]
+    lines = np.zeros((len(found), 2, 2))
+    for number, corners in enumerate(found):
+        ends = []
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            a, b = corners[i], corners[j]
+            if (a[1] > level) != (b[1] > level):
+                ends.append((a + (level - a[1]) / (b[1] - a[1]) * (b - a))[[0, 2]])
+        lines[number] = ends
+    return lines
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:

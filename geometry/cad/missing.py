@@ -1,0 +1,76 @@
+"""Refusal of a part in which faces for a bond are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from geometry.cad.axis import Axis, find_axis, is_coaxial
+from geometry.cad.bonds import Bonds, selectable
+from geometry.cad.frame import vector_text
+from geometry.cad.part import Part
+from geometry.cad.sampling import Sampled
+from geometry.cad.triangles import view_of
+from geometry.errors import GeometryError
+from geometry.joined import BONDS
+
+
+def require_bonds(
+    bonds: Bonds,
+    roles: Mapping[int, str],
+    part: Part,
+    faces: Sequence[Sampled],
+    axis: Axis,
+    given: Sequence[float] | None,
+    where: str,
+) -> None:
+    """Refuse a part without faces for one of the bonds.
+
+    Parameters
+    ----------
+    bonds, roles, part
+        Interpretation of the file.
+    faces
+        Sampled faces on the outside of the meshed solids.
+    axis
+        Axis of the bushing.
+    given
+        Direction of the axis in the case, shape (3,); None where it was found.
+    where
+        The file.
+
+    Raises
+    ------
+    GeometryError
+    """
+    missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
+    beside = _own_axis(part, faces, axis) if missing and given is not None else None
+    if beside is not None:
+        raise GeometryError(
+            where,
+            "no face is a surface of revolution about the given axis; most curved faces are about "
+            f"{vector_text(beside.direction)} through {vector_text(beside.point)} mm",
+            "geometry.axis and geometry.origin of the bonds, or none: it is then found",
+            view_of(bonds.labels),
+        )
+    if missing:
+        there = selectable(faces, axis, part)
+        both = " and ".join(f'"{bond}"' for bond in missing)
+        solids = ", ".join(f'"{part.solids[tag] or tag}" {role}' for tag, role in roles.items())
+        taken = (
+            f"; the solids were taken for: {solids} (geometry.solids to change that)"
+            if len(roles) > 1
+            else ""
+        )
+        raise GeometryError(
+            where,
+            f"no face was found for the bond {both}: the rubber would not be held",
+            f"geometry.bonds with radius, normal, box, face or colour; there are {there}{taken}",
+            view_of(bonds.labels),
+        )
+
+
+def _own_axis(part: Part, faces: Sequence[Sampled], axis: Axis) -> Axis | None:
+    """Return the axis of most curved faces where none of them is coaxial with the given one; None otherwise."""
+    if any(face.kind != "Plane" and is_coaxial(face, axis, part.size) for face in faces):
+        return None
+    return find_axis(faces, part.size, axis.point)
