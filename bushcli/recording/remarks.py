@@ -40,6 +40,8 @@ _PORT = re.compile(r"\w*\d[\w.]*[/_]a?[io]\d{1,3}", re.IGNORECASE)
 _ABOUT_UNITS = frozenset(
     ["kilo", "mega", "milli", "micro", "si", "imperial", "metric", "metrisch", "english", "british", "us"]
 )
+#: A mark or a date.
+_MARK = re.compile(r"[+*]+|\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4}")
 #: A serial number.
 _SERIAL = re.compile(r"\b(?:s/?n|ser(?:ial)?\.?(?: ?no)?)\b\W*\w+", re.IGNORECASE)
 #: Words of a nominal stress or strain.
@@ -73,7 +75,8 @@ def is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     if any(word.isdigit() for word in words) and any(tabulated_unit(word) is not None for word in words):
         return False  # "001 in"
     letter = words[0] if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha() else ""
-    name = plain_name(rest)
+    # A name that stands in brackets as a whole, as Simulink writes: "<Force>".
+    name = plain_name(rest) or ("" if len(inside.strip()) == 1 else plain_name(inside))
     kinds = {kind for kind in WORDS if name_quality(name, kind)}
     if letter:
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
@@ -100,7 +103,7 @@ def _is_beside_unit(inside: str) -> bool:
 
     A number with a unit is a range or a rate: "Load cell (25 kN) [kN]", "Force (LP 100 Hz) [N]".
     """
-    if _SERIAL.fullmatch(inside.strip()) or re.fullmatch(r"[+*]+", inside.strip()):
+    if _SERIAL.fullmatch(inside.strip()) or _MARK.fullmatch(inside.strip()):
         return True
     ranged = _RANGE.sub(" ", inside)
     if tabulated_unit(inside) is not None or factor_in(inside):

@@ -38,7 +38,7 @@ def columns(recording) -> dict[str, tuple[int, str]]:
         ("Load(Linear:Load) (kN)", "kN"), ("Load 2(Linear:Load 2) (kN)", "kN"), ("Load (Dynacell) (kN)", "kN"),
         ("Load(8800 (0,1):Load) (kN)", "kN"), ("Load cell (max 25 kN) [kN]", "kN"), ("Force [N] (cycle 5)", "N"),
         ("Kraft (Nennkraft 25 kN) [kN]", "kN"), ("Force (rate 10 mm/min) [N]", "N"), ("Force (5th cycle) [N]", "N"),
-        ("Force (+) [N]", "N"), ("Force incl. preload [N]", "N"),
+        ("Force (+) [N]", "N"), ("Force (2021-03-05) [N]", "N"), ("<Force> (N)", "N"), ("Force incl. preload [N]", "N"),
         ("Load cell (25 kN) [kN]", "kN"), ("Force (±5 kN) [kN]", "kN"), ("Force +/-25 kN [kN]", "kN"),
         ("Force S9M/5kN [kN]", "kN"), ("Force (HBM U10M, 25 kN, SN 1234) [kN]", "kN"), ("Force (0...10 V) [N]", "N"),
         ("Force (S/N 123456) [N]", "N"), ("Force (LP 100 Hz) [N]", "N"), ("Force (fs = 1 kHz) [N]", "N"),
@@ -72,6 +72,7 @@ def test_a_remark_beside_the_unit_of_the_displacement(tmp_path, name):
 @pytest.mark.parametrize(
     "name",
     [
+        "<Force>",
         "Force (Collected)", "Force (Formula Result)", "Force (unfiltered)", "Kraft gefiltert", "Kraft (gefiltert)",
         "Kraft tariert", "Kraft (tariert)", "Kraft roh", "Kraft (Rohdaten)", "Kraft (korrigiert)", "Force compensated",
         "Force (resampled)", "Force (detrended)", "Force (Dev1/ai0)", "Force (LC2)", "Force_lc2", "Force MX840",
