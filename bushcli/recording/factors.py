@@ -22,6 +22,8 @@ _POWERS = re.compile(
     r"|(?<![^\W_])(?:\d+(?:[.,]\d+)?)?(?:[eE][-+−]\d+|e\d+)(?![^\W_])|(?<![^\W_])(?:\d[\d.,]*E\d+|E[3-9])(?![^\W_])"
     r"|^\W*\d+[.,]\d+(?=\s)|(?<![\w.,])0[.,]\d+\W*$"
 )
+#: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.
+_TYPE = re.compile(r"(?<![^\W_])(?:WA|[A-EG-QS-Z]\d+[A-Z]\w*)$|\+$")
 _WORDS = re.compile(r"(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])", re.IGNORECASE)
 #: What names a factor above a table, and what else is called so.
 _CALLED = re.compile(
@@ -46,6 +48,8 @@ def factor_in(name: str) -> str:
         if found:
             return found[0].strip()
     for found in _TIMES.finditer(name):
+        if found[0].startswith("/") and _TYPE.search(name[: found.start()]):
+            continue
         if _number(next(text for text in found.groups() if text is not None)) != 1.0:
             return found[0].strip()
     return ""

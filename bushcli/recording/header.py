@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 from bushcli.recording.factors import FACTOR, factor_in
 from bushcli.recording.formulas import is_formula
 from bushcli.recording.quality import name_quality, plain_name
-from bushcli.recording.remarks import is_remark
+from bushcli.recording.remarks import is_remark, is_unknown_word
 from bushcli.recording.unit_in_name import is_inner_unit, is_range, unit_within, with_second_unit
 from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
     EXCLUDING,
     FOREIGN_BEGINNINGS,
+    HARMLESS,
     MEASURED_WORDS,
     WORDS,
     is_foreign,
@@ -26,9 +27,13 @@ _BRACKETS = re.compile(
     r"\[([^\[\]]*)(?:\]|$)|\(([^()]*)(?:\)|$)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
     r"|«([^«»]*)»|[“„]([^“”„]*)[“”]"
 )
+#: The address of a controller in a remark of WaveMatrix: "Load(8800 (0,1):Load) (kN)".
+_INNER = re.compile(r"(\([^()]*)\(\d+(?:,\d+)*\)([^()]*\))")
 #: An inch in quotation marks, after a sign, or as a sign: 'Travel "in"', "Travel:in", 'Travel"'; and before the name.
 _INCH = re.compile(r"""\s*(?:"in"|'in'|[:@\\*]\s*in\*?|[\s:;,@_]*["″])\s*$""", re.IGNORECASE)
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
+#: Between the words of "axialForce" and "LoadCell".
+_CAMEL = re.compile(r"(?<=[a-zäöüß]{2})(?=[A-ZÄÖÜ][a-zäöüß]{2})")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
 _AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
 #: A time is named with the rate of its samples by catman: "Time  1 - default sample rate [s]".
@@ -81,13 +86,13 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     if len(text) > _LONGEST_NAME:
         return Heading((), (), ())
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
+    text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
     has_unit = has_unit or _has_unit(bracketed, rest, timed)
     # [1] is no remark, but the unit of a number without one.
-    numbered = "[1]" not in text
-    remarks = [inside for inside in bracketed if numbered and is_remark(inside, rest, timed, has_unit)]
+    remarks = [] if "[1]" in text else _remarks(bracketed, rest, timed, has_unit)
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
     inch = None if bracketed else _INCH.search(rest)
     if inch:
@@ -126,6 +131,17 @@ def _has_unit(bracketed: Sequence[str], rest: str, timed: bool) -> bool:
     """Whether one of the texts in the brackets of a name is a known unit, or one stands in the rest of the name."""
     known = any(tabulated_unit(inside) is not None for inside in bracketed)
     return known or (bool(bracketed) and unit_within(rest, timed)[1] != "")
+
+
+def _remarks(bracketed: Sequence[str], rest: str, timed: bool, has_unit: bool) -> list[str]:
+    """Return the texts in brackets that are remarks; the arguments are those of `is_remark`."""
+    # "Load (Dynacell) [kN]" has a remark; "Load [kN] [klx]" may have two units.
+    known = [tabulated_unit(inside) is not None for inside in bracketed]
+    return [
+        inside
+        for i, inside in enumerate(bracketed)
+        if is_remark(inside, rest, timed, has_unit) and not (any(known[:i]) and is_unknown_word(inside))
+    ]
 
 
 def _doubtful(words: Sequence[str], rest: str) -> list[str]:
@@ -200,15 +216,15 @@ def word_quality(head: Heading, kind: str) -> int:
     # A planar coupon test is called pure shear; its stress and strain are nominal, unlike those of simple shear.
     name = name.replace("pure shear", " ")
     # The first stress of Piola and Kirchhoff is the nominal one.
-    words = re.sub(r"\b(?:1st|first) (?:pk|piola(?: kirchhoff)?)\b", " ", name).split()
-    name = " ".join(words)
+    name = re.sub(r"\b(?:1st|first) (?:pk|piola(?: kirchhoff)?)\b", " ", name)
+    words = HARMLESS.sub(" ", name).split()
     if (
         head.formula
         or any(is_foreign(word) for word in words)
         or EXCLUDING.get(kind, frozenset()) & set(words)
     ):
         return 0
-    return name_quality(name, kind)
+    return name_quality(" ".join(name.split()), kind)
 
 
 def without(head: Heading, words: Collection[str]) -> Heading:

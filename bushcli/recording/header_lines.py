@@ -8,11 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.factors import factor_in
 from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
 from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
 from bushcli.recording.table import SHOWN
 from bushcli.recording.units import tabulated_unit
 
+#: The number of a channel or test in a comment.
+_NUMBERED = re.compile(
+    r"\b(?:ch|channel|kanal|run|test|specimen|sample|sensor|probe)\s?\d{1,3}\b", re.IGNORECASE
+)
 #: Characters up to which a word that ends with s is no plural.
 _SHORT = 4
 
@@ -70,7 +75,11 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
             full.append((line, fields))
     for i, (line, fields) in enumerate(full):
         further = full[i + 1 :]
-        if units == empty and (is_units_row(fields) or _are_unknown_units(fields, further)):
+        is_known = is_units_row(fields)
+        # Origin writes a row of comments below the row of units.
+        if (is_known and _below_units(path, place, units)) or (
+            units == empty and (is_known or _are_unknown_units(fields, further))
+        ):
             units, place = tuple(fields), line.number
             continue
         _no_data(path, [one for one in passed if one.number > line.number])
@@ -126,6 +135,27 @@ def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:
 def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]]) -> bool:
     """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
     return not named_columns(fields) and any(named_columns(other) >= 2 for _, other in above)
+
+
+def _below_units(path: Path, number: int, fields: Sequence[str]) -> bool:
+    """Whether a line below a row of units is one of comments; False if it is itself a row of known units, or none.
+
+    Raises
+    ------
+    RecordingError
+        It may be a row of factors.
+    """
+    words = [_NUMBERED.sub("", field) for field in fields if field]
+    if not words or is_units_row(fields):
+        return False
+    if any(
+        tabulated_unit(word) is not None or factor_in(word) or re.search(r"[\[\](){}%]|(?<![^\W_])\d", word)
+        for word in words
+    ):
+        shown = " ".join(fields)[:SHOWN]
+        what = f'"{shown}" stands below the row of units, and it is not clear whether it has factors or other units'
+        raise RecordingError(Problem(f"{path}:{number}", what, "", "put # in front of a remark"))
+    return True
 
 
 def _fields(text: str, delimiter: str, width: int) -> list[str] | None:

@@ -17,6 +17,8 @@ from cases.mode import Mode, modes
 #: Words that a name may contain where the case file asks for a true stress or a true strain.
 TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
 TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
+#: Modes of a coupon whose strain and stress along the load extensometers call axial.
+_ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
 STRETCHING = frozenset(
     {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
@@ -176,8 +178,9 @@ def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
         unit = find_unit(text, wanted.measured)
         if unit is not None and unit.measured != wanted.measured:
             return 0
-    others = (set(head.words) & modes().keys()) - {wanted.mode.name}
-    if others and wanted.mode.name not in head.words:
+    own = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
+    others = (set(head.words) & modes().keys()) - own
+    if others and not own.intersection(head.words):
         # A volumetric strain is none of a uniaxial test; what a rig calls axial may be radial to the bushing.
         quality = 0 if wanted.mode.specimen == "coupon" else 1
     # If engineering and true strain are side by side, the one that the case file asks for ranks highest.

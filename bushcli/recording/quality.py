@@ -32,7 +32,9 @@ def name_quality(name: str, kind: str) -> int:
         return 3
     if any(len(word) > 1 and word in words for word in known):
         # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
-        return 0 if "ratio" in words or any(name in WORDS[other] for other in WORDS if other != kind) else 2
+        phrase = any(" " in word and f" {word} " in f" {name} " for word in known)
+        other_ratio = "ratio" in words and not phrase
+        return 0 if other_ratio or any(name in WORDS[other] for other in WORDS if other != kind) else 2
     if any(word in words for word in WEAK.get(kind, ())):
         return 1
     if kind not in ENDINGS or name.startswith(FOREIGN_BEGINNINGS):

@@ -19,26 +19,26 @@ OTHER = "other"
 #: Spellings of the units of `UNITS`, without blanks, in their usual upper or lower case.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = {
     "time": {
-        "s": "s sec secs sek second seconds Sekunde Sekunden",
+        "s": "s sec secs sek second seconds Sekunde Sekunden seconde secondes secondi segundos 秒",
         "ms": "ms msec msecs millisecond milliseconds",
         "min": "min mins minute minutes Minute Minuten",
         "h": "h hr hrs hour hours Stunde Stunden",
     },
     "length": {
-        "mm": "mm millimeter millimeters millimetre millimetres",
+        "mm": "mm millimeter millimeters millimetre millimetres millimètre millimètres millimetri milímetros 毫米",
         "m": "m meter meters metre metres",
         "cm": "cm centimeter centimeters centimetre centimetres",
         "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
         "in": "in inch inches Zoll \" '' ″",
     },
     "angle": {
-        "deg": "deg degs degree degrees ° Grad",
+        "deg": "deg degs degree degrees ° Grad degrés gradi grados 度",
         "rad": "rad rads radian radians",
         "mrad": "mrad milliradian milliradians",
     },
     "force": {
-        "N": "N newton newtons",
-        "kN": "kN kilonewton kilonewtons",
+        "N": "N newton newtons 牛 牛顿",
+        "kN": "kN kilonewton kilonewtons 千牛",
         "lbf": "lbf lb lbs lbfs pound pounds",
     },
     "moment": {

@@ -13,22 +13,30 @@ def _set(words: str) -> frozenset[str]:
 #: Words for a column, the column names of this project first.
 WORDS = {
     "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit",
-        "时间",
+        "时间", "temps", "tempo", "tiempo", "時間",
     ),
     "length": (
         "displacement", "disp", "deflection", "travel", "stroke", "extension", "crosshead",
-        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移",
+        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移", "déplacement", "deplacement", "course",
+        "spostamento", "corsa", "desplazamiento", "変位", "ストローク",
     ),
-    "angle": ("rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度"),
-    "force": ("force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷"),
-    "moment": ("moment", "torque", "drehmoment", "扭矩"),
-    "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung"),
+    "angle": (
+        "rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度", "φ", "θ", "angolo",
+        "rotazione", "ángulo", "rotación",
+    ),
+    "force": (
+        "force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷", "effort", "forza", "carico", "fuerza",
+        "carga", "荷重", "試験力",
+    ),
+    "moment": ("moment", "torque", "drehmoment", "扭矩", "couple", "coppia", "momento", "トルク"),
+    "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung", "λ"),
     "strain": (
-        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变",
+        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变", "ε",
+        "déformation", "deformazione", "deformación", "ひずみ",
     ),
     "stress": (
         "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
-        "应力",
+        "应力", "σ", "contrainte", "応力",
     ),
 }  # fmt: skip
 #: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
@@ -56,7 +64,9 @@ _FOREIGN = _set(
     "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "
     "hold feedforward sinus green almansi piola kirchhoff pk pk2 shear diff δ predicted prediction pred fem fea sim "
     "theor computed specified rated extrapolated abaqus ansys magnitude betrag reduced reduzierte mooney mises "
-    "equivalent deviatoric deviator hydrostatic berechnet rechnerisch"
+    "equivalent deviatoric deviator hydrostatic berechnet rechnerisch consigna comando riferimento erreur errore "
+    "vitesse velocità velocidad maximal maximale minimale massimo massima minimo minima máximo máxima mínimo mínima "
+    "moyen moyenne medio media"
 )
 _NOMINAL = _set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
 _MAGNITUDE = _set("abs absolute absolut absolutwert")
@@ -95,16 +105,47 @@ _BESIDE = MEASURED_WORDS | _set(
     "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
     "actuator transducer extensometer laser encoder analog digital primary secondary standard upper lower frame bench "
     "machine piston cylinder beam plate clamp side prüfstand prüfmaschine kolben zylinder taster aufnehmer traverse "
-    "messdose kraftmessdose seite oben unten links rechts innen außen pure"
+    "messdose kraftmessdose seite oben unten links rechts innen außen pure linear rotary static dynamic quasi axis "
+    "dir achse richtung lc loadcell rvdt optical optisch video clip dynacell instron zwick kistler temposonics "
+    "compression tension compressive tensile zug druck positive positiv "
+    # How a signal was processed; its unit remains.
+    "unfiltered gefiltert ungefiltert tariert genullt nullgesetzt korrigiert kalibriert geglättet roh rohsignal "
+    "rohdaten rohwert kompensiert bereinigt filtré filtrée corrigé corrigée mesuré mesurée brut brute filtrata "
+    "misurata compensated removed subtracted resampled decimated interpolated detrended collected formula result "
+    "reading pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
 )
 #: Words that a remark in brackets may contain beside others, but does not consist of.
 FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
 #: Words that are remarks in brackets: they tell where and how a value was measured, and nothing about its unit.
-REMARKS = _BESIDE - FILLING - _set("rel eng nom scaled uncalibrated")
+REMARKS = _BESIDE - FILLING - _set("rel eng nom scaled uncalibrated dl δl")
+#: What was subtracted from a signal or corrected in it: a force without offset is a force.
+_CORRECTED = "offset|inertia|friction|tare|mean|temperature|temp|noise|drift|preload|reib(?:ung)?|vorlast"
+_SENSORS = r"lvdts?|sensors?|lasers?|channels?|cells?|transducers?|sensoren|kanäle"
+#: Words that change the meaning of a quantity alone, but not in these phrases, in lower case with single blanks.
+HARMLESS = re.compile(
+    rf"\b(?:{_CORRECTED}) (?:corrected|compensated|removed|subtracted|free|korrigiert|kompensiert|bereinigt)\b"
+    rf"|\b(?:without|w o|ohne|no|minus|incl|inkl|including|with|mit) (?:{_CORRECTED})\b"
+    r"|\b(?:in )?[xyz] direction\b"
+    # The range of a sensor, and the speed of a test: "range 10 kN", "10 mm/min".
+    r"|\brange \d+ ?(?:k?n|mm|lbf|in)\b|\b\d+ ?(?:k?n|mm|lbf|in) range\b"
+    r"|\b(?:rate |speed )?\d+ ?(?:mm|in|deg) (?:min|s)\b"
+    r"|\b(?:f?max|nom|nominal|rated|capacity|nenn|nennkraft|nennlast) \d+ ?(?:k?n|mm|lbf|in)\b"
+    # The values of one cycle; a count of cycles has no number.
+    r"|\b(?:cycle|zyklus) \d+\b|\b\d+(?:st|nd|rd|th) cycle\b|\b\d+ zyklus\b"
+    # The mean of sensors, not of cycles.
+    rf"|\b(?:avg|average|mean|mittel|mittelwert) (?:of|aus|von) (?:(?:[2-4]|two|three|four|both|zwei|drei|vier|beiden)"
+    rf"(?= (?:{_SENSORS})\b|$)|(?={_SENSORS}))"
+)
 #: Words before the number of a channel.
 NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
 #: A factor beside a unit: "x10 N", "1000 N".
 POWER = re.compile(r"[x×*]?10+|1[eE]\d")
+#: Names of devices and channels: MX840B, LC2, U10M. What may be a unit is none, with or without an exponent.
+_CODE = re.compile(r"([A-Z]{2,4})\d{1,4}[A-Z]?|[A-Z]\d{1,4}[A-Z]|(?:c?DAQ|[Dd]ev|[Mm]od|[Ss]lot)\d{1,3}")
+_UNITS = re.compile(
+    r".*(?:M|IN|FT)|[KD]?A?N|K?GF?|KP|K?LBF?S?|KIPS?|OZF?|TONS?|MILS?|THOU|[KMG]?PA|[PK]SI|M?BAR|M?[VA]|ADC"
+    r"|DAC|DIG|INC|LSB|GAIN|DIV|MULT?|FAKT?|FACT?|EXP|BITS?|CNTS?|VDC|M?SEC|MIN|HRS?|DEGS?|M?RAD|PCT"
+)
 ALL_ENDINGS = tuple(end for ends in ENDINGS.values() for end in ends)
 _ALL_WORDS = frozenset(
     word for names in (*WORDS.values(), *WEAK.values()) for name in names for word in name.split()
@@ -116,10 +157,18 @@ def is_foreign(word: str) -> bool:
     return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS)
 
 
+def is_code(word: str) -> bool:
+    """Whether a word is the name of a device or channel, such as MX840B, LC2, U10M, and no unit with a number."""
+    found = _CODE.fullmatch(word)
+    return found is not None and not _UNITS.fullmatch(found[1] or "")
+
+
 def known_word(word: str) -> bool:
     """Whether a word belongs to names of columns and is therefore not a unit; digits behind it do not count."""
     if POWER.fullmatch(word):
         return False
+    if is_code(word):
+        return True
     plain = word.lower().rstrip("0123456789")
     if plain[:1].isdigit():
         # "2Force" is a channel; "10V" is a number and a unit.
