@@ -85,6 +85,8 @@ class Search:
     def __init__(self, bodies: Bodies) -> None:
         self.bodies = bodies
         self._surface, self._kept = self._given()
+        # Shape functions at the points of a facet, (n, q).
+        self._shares = bodies.basis.values(bodies.points[0]).T
 
     def meeting(self, x: Array, reach: float) -> bool:
         """Whether any facets come near enough to each other for `inside` to find a point.
@@ -96,7 +98,10 @@ class Search:
         reach : float
             Deepest penetration that is looked for, as a ratio to the breadth of the facets.
         """
-        if any(np.any(plane.height(self._places(plane, x)) < 0.0) for plane in self.bodies.planes):
+        if any(
+            (plane.side * self._at_points(plane, x[:, plane.axis])).min() < 0.0
+            for plane in self.bodies.planes
+        ):
             return True
         return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 
@@ -135,8 +140,11 @@ class Search:
 
     def _places(self, plane: MirrorPlane, x: Array) -> Array:
         """Positions of the points that may meet a plane, mm, shape (f, q, d)."""
-        values = self.bodies.basis.values(self.bodies.points[0])
-        return np.asarray(np.einsum("qn,fnd->fqd", values, x[self.bodies.facets[plane.facets]]))
+        return np.stack([self._at_points(plane, one) for one in x.T], axis=-1)
+
+    def _at_points(self, plane: MirrorPlane, values: Array) -> Array:
+        """Return values at the nodes, (nodes,), at the points that may meet a plane, shape (f, q)."""
+        return np.asarray(values[self.bodies.facets[plane.facets]] @ self._shares)
 
     def near(self, x: Array) -> Ints:
         """Return the pairs of soft facets that face each other at less than their breadth, shape (k, 2)."""
