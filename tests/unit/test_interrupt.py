@@ -30,6 +30,8 @@ def listening():
     """Listen for signals with a clock that stands still unless it is set."""
     before = {one: signal.getsignal(one) for one in STOPS}
     now = [100.0]
+    # Tests that were started with nohup ignore it.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     listen(lambda: now[0])
     yield now
     for one, handler in before.items():
