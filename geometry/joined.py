@@ -122,10 +122,9 @@ def touching(place: NDArray[np.float64], where: str, view: View | None) -> Geome
     view : View | None
         Contents of a picture.
     """
-    shown = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in place)
     return GeometryError(
         where,
-        f"the inner and the outer bond touch each other at ({shown}): rubber that is moved and held at one point "
+        f"the inner and the outer bond touch each other at {_shown(place)}: rubber that is moved and held at one point "
         "has no finite stiffness",
         "bonds with a free surface between them; a name or a rule may give a bond an edge or a face too many",
         view,
@@ -154,5 +153,8 @@ def _gap(some: Sequence[int] | set[int], others: Sequence[int], dimension: int) 
         return ""
     distance, *place = min(found, key=lambda one: one[0])
     middle = 0.5 * (np.array(place[:3]) + np.array(place[3:]))
-    shown = ", ".join(f"{round(x, 3) + 0.0:g}" for x in middle[:dimension])
-    return f"; the narrowest gap is {distance:.3g} mm, at ({shown})"
+    return f"; the narrowest gap is {distance:.3g} mm, at {_shown(middle[:dimension])}"
+
+
+def _shown(place: NDArray[np.float64]) -> str:
+    return f"({', '.join(f'{round(float(x), 3) + 0.0:g}' for x in place)})"

@@ -91,7 +91,10 @@ def _refuse_undecodable(typed: Sequence[str]) -> None:
     """Refuse arguments with bytes that are no text: DOLFINx and reports cannot contain them."""
     for text in typed:
         if any("\ud800" <= one <= "\udfff" for one in text):
-            click.echo(f"error: {text!a}: not text in the encoding of this system; rename the file", err=True)
+            what = "contains bytes that are not text in the encoding of this system"
+            click.echo(
+                f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True
+            )
             sys.exit(WRONG_INPUT)
 
 

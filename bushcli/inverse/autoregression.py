@@ -93,6 +93,7 @@ def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
     if float(rest @ rest) <= ROUNDING * power:
         return CorrelatedErrors(plain, 0.0, 1.0)
     correlation = _correlation(rest, basis)
+    # White errors have the usual unbiased variance; what several recordings disagree on is in the power alone.
     left = n - float(np.trace(basis.T @ correlated(correlation, basis)))
     variance = max(power / n, float(rest @ rest) / left, plain if correlation == 0.0 else 0.0)
     time = max(_time(correlation), correlation_time(residual - residual.mean()))

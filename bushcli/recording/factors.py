@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from bushcli.recording.table import SHOWN, Table
+from bushcli.recording.table import LONGEST_LINE, SHOWN, Table
 
 #: Before a factor among the units of a column.
 FACTOR = "factor"
@@ -36,8 +36,6 @@ _OTHER = re.compile(
     r"|temperature|sensitivity|formfaktor|verlustfaktor|sicherheitsfaktor)\b",
     re.IGNORECASE,
 )
-#: Characters of a line above a table that are searched.
-_LONGEST = 5000
 #: A number without a unit.
 _BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
 
@@ -59,7 +57,7 @@ def stated_factors(table: Table) -> list[str]:
     """Return a remark about each line above a table that states a factor other than 1."""
     said = []
     for number, text in table.preamble:
-        text = text[:_LONGEST]
+        text = text[:LONGEST_LINE]
         called = _CALLED.search(text)
         if called is None or _OTHER.search(text):
             continue

@@ -9,7 +9,7 @@ from itertools import pairwise
 from bushcli.recording.header import Heading, heading
 from bushcli.recording.match import Wanted, quality_of
 from bushcli.recording.source import UNITS
-from bushcli.recording.table import SHOWN, Table
+from bushcli.recording.table import LONGEST_LINE, SHOWN, Table
 from bushcli.recording.units import Unit, find_unit, tabulated_unit
 
 _UNITS = re.compile(
@@ -51,8 +51,6 @@ _SYSTEMS = (
     re.compile(rf"^{_IN}({_NAME})"),
     re.compile(r"\b(imperial|(?:us|u\.s\.)[ -]customary|inch[ -]pound)\b", re.IGNORECASE),
 )
-#: Characters of a line that are searched.
-_LONGEST = 5000
 #: Words after "Values in" that may be units.
 _MOST = 10
 #: Words of a statement that belong to no name of a column.
@@ -84,7 +82,7 @@ def _plain(text: str) -> str:
 
     Longer lines are cut: they are no statements, and the search for units in them takes long.
     """
-    text = text[:_LONGEST]
+    text = text[:LONGEST_LINE]
     text = re.sub(r"(?<=[a-zäöüß])(einheit(?:en)?)(?=\W|$)", r" \1", text)
     return _LENGTH.sub("displacement ", text)
 
@@ -160,7 +158,7 @@ def stated_system(table: Table) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that names a system of units: "Units: Imperial"; or None."""
     for number, text in table.preamble:
         for form in _SYSTEMS:
-            found = form.search(text[:_LONGEST])
+            found = form.search(text[:LONGEST_LINE])
             if found:
                 return number, found[1]
     return None

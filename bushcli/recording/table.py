@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 LARGEST = 1e100
 #: Largest number of characters of a name or a field that a message shows.
 SHOWN = 40
+#: Characters of a line above a table in which units and factors are searched.
+LONGEST_LINE = 5000
 
 
 @dataclass(frozen=True, kw_only=True)

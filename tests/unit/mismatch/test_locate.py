@@ -15,7 +15,8 @@ from bushcli.likelihood.noise import (
     noise_model,
 )
 from bushcli.mismatch.bins import bins
-from bushcli.mismatch.record import locate
+from bushcli.mismatch.record import _mismatch, locate
+from bushcli.mismatch.scan import Box
 from bushcli.recording import Recording, branches, select_cycles
 from bushcli.recording.misfit import correlation_time
 
@@ -330,18 +331,31 @@ def test_correlation_time():
     assert correlation_time(e) == pytest.approx(4.0, rel=0.15)
 
 
-def test_a_misfit_without_a_sense_is_neither_stiff_nor_soft():
-    """The factor on the force that a fit has just made zero says nothing."""
+@pytest.mark.parametrize(
+    ("share", "sign", "words"),
+    [
+        (
+            lambda q: np.where(np.abs(q) < 6.0, 0.1, -0.1),
+            "both_ways",
+            "wrong in both directions, by 14.4 times the noise",
+        ),
+        (lambda q: np.full(len(q), 0.15), "too_stiff", "18 % too stiff"),
+    ],
+    ids=["senseless", "stiff"],
+)
+def test_a_misfit_whose_mean_a_fit_has_made_zero_has_no_sense(share, sign, words):
+    """Over a whole recording the factor on the force is what a fit makes zero: it says nothing of what is left."""
     time, q = ramps(0, 8, -8, 8, -8, 0)
-    wave = np.where(np.abs(q) < 4.0, 1.0, -0.1) * 0.1
-    misfit = wave * law(q) / 1.0
-    factor = float(misfit @ law(q) / (law(q) @ law(q)))
-    location = found(time, q, law(q) * (1 + wave - factor))
-    whole = [one for one in location.mismatch if {"side", "displacement"} <= one.whole]
-    for one in whole:
-        assert one.sign == "both_ways" or abs(one.relative) > 1e-3
-    text = sentence(replace(location.mismatch[0], sign="both_ways", relative=None, rms=2.74))
-    assert "the simulation is wrong in both directions, by 2.7 times the noise (rms)" in text
+    force, wave = law(q), share(q)
+    if sign == "both_ways":
+        wave = wave - float((wave * force) @ force / (force @ force))
+    whole = recording(time, q, force * (1.0 - wave))
+    channel, grid = Compared(whole, force, NoiseModel(SIGMA)), bins(whole)
+    rates, kinds, _, cycles, bands = grid.shape
+    box = Box(tuple(range(rates)), tuple(range(kinds)), (1.0, -1.0), (0, cycles - 1), (0, bands - 1), 9.0)
+    one = _mismatch(channel, grid, box, np.ones(len(q), dtype=bool), 1.0, 1e-6)
+    assert one.sign == sign
+    assert words in sentence(one)
 
 
 def test_a_misfit_above_the_noise_that_is_in_no_place_is_not_called_noise():
