@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -72,6 +73,8 @@ class FoundPart:
         Volume of each region (mm^3) and area of each boundary (mm^2); bonds as "inner_bond".
     thickness
         Size of the rubber across the bonds, mm.
+    layer
+        Mean thickness of the rubber between bonds and metal, mm: less than `thickness` where plates divide it.
     size
         Largest extent of the solids in the file, mm.
     narrow : mapping
@@ -95,6 +98,7 @@ class FoundPart:
     planes: Planes
     measures: Mapping[str, float]
     thickness: float
+    layer: float
     size: float
     narrow: Mapping[int, float]
     curved: Mapping[int, tuple[float, float]]
@@ -237,6 +241,7 @@ def _described(
         planes=planes,
         measures=regions | {f"{k}_bond" if k in BONDS else k: v for k, v in areas.items()},
         thickness=thickness,
+        layer=2.0 * regions[RUBBER] / _held_area(part, roles, meshed, bonds.labels),
         size=part.size,
         narrow=local_thickness(faces, thickness),
         curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
@@ -247,6 +252,23 @@ def _described(
         view=view,
         wall=_wall(groups, by_tag, frame, axis),
     )
+
+
+def _held_area(
+    part: Part, roles: Mapping[int, str], meshed: Sequence[int], labels: Mapping[int, str]
+) -> float:
+    """Area of the rubber's faces that are bonded, to a rigid body or to a solid of metal, mm^2."""
+    rubber, others = (
+        Counter(
+            int(face)
+            for solid in meshed
+            if (roles[solid] == RUBBER) == wanted
+            for _, face in model().getBoundary([(3, solid)], oriented=False)
+        )
+        for wanted in (True, False)
+    )
+    held = [f for f, times in rubber.items() if times == 1 and (f in others or labels.get(f) in BONDS)]
+    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held)
 
 
 def _least_radius(face: int) -> float:
