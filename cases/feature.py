@@ -103,6 +103,8 @@ class Feature:
         residual.
     breaks : frozenset of str
         Planes of symmetry that the feature breaks: "x", "y", "z".
+    breaks_with : tuple of (str, frozenset of str)
+        Names of optional parameters, each with the planes that the feature breaks in addition where it has a value.
     assembled : bool
         The parameters act before the test: they are brought to their values in steps, at rest, and time-dependent
         branches relax.
@@ -123,17 +125,13 @@ class Feature:
     follows: str = ""
     springs: float = 0.0
     breaks: Mirrors = frozenset()
+    breaks_with: tuple[tuple[str, Mirrors], ...] = ()
     assembled: bool = False
 
     @property
     def of_rubber(self) -> bool:
         """Whether it concerns the rubber alone: it then does not depend on the mesh, and serves any shape."""
         return replace(self, branches=None, compliance=None) == Feature()
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether it makes the curve of some modes unsymmetric about zero."""
-        return bool(self.breaks)
 
 
 @dataclass(frozen=True)
@@ -143,3 +141,10 @@ class Installed:
     name: str
     feature: Feature
     values: Mapping[str, float]
+
+    @property
+    def breaks(self) -> Mirrors:
+        """Planes of symmetry that the feature breaks with these parameters: "x", "y", "z"."""
+        return self.feature.breaks.union(
+            *(planes for name, planes in self.feature.breaks_with if name in self.values)
+        )

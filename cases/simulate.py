@@ -90,7 +90,7 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
     """
     planes = shape.mirror_planes
     for item in (*features, *plates(shape)):
-        planes -= item.feature.breaks
+        planes -= item.breaks
     return planes
 
 

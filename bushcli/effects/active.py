@@ -71,7 +71,7 @@ class ActiveEffect:
         if self.effect.branches > 1:
             count = len({p.branch for p in self.parameters if p.branch != p.name})
             found += [f"{count} branches"] if count > 1 else []
-            found += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
+        found += [f"with {p.name}" for p in self.parameters if p.branch == p.name]
         for p in self.parameters:
             if p.choices:
                 found.append(p.choices[round(self.values[p.name])].replace("_", " "))
@@ -112,7 +112,7 @@ class ActiveEffect:
     @property
     def can_branch(self) -> bool:
         """Whether the effect has optional parameters that this one is without."""
-        return any(p.optional and p.name not in self.values for p in self.effect.parameters)
+        return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
 
     def started(self) -> ActiveEffect:
         """Return the effect with start values for the parameters that have no value."""

@@ -58,6 +58,9 @@ class EffectParameter:
         has no meaning while the amplitudes are off.
     optional : bool
         Whether the parameter may be absent, as may those of a second and third branch, or one that refines the effect.
+    motions : frozenset of str
+        For an optional parameter, the motions of a path ("uy") whose reactions it changes to first order: where one of
+        them was recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}
@@ -95,6 +98,7 @@ class EffectParameter:
     upper: float
     off: float | None = None
     optional: bool = False
+    motions: frozenset[str] = frozenset()
     scan: tuple[float, ...] = ()
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
@@ -234,7 +238,7 @@ class Effect:
     @property
     def branches(self) -> int:
         """Largest number of branches: one, and those whose parameters are optional."""
-        return 1 + len({p.branch for p in self.parameters if p.optional})
+        return 1 + len({p.branch for p in self.parameters if p.optional and not p.motions})
 
     @property
     def of_channel(self) -> bool:

@@ -7,7 +7,7 @@ have no derivative there, are scanned on a small grid. An effect whose derivativ
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -25,6 +25,7 @@ from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
 from cases.march import NotConverged
+from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -151,7 +152,7 @@ def _grid(
     recordings: Sequence[Recording],
 ) -> list[Candidate]:
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
-    chosen = _parameters(effect, present)
+    chosen = _parameters(effect, present, {MOTIONS[one.six.number] for one in recordings if one.six})
     shear = shear_modulus(model, case)
     scales = scales_of(case, shear, recordings)
     amplitudes = tuple(p for p in chosen if p.off is not None)
@@ -187,11 +188,16 @@ def _grid(
     return found
 
 
-def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectParameter, ...]:
-    """Parameters of the effect that the model does not have: all but optional ones, or those of one branch more."""
+def _parameters(
+    effect: Effect, present: ActiveEffect | None, motions: Collection[str]
+) -> tuple[EffectParameter, ...]:
+    """Parameters of the effect that the model does not have: all but optional ones, or those of one branch more.
+
+    Optional ones that change the reactions to the recorded `motions` of a path to first order come with the effect.
+    """
     if present is None:
-        return tuple(p for p in effect.parameters if not p.optional)
-    missing = [p for p in effect.parameters if p.optional and p.name not in present.values]
+        return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))
+    missing = [p for p in effect.parameters if p.optional and not p.motions and p.name not in present.values]
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 

@@ -125,9 +125,7 @@ class Simulation:
         features = installed(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
-        self.odd = is_odd(shape, mode) and not any(
-            mode.reversed_by in item.feature.breaks for item in features
-        )
+        self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
         solid = self.model.mesh.dimension == 3
         contact = getattr(shape, "snubber", None) is not None
         self._count = CONTACT_STEPS if contact else SOLID_STEPS if solid else STEPS

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bushcli.effects.effect import effect
 from cases.feature import Feature, Installed
 from cases.local import LocalStiffness
 from cases.march import march
@@ -303,3 +304,27 @@ def test_kidney_from_cad_has_the_stiffness_matrix_of_another_code(rubber):
     for state, name in zip(found, ("K0", "K1"), strict=True):
         theirs, ours = np.array(REFERENCE["kidney_A"][name]), state.symmetric
         np.testing.assert_allclose(np.diag(ours), np.diag(theirs), rtol=0.01)
+
+
+def test_a_sleeve_off_centre_in_any_direction_is_one_that_is_turned(rubber):
+    """A ring has no direction of its own: offset and motion turned together give the turned force."""
+    chosen, step = rubber("yeoh", 200.0), 1e-4
+    fine = Refinement(across=2, along=4, around=16)
+
+    def end(angle, offset=0.8, sensitivity=()):
+        cos, sin = np.cos(angle), np.sin(angle)
+        values = {"offset": offset * cos, "offset_across": offset * sin}
+        place = Installed("misalignment", effect("misalignment").feature(), values)
+        six = path_of([cos, sin, 0, 0, 0, 0])
+        model = model_of(six, chosen, fine, features=[place])
+        return march(model, Program(np.array([1.0])), tolerance=SHARP, sensitivity=sensitivity)
+
+    towards = end(0.0).reactions[0]
+    assert towards[0] > 1.03 * end(0.0, -0.8).reactions[0, 0]
+    across = end(np.pi / 2, sensitivity=("misalignment.offset_across",))
+    np.testing.assert_allclose(across.reactions[0, :2], [0.0, towards[0]], rtol=1e-8, atol=1e-6)
+    # A mesh of 16 elements around is the same after an eighth of a turn.
+    np.testing.assert_allclose(end(np.pi / 4).reactions[0, :2], towards[0] * np.sqrt([0.5, 0.5]), rtol=1e-8)
+    ends = [end(np.pi / 2, 0.8 + d).reactions[0, 1] for d in (step, -step)]
+    slope = across.reaction_sensitivity[0, 1, 0]
+    assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)

@@ -1,9 +1,10 @@
 """Misalignment: the inner sleeve is off centre at rest.
 
-The rubber was moulded with the inner sleeve displaced by ``offset`` in the direction of the radial load: the rubber is
-thinner on one side, without stress at rest. The radial response then differs between + and -. The amplitude is the
-offset, positive towards positive radial load. Axial and torsional curves change only with its square and are left as
-they are.
+The rubber was moulded with the inner sleeve displaced by ``offset`` in the direction of the radial load (x) and by
+``offset_across`` perpendicular to it (y): the rubber is thinner on one side, without stress at rest. The response
+towards x then differs between + and - with the first, towards y with the second; a radial curve changes with the square
+of ``offset_across`` only, so that it takes a path with both motions to identify it. The amplitudes are the offsets,
+positive towards positive motion. Axial and torsional curves change only with their squares and are left as they are.
 
 References
 ----------
@@ -39,18 +40,42 @@ def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
     if shape.elastic_sleeves or not wall.straight:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
-    # M = I + offset e_x (x) grad(share), whose inverse is Sherman and Morrison's.
-    slope = [values["offset"] * steep * x[i] for i in (0, 1)]
-    ratio = 1 + slope[0]
-    inverse = ((1 / ratio, -slope[1] / ratio, 0), (0, 1, 0), (0, 0, 1))
-    return Moved(ufl.as_vector([values["offset"] * share, 0, 0]), inverse, ratio)
+    # M = I + offset (x) grad(share), whose inverse is Sherman and Morrison's.
+    offset = (values["offset"], values.get("offset_across", 0.0))
+    slope = [steep * x[i] for i in (0, 1)]
+    ratio = 1 + offset[0] * slope[0] + offset[1] * slope[1]
+    (xx, xy), (yx, yy) = ([float(i == j) - offset[i] * slope[j] / ratio for j in (0, 1)] for i in (0, 1))
+    inverse = ((xx, xy, 0), (yx, yy, 0), (0, 0, 1))
+    return Moved(ufl.as_vector([offset[0] * share, offset[1] * share, 0]), inverse, ratio)
 
 
 def feature() -> Feature:
     """Return the shape in which the rubber was moulded."""
     from cases.feature import Feature
 
-    return Feature(stress_free=_moved, breaks=frozenset({"x"}))
+    across = ("offset_across", frozenset({"y"}))
+    return Feature(stress_free=_moved, breaks=frozenset({"x"}), breaks_with=(across,))
+
+
+def _offset(name: str, meaning: str, within: float, motions: frozenset[str] = frozenset()) -> EffectParameter:
+    return EffectParameter(
+        name,
+        "mm",
+        meaning,
+        0.2,
+        -10.0,
+        10.0,
+        off=0.0,
+        optional=bool(motions),
+        motions=motions,
+        within=("thickness", within),
+        prior=Prior(
+            "t",
+            0.04,
+            of="thickness",
+            source="class M3 of ISO 3302-1 (0.3 to 0.4 mm for 6.3 to 16 mm of rubber) at one standard deviation",
+        ),
+    )
 
 
 EFFECT = Effect(
@@ -59,25 +84,11 @@ EFFECT = Effect(
     summary="The inner sleeve is off centre at rest: radial loading differs between + and -.",
     acts="assembly",
     parameters=(
-        EffectParameter(
-            "offset",
-            "mm",
-            "in the direction of the radial load",
-            0.2,
-            -10.0,
-            10.0,
-            off=0.0,
-            within=("thickness", 0.8),
-            prior=Prior(
-                "t",
-                0.04,
-                of="thickness",
-                source="class M3 of ISO 3302-1 (0.3 to 0.4 mm for 6.3 to 16 mm of rubber) at one standard "
-                "deviation",
-            ),
-        ),
+        _offset("offset", "in the direction of the radial load (x)", 0.8),
+        # Both at their bounds are less than the thickness together.
+        _offset("offset_across", "perpendicular to the radial load (y)", 0.5, frozenset({"uy"})),
     ),
-    needs="a radial channel that goes to both sides",
+    needs="a radial channel that goes to both sides; for an offset across the load a path in both directions",
     rivals=("bump_stop", "offset"),
     source="Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response, doi:10.1007/s00707-003-1018-1",
     modes=frozenset({"radial", "conical", "path"}),

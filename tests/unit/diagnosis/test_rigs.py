@@ -9,10 +9,12 @@ import pytest
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.recording.recorded import RecordedPath
 from bushcli.runtime.workers import Workers
 from bushcli.selection import derivatives
 from bushcli.selection.columns import trials
 from bushcli.selection.derivatives import Derivatives
+from geometry.shape import shapes
 
 LAG = effect("time_lag")
 
@@ -54,6 +56,20 @@ def test_a_channel_without_time_shares_none(made, recordings):
     third = replace(second, name="equibiaxial", mode="equibiaxial")
     without = (replace(first, time=None), second, third)
     assert tried(made, having(made), without) == ["time_lag@planar", "time_lag@equibiaxial"]
+
+
+def test_an_offset_across_the_load_is_tried_where_its_reaction_was_recorded(made):
+    """A radial curve changes with its square only: no derivative predicts it, and it takes a model without symmetry."""
+    plain = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    case, (one,) = replace(made.case, geometry=plain), made.recordings
+    radial, amplitudes = replace(one, name="radial", mode="radial"), []
+    for number in (None, 0, 1):
+        motion = np.zeros((len(one.displacement), 6))
+        path = None if number is None else RecordedPath(one.time, motion, (), number, "path")
+        model, effects = made.state.model, effect("misalignment")
+        amplitudes += [t.amplitudes for t in trials(case, model, effects, [replace(radial, six=path)])[0]]
+    assert amplitudes == [("offset",), ("offset",), ("offset", "offset_across")]
+    assert effect("misalignment").branches == 1
 
 
 def test_two_on_a_common_channel_are_the_same(made):
