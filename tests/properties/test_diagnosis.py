@@ -1,7 +1,8 @@
-"""A diagnosis does not depend on units, the order of channels, the sense of the path or the number of workers."""
+"""A diagnosis does not depend on units, order of channels, sense of the path, sampling or the number of workers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ STRESS = {"MPa": 1.0, "kPa": 1e3}
 TIME = {"s": 1.0, "min": 1.0 / 60.0}
 FORCE = {"N": 1.0, "kN": 1e-3}
 LENGTH = {"mm": 1.0, "m": 1e-3}
+# Rows of time, strain and force -> the rows that were written.
+Sampling = Callable[..., tuple[Any, ...]]
 FEW = settings(
     max_examples=4,
     deadline=None,
@@ -62,6 +65,7 @@ def answer(found: Any) -> dict[str, Any]:
         "effects": sorted(one.name for one in found.effects),
         "probability": dict(found.probability),
         "law": {name: found.parameters[name].value for name in found.material.parameters},
+        "std": {name: found.parameters[name].std for name in found.material.parameters},
         "misfit": {one.name: one.after_percent for one in found.channels},
     }
 
@@ -72,6 +76,7 @@ def alike(one: dict[str, Any], other: dict[str, Any]) -> None:
     assert one["effects"] == other["effects"]
     assert one["probability"] == pytest.approx(other["probability"], abs=1e-3)
     assert one["law"] == pytest.approx(other["law"], rel=1e-3, abs=1e-5)
+    assert one["std"] == pytest.approx(other["std"], rel=1e-2)
     assert one["misfit"] == pytest.approx(other["misfit"], rel=1e-3)
 
 
@@ -83,12 +88,20 @@ law = "yeoh"
 """
 
 
-def coupon(folder: Path, unit: str, clock: str, order: list[str], workers: int) -> dict[str, Any]:
+def coupon(
+    folder: Path,
+    unit: str,
+    clock: str,
+    order: list[str],
+    workers: int,
+    sampled: Sampling = lambda *each: each,
+) -> dict[str, Any]:
     text = COUPON
     for mode in order:
         time, strain = cycles(0.3, 0.0, 0.3, 0.0, 0.6, 0.0, 0.6, 0.0)
         force = stress(mode, strain)
         force = force + NOISE * np.ptp(force) * np.random.default_rng(len(mode)).normal(size=len(force))
+        time, strain, force = sampled(time, strain, force)
         names = [f"time_{clock}", "stretch", f"nominal_stress_{unit}"]
         table(folder / f"{mode}.csv", names, [TIME[clock] * time, 1.0 + strain, STRESS[unit] * force])
         text += f'[[recordings]]\nmode = "{mode}"\nfile = "{mode}.csv"\n'
@@ -119,6 +132,46 @@ def test_units_and_order_do_not_matter(
     usual: dict[str, Any], tmp_path: Path, unit: str, clock: str, order: list[str]
 ) -> None:
     alike(coupon(tmp_path, unit, clock, order, 1), usual)
+
+
+def same_physics(one: dict[str, Any], other: dict[str, Any]) -> None:
+    """Check that two answers name the same effect, and laws that differ by no more than four standard errors."""
+    assert (one["verdict"], one["effects"]) == (other["verdict"], other["effects"])
+    assert one["probability"]["permanent_set"] > 0.99
+    for name, value in one["law"].items():
+        assert abs(value - other["law"][name]) < 4.0 * np.hypot(one["std"][name], other["std"][name]), name
+
+
+@settings(FEW, max_examples=2)
+@given(share=st.sampled_from([0.5, 0.7, 0.9]), seed=st.integers(0, 9))
+def test_which_samples_were_taken_does_not_matter(
+    usual: dict[str, Any], tmp_path: Path, share: float, seed: int
+) -> None:
+    """Some samples are left out at random: those that remain are not evenly spaced in time."""
+
+    def some(*each: Any) -> tuple[Any, ...]:
+        kept = np.random.default_rng(seed).random(len(each[0])) < share
+        kept[[0, 20, 60, 80, 100, 120, 140, -1]] = True  # turning points
+        return tuple(one[kept] for one in each)
+
+    same_physics(coupon(tmp_path, "MPa", "s", BOTH, 1, some), usual)
+
+
+@settings(FEW, max_examples=2)
+@given(times=st.sampled_from([2, 4]))
+def test_samples_between_samples_tell_nothing_new(usual: dict[str, Any], tmp_path: Path, times: int) -> None:
+    """A rig that writes points of a straight line between its samples adds rows, and no knowledge of the law."""
+
+    def more(*each: Any) -> tuple[Any, ...]:
+        rows = np.arange(len(each[0]), dtype=float)
+        places = np.linspace(0.0, rows[-1], times * (len(rows) - 1) + 1)
+        return tuple(np.interp(places, rows, one) for one in each)
+
+    found = coupon(tmp_path, "MPa", "s", BOTH, 1, more)
+    same_physics(found, usual)
+    # Of white noise, straight lines leave two thirds of the variance: standard errors may be that much smaller.
+    for name, std in found["std"].items():
+        assert std > np.sqrt(2.0 / 3.0) * usual["std"][name], name
 
 
 def test_the_number_of_workers_does_not_matter(usual: dict[str, Any], tmp_path: Path) -> None:
