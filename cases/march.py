@@ -122,7 +122,7 @@ def _started(
         model.internal.reset()
     began = 0.0 if program.time is None else float(program.time[0])
     if model.assembled:
-        recorder.attempts += assemble(model, solver)
+        recorder.attempts.extend(assemble(model, solver))
         if model.internal is not None:
             derivatives.follow(solver, 0, 0.0, began)
             model.commit()
