@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import util
 from pathlib import Path
@@ -77,6 +78,9 @@ def _enter(folder: Path) -> None:
 
     A compilation that was killed leaves a source, and other processes would wait in vain for it to be compiled. While
     another process uses the folder it may be compiling, so that only old sources count as abandoned.
+
+    Truncated libraries are removed too, before the form compiler loads any: it has no check of its own, and loading a
+    file that a full disk or a power cut has truncated ends the process with a bus error.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -85,18 +89,19 @@ def _enter(folder: Path) -> None:
         try:
             fcntl.flock(in_use, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            # Waits while another process, which has just started, removes remains.
+            fcntl.flock(in_use, fcntl.LOCK_SH)
             _clear_remains(folder, ABANDONED)
         else:
             _clear_remains(folder, 0.0)
-        # Waits while another process, which has just started, removes remains.
-        fcntl.flock(in_use, fcntl.LOCK_SH)
+            fcntl.flock(in_use, fcntl.LOCK_SH)
     except OSError:
         # A file system without locks, or a read-only folder.
         _clear_remains(folder, ABANDONED)
 
 
 def _clear_remains(folder: Path, oldest: float) -> None:
-    """Remove sources that are at least `oldest` seconds old and not compiled."""
+    """Remove sources that are at least `oldest` seconds old and not compiled, and modules that are damaged."""
     for source in folder.glob("*.c"):
         finished = source.with_suffix(".c.cached").exists() or source.with_suffix(".c.failed").exists()
         try:
@@ -104,13 +109,15 @@ def _clear_remains(folder: Path, oldest: float) -> None:
                 source.unlink()
         except OSError:
             continue  # another process was faster
+    for ready in folder.glob("*.c.cached"):
+        with suppress(OSError):
+            remove_damaged(folder, ready.name.removesuffix(".c.cached"))
 
 
 @cache
 def _entered() -> Path:
     """Return the folder of the kernels, locked and cleared of remains."""
     _enter(cache_directory())
-    _guard()
     return cache_directory()
 
 
@@ -193,26 +200,6 @@ def load(library: Path) -> Any:
     module = util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def _guard() -> None:
-    """Make the form compiler build a damaged module again instead of loading it.
-
-    It has no option for that, and loading a file that a full disk or a power cut has truncated ends the process with a
-    bus error.
-    """
-    from ffcx.codegeneration import jit
-
-    load = jit.get_cached_module
-    if getattr(load, "guarded", False):
-        return
-
-    def get_cached_module(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
-        remove_damaged(Path(cache_dir), module_name)
-        return load(module_name, object_names, cache_dir, timeout)
-
-    get_cached_module.guarded = True  # type: ignore[attr-defined]
-    jit.get_cached_module = get_cached_module
 
 
 def remove_damaged(folder: Path, module: str) -> None:
