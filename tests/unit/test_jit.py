@@ -70,6 +70,12 @@ def test_the_first_process_removes_it_at_once(left):
     assert sources(left) == ["whole.c"]
 
 
+def test_a_truncated_library_is_removed_before_it_can_be_loaded(left):
+    os.truncate(left / f"whole{LIBRARY}", 10)
+    jit._enter(left)
+    assert [file.name for file in left.iterdir()] == ["in-use.lock"]
+
+
 def test_beside_another_process_it_may_be_under_way(left):
     (left / "killed.c").unlink()
     with another(left):
