@@ -159,22 +159,24 @@ def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, A
     return compiled, module
 
 
-def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> Any:
+def compiled_source(name: str, folder: Path, sources: Sequence[str], declarations: str) -> Any:
     """Compile C of our own as a cffi module, or load it from the kernels' folder.
 
     Parameters
     ----------
     name
         Name of the module.
+    folder
+        Folder of the sources.
     sources
-        The C files, which become one.
+        The C files, which become one, and the headers that they include; names relative to the folder.
     declarations
         Declarations of what Python may call, in cffi's syntax.
     """
     from _cffi_backend import __version__ as cffi_version  # importing cffi itself would load a parser of C
 
-    code = "\n".join(source.read_text() for source in sources)
-    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
+    text = "\n".join((folder / source).read_text() for source in sources)
+    digest = hashlib.sha256(f"{text}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(file):
@@ -185,10 +187,16 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
         file = _entered() / file.name
         builder = cffi.FFI()
         builder.cdef(declarations)
-        builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])
+        code = "".join(f'#include "{source}"\n' for source in sources if source.endswith(".c"))
+        given = {
+            "extra_compile_args": ["-std=c17", *FLAGS],
+            "include_dirs": [str(folder)],
+            "libraries": ["m"],
+        }
+        builder.set_source(module, code, **given)
         # Built beside its final place and moved there: another process sees all of it or nothing.
-        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-            Path(builder.compile(tmpdir=folder)).replace(file)
+        with tempfile.TemporaryDirectory(dir=file.parent) as beside:
+            Path(builder.compile(tmpdir=beside)).replace(file)
     return load(file)
 
 
