@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
-
-Array = NDArray[np.float64]
 
 
 class Drag:
@@ -18,25 +14,31 @@ class Drag:
     ----------
     model
         Its state is left as it is.
+    most
+        Largest number of Newton iterations for a state with the drag.
 
     Attributes
     ----------
-    origin : shape (n,)
-        `Equilibrium.unknowns` of the state towards which the drag pulls.
     most : int
-        Largest number of Newton iterations for a state with the drag.
-    viscosity : float
-        Ratio of the drag's stiffness to that of the displacements at rest.
     """
 
-    def __init__(self, model: FiniteElementModel, origin: Array, most: int) -> None:
-        self.viscosity, self.origin, self.most = 0.0, origin, most
+    def __init__(self, model: FiniteElementModel, most: int) -> None:
+        self.most, self._viscosity = most, 0.0
         self._stiffness = model.system.tangent_at_rest()
         self._origin, self._way = model.system.create_vector(), model.system.create_vector()
 
-    def begin(self, x: PETSc.Vec) -> None:
-        """Use the state in a vector of unknowns as the origin."""
+    def begin(self, x: PETSc.Vec, viscosity: float) -> None:
+        """Pull towards a state from now on.
+
+        Parameters
+        ----------
+        x : PETSc.Vec
+            Unknowns of the state.
+        viscosity : float
+            Ratio of the drag's stiffness to that of the displacements at rest.
+        """
         x.copy(self._origin)
+        self._viscosity = viscosity
 
     def add_forces(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Add the drag at a state.
@@ -50,12 +52,12 @@ class Drag:
         """
         self._origin.copy(self._way)
         self._way.aypx(-1.0, x)
-        self._way.scale(self.viscosity)
+        self._way.scale(self._viscosity)
         self._stiffness.multAdd(self._way, b, b)
 
     def add_stiffness(self, matrix: PETSc.Mat) -> None:
         """Add the drag's derivative to the tangent, which has entries wherever two unknowns share a cell."""
-        matrix.axpy(self.viscosity, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        matrix.axpy(self._viscosity, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -18,6 +18,7 @@ from petsc4py import PETSc
 
 from cases.border import Border
 from cases.broyden import broyden_step
+from cases.callbacks import Callbacks
 from cases.drag import Drag
 from cases.limit import Limit
 from cases.model import FiniteElementModel
@@ -63,14 +64,13 @@ class Equilibrium:
 
     def __init__(self, model: FiniteElementModel, tolerance: float, limit: Limit | None = None) -> None:
         self.model, self.tolerance, self.limit = model, tolerance, limit or Limit()
-        self._interrupt: KeyboardInterrupt | None = None
+        self._callbacks = Callbacks()
         self.x, self.b = model.system.create_vector(), model.system.create_vector()
         self.matrix = model.system.create_matrix()
         self.reactions = self.force = self.energy = 0.0
         self.six: Array | None = None if model.motion.six is None else np.zeros(6)
-        self.tangents = 0
         self.q, self.rate = 0.0, model.rate(0.0)
-        self._rates = Rates()
+        self.tangents, self._rates = 0, Rates()
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
         self._fatigue: int | None = None
         self._factorised = self._guessed = False
@@ -135,15 +135,34 @@ class Equilibrium:
         return self._newton(corrections, factorised=self.tangents > tangents)
 
     @contextmanager
-    def dragged(self, drag: Drag) -> Iterator[None]:
-        """Add a drag towards its origin to the model, and limit Newton's iterations to `Drag.most`."""
-        self._begin(drag.origin)
-        drag.begin(self.x)
+    def dragged(self, drag: Drag, origin: Array, viscosity: float) -> Iterator[None]:
+        """Add a drag to the model, and limit Newton's iterations to `Drag.most`.
+
+        Parameters
+        ----------
+        drag
+            Drag of the model.
+        origin
+            `unknowns` of the state towards which it pulls, shape (n,).
+        viscosity
+            Ratio of its stiffness to that of the displacements at rest.
+        """
+        self._begin(origin)
+        drag.begin(self.x, viscosity)
         self._drag, self._fatigue, usual, self.limit = drag, None, self.limit, Limit(drag.most)
         try:
             yield
         finally:
             self._drag, self._fatigue, self.limit = None, None, usual
+
+    @contextmanager
+    def coarse(self, tolerance: float) -> Iterator[None]:
+        """Accept states whose out-of-balance force is up to this share of the norm of the reactions."""
+        exact, self.tolerance = self.tolerance, max(tolerance, self.tolerance)
+        try:
+            yield
+        finally:
+            self.tolerance = exact
 
     @property
     def factor(self) -> PETSc.KSP:
@@ -169,7 +188,7 @@ class Equilibrium:
         at
             `unknowns` there, shape (n,).
         """
-        self._take(at)
+        self.model.put(at)
         self.q, self.rate = q, self.model.rate(q, ahead=True)
         return np.concatenate([self.tangent_rate(), self.free_rate])
 
@@ -250,42 +269,31 @@ class Equilibrium:
 
     def _newton(self, corrections: int, factorised: bool = False, guessed: bool = False) -> Outcome:
         """Solve by SNES from `x`, after some corrections; `factorised`: the tangent there was factorised last."""
-        self._factorised, self._guessed, self._interrupt = factorised, guessed, None
-        try:
+        self._factorised, self._guessed = factorised, guessed
+        with self._callbacks.around():
             self.snes.solve(None, self.x)
-        except PETSc.Error:
-            # An exception raised in a callback arrives here as PETSc's own error.
-            if self._interrupt is not None:
-                raise self._interrupt from None
-            raise
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
         newton = self.snes.its
         return Outcome(corrections + newton, newton, REASONS.get(self.snes.reason, str(self.snes.reason)))
 
     def _begin(self, guess: Array) -> None:
-        self._take(guess)
+        self.model.put(guess)
         self.model.impose(self.q)
         self.x.array_w[:] = self.model.state.x.array[: self.x.getLocalSize()]
         if self.border is not None:
             self.border.write(self.x, self.model.motion.free)
 
-    def _take(self, unknowns: Array) -> None:
-        state = self.model.state.x.array
-        state[:] = unknowns[: len(state)]
-        self.model.motion.free = np.array(unknowns[len(state) :])
-
     def _to_state(self, x: PETSc.Vec) -> None:
         state = self.model.state.x
         state.array[: x.getLocalSize()] = x.array_r
-        if self.border is not None:
-            self.model.motion.free = self.border.read(x)
         state.scatter_forward()
         if self.border is not None:
+            self.model.motion.take(self.border.read(x))
             self.model.impose(self.q)
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        with self._interruptible():
+        with self._callbacks.inside():
             self._to_state(x)
             self.model.system.residual(b)
             if self.border is not None:
@@ -303,7 +311,7 @@ class Equilibrium:
         if self._factorised:
             self._factorised = False
             return
-        with self._interruptible():
+        with self._callbacks.inside():
             self._assemble(matrix, positive=self._guessed)
             exact, self._guessed = not self._guessed, False
             if exact and self.border is None and bends(self.model, self.ksp, matrix):
@@ -317,15 +325,6 @@ class Equilibrium:
             self._drag.add_stiffness(matrix)
         if self.border is not None:
             self.border.at(self.q)
-
-    @contextmanager
-    def _interruptible(self) -> Iterator[None]:
-        """Remember an interruption that is raised inside a PETSc callback."""
-        try:
-            yield
-        except KeyboardInterrupt as interrupt:
-            self._interrupt = interrupt
-            raise
 
     def _balanced(self, norm: float) -> bool:
         """Whether the residual in `b` is small: its forces relative to the reactions, its volumes to the body's."""

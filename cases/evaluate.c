@@ -33,8 +33,8 @@ void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, co
     }
 }
 
-/* The same with a kernel of `size` results that takes `batch` points at once, and computes what depends on parameters alone
- * once for all of them; `single` inputs are for the batch, not for each of its points. */
+/* The same with a kernel of `size` results that takes `batch` points at once, and computes what depends on parameters
+ * alone once for all of them; `single` inputs are for the batch, not for each of its points. */
 void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const uintptr_t *block, const long *width,
               const long *stride, const long *single, long size, double *out, long out_stride, long clear)
 {

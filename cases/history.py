@@ -92,6 +92,10 @@ class NotConverged(RuntimeError):
             f"no equilibrium found beyond displacement {last:.6g} on the way to {target:.6g} ({reason})"
         )
 
+    def with_history(self, history: History) -> NotConverged:
+        """Return the same failure with the history of several marches, of which this was one."""
+        return NotConverged(history, self.target, self.reason, self.last)
+
 
 def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
     """Return the exception for a path whose first step already failed.
@@ -121,3 +125,7 @@ class Interrupted(KeyboardInterrupt):
     def __init__(self, history: History, target: float, last: float) -> None:
         self.history, self.target, self.last = history, target, last
         super().__init__("the march was interrupted")
+
+    def with_history(self, history: History) -> Interrupted:
+        """Return the same interruption with the history of several marches, of which this was one."""
+        return Interrupted(history, self.target, self.last)

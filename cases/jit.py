@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import util
 from pathlib import Path
@@ -77,6 +78,9 @@ def _enter(folder: Path) -> None:
 
     A compilation that was killed leaves a source, and other processes would wait in vain for it to be compiled. While
     another process uses the folder it may be compiling, so that only old sources count as abandoned.
+
+    Truncated libraries are removed too, before the form compiler loads any: it has no check of its own, and loading a
+    file that a full disk or a power cut has truncated ends the process with a bus error.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -85,18 +89,19 @@ def _enter(folder: Path) -> None:
         try:
             fcntl.flock(in_use, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
+            # Waits while another process, which has just started, removes remains.
+            fcntl.flock(in_use, fcntl.LOCK_SH)
             _clear_remains(folder, ABANDONED)
         else:
             _clear_remains(folder, 0.0)
-        # Waits while another process, which has just started, removes remains.
-        fcntl.flock(in_use, fcntl.LOCK_SH)
+            fcntl.flock(in_use, fcntl.LOCK_SH)
     except OSError:
         # A file system without locks, or a read-only folder.
         _clear_remains(folder, ABANDONED)
 
 
 def _clear_remains(folder: Path, oldest: float) -> None:
-    """Remove sources that are at least `oldest` seconds old and not compiled."""
+    """Remove sources that are at least `oldest` seconds old and not compiled, and modules that are damaged."""
     for source in folder.glob("*.c"):
         finished = source.with_suffix(".c.cached").exists() or source.with_suffix(".c.failed").exists()
         try:
@@ -104,13 +109,15 @@ def _clear_remains(folder: Path, oldest: float) -> None:
                 source.unlink()
         except OSError:
             continue  # another process was faster
+    for ready in folder.glob("*.c.cached"):
+        with suppress(OSError):
+            remove_damaged(folder, ready.name.removesuffix(".c.cached"))
 
 
 @cache
 def _entered() -> Path:
     """Return the folder of the kernels, locked and cleared of remains."""
     _enter(cache_directory())
-    _guard()
     return cache_directory()
 
 
@@ -152,22 +159,24 @@ def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, A
     return compiled, module
 
 
-def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> Any:
+def compiled_source(name: str, folder: Path, sources: Sequence[str], declarations: str) -> Any:
     """Compile C of our own as a cffi module, or load it from the kernels' folder.
 
     Parameters
     ----------
     name
         Name of the module.
+    folder
+        Folder of the sources.
     sources
-        The C files, which become one.
+        The C files, which become one, and the headers that they include; names relative to the folder.
     declarations
         Declarations of what Python may call, in cffi's syntax.
     """
     from _cffi_backend import __version__ as cffi_version  # importing cffi itself would load a parser of C
 
-    code = "\n".join(source.read_text() for source in sources)
-    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
+    text = "\n".join((folder / source).read_text() for source in sources)
+    digest = hashlib.sha256(f"{text}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(file):
@@ -178,10 +187,16 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
         file = _entered() / file.name
         builder = cffi.FFI()
         builder.cdef(declarations)
-        builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])
+        code = "".join(f'#include "{source}"\n' for source in sources if source.endswith(".c"))
+        given = {
+            "extra_compile_args": ["-std=c17", *FLAGS],
+            "include_dirs": [str(folder)],
+            "libraries": ["m"],
+        }
+        builder.set_source(module, code, **given)
         # Built beside its final place and moved there: another process sees all of it or nothing.
-        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
-            Path(builder.compile(tmpdir=folder)).replace(file)
+        with tempfile.TemporaryDirectory(dir=file.parent) as beside:
+            Path(builder.compile(tmpdir=beside)).replace(file)
     return load(file)
 
 
@@ -193,26 +208,6 @@ def load(library: Path) -> Any:
     module = util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def _guard() -> None:
-    """Make the form compiler build a damaged module again instead of loading it.
-
-    It has no option for that, and loading a file that a full disk or a power cut has truncated ends the process with a
-    bus error.
-    """
-    from ffcx.codegeneration import jit
-
-    load = jit.get_cached_module
-    if getattr(load, "guarded", False):
-        return
-
-    def get_cached_module(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
-        remove_damaged(Path(cache_dir), module_name)
-        return load(module_name, object_names, cache_dir, timeout)
-
-    get_cached_module.guarded = True  # type: ignore[attr-defined]
-    jit.get_cached_module = get_cached_module
 
 
 def remove_damaged(folder: Path, module: str) -> None:

@@ -19,7 +19,10 @@ from forms.point import PointFunction
 
 Array = NDArray[np.float64]
 
-SOURCES = ("evaluate.c", "points.c", "contact/near.c", "contact/inside.c")
+SOURCES = (
+    *("group.h", "contact/surface.h", "contact/sweep.h", "contact/nearest.h"),
+    *("evaluate.c", "points.c", "stiffness.c", "contact/near.c", "contact/inside.c"),
+)
 DECLARATIONS = """
 typedef struct
 {
@@ -60,8 +63,7 @@ long inside(const surface *s, const double *x, double reach, double maybe, int64
 @cache
 def loops() -> Any:
     """The loops of `SOURCES`: a cffi module with ``lib`` and ``ffi``."""
-    sources = [Path(__file__).parent / name for name in SOURCES]
-    return jit.compiled_source("points", sources, DECLARATIONS)
+    return jit.compiled_source("points", Path(__file__).parent, SOURCES, DECLARATIONS)
 
 
 def pointer(array: Any, kind: str = "double") -> Any:

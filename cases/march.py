@@ -116,13 +116,12 @@ def _started(
     patience: int | None,
 ) -> _Run:
     """Assemble the bushing, and return the march at the beginning of its program."""
-    model.state.x.array[:] = 0.0
-    model.motion.free[:] = 0.0
+    model.put(np.zeros_like(solver.unknowns()))
     if model.internal is not None:
         model.internal.reset()
     began = 0.0 if program.time is None else float(program.time[0])
     if model.assembled:
-        recorder.attempts += assemble(model, solver)
+        recorder.tried(*assemble(model, solver))
         if model.internal is not None:
             derivatives.follow(solver, 0, 0.0, began)
             model.commit()
@@ -180,7 +179,7 @@ class _Run:
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
             step = self.stepper.attempt(target, until)
-            self.recorder.attempts.append(step.attempt)
+            self.recorder.tried(step.attempt)
             newton += step.attempt.newton
             if not step.attempt.accepted:
                 self._refused(step, target, newton)

@@ -276,6 +276,12 @@ class FiniteElementModel:
         """Give every constrained unknown of the state the value it has at q (mm or rad) and this stage of assembly."""
         self.state.x.array[self.motion.constrained.dofs] = self.motion.values(q)
 
+    def put(self, unknowns: Array) -> None:
+        """Replace the state by this rank's unknowns, and the free motions of the sleeve by those after them."""
+        state = self.state.x.array
+        state[:] = unknowns[: len(state)]
+        self.motion.take(unknowns[len(state) :])
+
     def rate(self, q: float, ahead: bool = False) -> Array:
         """Derivative of the constrained unknowns with respect to q, over all local unknowns (`Motion.rate`).
 
@@ -292,6 +298,32 @@ class FiniteElementModel:
             mm/mm or mm/rad; zero in the free unknowns.
         """
         return self.motion.rate(q, ahead)
+
+    def relocate(self, mesh: NamedMesh, constrained: Array) -> None:
+        """Take over new coordinates of the same mesh, whose nodes have been moved.
+
+        Parameters
+        ----------
+        mesh
+            The mesh, with the shape that it has now.
+        constrained
+            Positions of the constrained unknowns, mm, shape (n, 3).
+
+        Raises
+        ------
+        ValueError
+            The model has features of the assembly, which depend on the mesh as it was.
+        """
+        if not all(item.feature.of_rubber for item in self.features):
+            raise ValueError("a model with features of the assembly cannot be moved to another shape")
+        self.mesh = mesh
+        for part in self.body.parts:
+            part.points.locate(mesh)
+        self.motion.relocate(constrained)
+        self.surfaces.relocate(mesh, self.mode)
+        # It was computed for the previous shape.
+        self.__dict__.pop("volume", None)
+        self.system.take_parameters(moved=True)
 
     # -- measures ------------------------------------------------------------------------------------------------
 

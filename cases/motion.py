@@ -51,6 +51,14 @@ class Motion:
         Those of the model.
     moved
         Features -> position of the stress-free body; None where they do not move it.
+
+    Attributes
+    ----------
+    constrained : Constrained
+    six : SixPath or None
+        Path of six motions; None elsewhere.
+    free : shape (k,)
+        Free motions of such a path, mm and rad: unknowns like any others.
     """
 
     def __init__(
@@ -71,7 +79,6 @@ class Motion:
         )
         self.constrained = self._found()
         self._resizings: dict[str, Callable[[], Array]] = {}
-        # Free motions of a path of six, mm and rad: unknowns like any others.
         self.six = setting.six
         self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
 
@@ -165,6 +172,10 @@ class Motion:
         return self.over_all(self._along_sleeve(self._setting.rate, q))
 
     # -- with six motions ----------------------------------------------------------------------------------------
+
+    def take(self, free: Array) -> None:
+        """Take the free motions at a state, mm and rad."""
+        self.free = np.array(free)
 
     def pose(self, q: float) -> Array:
         """Where the sleeve is on a path of six motions, (6,) in mm and rad: prescribed and free motions."""

@@ -230,15 +230,20 @@ class _Group:
             "pressed": points.unknowns.pressed,
             "weight": points.weight,
         }
-        struct = ffi.new("group *")
-        struct.cells, struct.points, struct.tables = cells, number, tables
-        struct.nodes = points.unknowns.displaced.shape[-1]
-        struct.gradients, struct.components = points.rows - 1, points.setting.components
-        struct.corners = pressure.shape[-1]
-        for name, array in arrays.items():
-            kind = "int32_t *" if array.dtype == np.int32 else "double *"
-            setattr(struct, name, ffi.cast(kind, array.ctypes.data))
-        return cls(struct, list(arrays.values()))
+        sizes = {
+            "cells": cells,
+            "points": number,
+            "nodes": points.unknowns.displaced.shape[-1],
+            "tables": tables,
+            "gradients": points.rows - 1,
+            "components": points.setting.components,
+            "corners": pressure.shape[-1],
+        }
+        addresses = {
+            name: ffi.cast("int32_t *" if array.dtype == np.int32 else "double *", array.ctypes.data)
+            for name, array in arrays.items()
+        }
+        return cls(ffi.new("group *", sizes | addresses), list(arrays.values()))
 
 
 @dataclass(frozen=True)

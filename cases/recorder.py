@@ -57,6 +57,10 @@ class Recorder:
             and all(len(o) in (0, n) for o in optional)
         )
 
+    def tried(self, *attempts: Attempt) -> None:
+        """Record attempts at steps, accepted or not."""
+        self.attempts.extend(attempts)
+
     def point(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
         """Record an equilibrium.
 

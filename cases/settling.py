@@ -53,26 +53,24 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     Outcome
         With the reason "DIVERGED_FLOW" where the flow did not come to rest.
     """
-    drag = Drag(solver.model, start, IMPATIENT)
-    drag.viscosity = FIRST
+    drag, viscosity = Drag(solver.model, IMPATIENT), FIRST
     corrections, here, easy = 0, start, True
     outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
     try:
         for _ in range(STATES):
-            free = drag.viscosity < LEAST_DRAG
+            free = viscosity < LEAST_DRAG
             if free:
                 outcome = solver.solve(q, here)
             else:
-                drag.origin = here
-                with solver.dragged(drag):
+                with solver.dragged(drag, here, viscosity):
                     outcome = solver.solve(q, here)
             corrections += outcome.iterations
-            if (free and outcome.found) or (drag.viscosity > MOST_DRAG and not outcome.found):
+            if (free and outcome.found) or (viscosity > MOST_DRAG and not outcome.found):
                 break
             if not outcome.found:
-                drag.viscosity *= THICKER
+                viscosity *= THICKER
             elif easy:
-                drag.viscosity /= THINNER
+                viscosity /= THINNER
             easy = outcome.found
             here = solver.unknowns() if outcome.found else here
         if not (free and outcome.found):

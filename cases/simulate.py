@@ -187,8 +187,7 @@ def sweep(
     joined = _join(histories)
     if failure is None:
         return joined
-    failure.history = joined
-    raise failure
+    raise failure.with_history(joined) from failure
 
 
 def _sides(targets: Array) -> list[Array]:

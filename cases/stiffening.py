@@ -7,9 +7,6 @@ of it, up to the actual one: only the last state is accepted as an equilibrium.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,19 +37,9 @@ def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> 
         Number of corrections of the state that have gone before.
     """
     for share in SOFTER:
-        with _roughly(solver), solver.model.surfaces.softened(share):
+        with solver.coarse(COARSE), solver.model.surfaces.softened(share):
             outcome = solver.newton(q, guess, corrections)
         if not outcome.found:
             return outcome
         guess, corrections = solver.unknowns(), outcome.iterations
     return solver.newton(q, guess, corrections)
-
-
-@contextmanager
-def _roughly(solver: Equilibrium) -> Iterator[None]:
-    exact = solver.tolerance
-    solver.tolerance = max(COARSE, exact)
-    try:
-        yield
-    finally:
-        solver.tolerance = exact

@@ -79,18 +79,17 @@ class StrainGradient:
         The mesh, and its mixed space with the displacement first.
     cells
         Numbers of the cells on this rank, all of them tetrahedra.
-
-    Attributes
-    ----------
-    shear_modulus : float
-        The law's present one, MPa.
     """
 
     def __init__(self, mesh: NamedMesh, space: Any, cells: Index) -> None:
         self._displaced = Unknowns.of(space, mesh.dimension, cells).displaced
         self._element, self._cells = space.sub(0).element.basix_element, cells
-        self.shear_modulus = 0.0
+        self._shear_modulus = 0.0
         self.locate(mesh)
+
+    def take(self, shear_modulus: float) -> None:
+        """Take the law's present shear modulus, MPa."""
+        self._shear_modulus = shear_modulus
 
     def locate(self, mesh: NamedMesh) -> None:
         """Take the geometry from the nodes of the mesh as they are now."""
@@ -118,7 +117,7 @@ class StrainGradient:
     def energy(self, state: Array) -> float:
         """Return the energy at a state (this rank's unknowns), N mm."""
         bent = self._at(state)
-        return float(STIFFNESS * self.shear_modulus / 4 * self._volume[bent.cells] @ bent.excess**2)
+        return float(STIFFNESS * self._shear_modulus / 4 * self._volume[bent.cells] @ bent.excess**2)
 
     def bending(self, state: Array) -> Array:
         """Return b of each cell at a state: the change of the deformation gradient within it, shape (cells,)."""
@@ -135,7 +134,7 @@ class StrainGradient:
             Take this in place of the shear modulus, MPa (or its rate, per unit of a parameter).
         """
         bent = self._at(state)
-        scale = self._scale(bent, self.shear_modulus if modulus is None else modulus) * bent.excess
+        scale = self._scale(bent, self._shear_modulus if modulus is None else modulus) * bent.excess
         np.add.at(forces, self._displaced[bent.cells], scale[:, None, None] * bent.bending)
 
     @property
@@ -160,7 +159,7 @@ class StrainGradient:
         """
         bent = self._at(state)
         cells, components, nodes = bent.bending.shape
-        scale = self._scale(bent, self.shear_modulus)
+        scale = self._scale(bent, self._shear_modulus)
         flat = bent.bending.reshape(cells, components * nodes)
         values = (2.0 * scale)[:, None, None] * flat[:, :, None] * flat[:, None, :]
         parts = values.reshape(cells, components, nodes, components, nodes)
@@ -181,7 +180,7 @@ class StrainGradient:
         change = direction[displaced]
         growth = 2.0 * np.einsum("cin,cin->c", bent.bending, change)[:, None, None] * bent.bending
         growth += bent.excess[:, None, None] * (change @ self._square[bent.cells])
-        np.add.at(forces, displaced, self._scale(bent, self.shear_modulus)[:, None, None] * growth)
+        np.add.at(forces, displaced, self._scale(bent, self._shear_modulus)[:, None, None] * growth)
 
     def _scale(self, bent: _Bent, modulus: float) -> Array:
         return STIFFNESS * modulus * self._volume[bent.cells]

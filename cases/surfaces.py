@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
-from cases.contact.contact import DEEPEST, Contact
+from cases.contact.contact import DEEPEST, Contact, contact_of
 from cases.feature import Installed, Place
 from cases.jit import options
 from cases.literals import without_literals
+from cases.mode import Mode
 from cases.parameters import Parameters
 from cases.strain_gradient import StrainGradient
 from forms.kinematics import Moved
@@ -75,7 +76,22 @@ class SurfaceForms:
         if self.contact is not None:
             self.contact.take(shear_modulus)
         if self.gradient is not None:
-            self.gradient.shear_modulus = shear_modulus
+            self.gradient.take(shear_modulus)
+
+    def relocate(self, mesh: NamedMesh, mode: Mode) -> None:
+        """Take over new coordinates of the mesh.
+
+        Parameters
+        ----------
+        mesh
+            The mesh, with the shape that it has now.
+        mode
+            Mode of the model.
+        """
+        if self.contact is None or not self.contact.relocated(mesh):
+            self.contact = contact_of(mesh, self._state.function_space, mode, None)
+        if self.gradient is not None:
+            self.gradient.locate(mesh)
 
     @property
     def present(self) -> bool:
@@ -98,15 +114,10 @@ class SurfaceForms:
         finally:
             self._resting = False
 
-    @contextmanager
-    def softened(self, share: float) -> Iterator[None]:
+    def softened(self, share: float) -> AbstractContextManager[None]:
         """Reduce the contact stiffness to this share; meanwhile penetration is not limited."""
         assert self.contact is not None
-        self.contact.share = share
-        try:
-            yield
-        finally:
-            self.contact.share = 1.0
+        return self.contact.softened(share)
 
     @property
     def acting(self) -> Contact | None:

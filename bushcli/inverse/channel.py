@@ -159,9 +159,8 @@ class Channel:
             The march could not cover the range.
         """
         if self.simulation is not None:
-            self.simulation.patience = self._patience
             try:
-                answer = self.simulation.solve(parameters, names)
+                answer = self.simulation.solve(parameters, names, patience=self._patience)
             except NoEquilibrium as error:
                 raise unsolved(str(error)) from None
             self._remember(answer.history)
@@ -223,7 +222,7 @@ class Channel:
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         if isinstance(self.simulation, Reaction):
-            return self._sample(self.simulation.reached())
+            return self._sample(self.simulation.reached(self._patience))
         found: list[Array] = []
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):

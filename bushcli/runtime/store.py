@@ -57,7 +57,7 @@ def code_revision() -> str:
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256(str(installed_dolfinx()).encode())
     for package in PACKAGES:
-        for file in sorted(one for one in (root / package).rglob("*") if one.suffix in {".py", ".c"}):
+        for file in sorted(one for one in (root / package).rglob("*") if one.suffix in {".py", ".c", ".h"}):
             digest.update(file.relative_to(root).as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from mpi4py import MPI
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from cases.feature import Installed
 from cases.mode import Mode, modes, setting_for
 from cases.model import FiniteElementModel
-from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
 from cases.snubber import plates
 from geometry.morph import Morph, elements_of
@@ -30,14 +30,42 @@ Array = NDArray[np.float64]
 CACHED_MODELS = 24
 
 
-@dataclass
 class _Kept:
-    """A model with the places of its nodes and of its constrained unknowns in the box of elements."""
+    """A model that can be moved to another shape.
 
-    model: FiniteElementModel
-    morph: Morph | None = None
-    nodes: Array | None = None
-    held: Array | None = None
+    Parameters
+    ----------
+    model
+        As it was built.
+    refinement
+        Refinement of its mesh.
+    """
+
+    def __init__(self, model: FiniteElementModel, refinement: Refinement) -> None:
+        self.model, self._refinement = model, refinement
+
+    def move(self, shape: Shape) -> bool:
+        """Move the model to another shape of the same elements; return False if it has to be built."""
+        model, held = self.model, self.model.motion.constrained.x.copy()
+        morph, nodes, places = self._morph
+        if nodes is None or places is None:
+            return False
+        model.mesh.mesh.geometry.x[:] = morph.points(shape, nodes)
+        held[self._held] = morph.points(shape, places)
+        model.relocate(replace(model.mesh, shape=shape), held)
+        return True
+
+    @property
+    def _held(self) -> NDArray[np.bool_]:
+        """Which constrained unknowns are displacements, shape (n,)."""
+        return self.model.motion.constrained.component >= 0
+
+    @cached_property
+    def _morph(self) -> tuple[Morph, Array | None, Array | None]:
+        """The morph, with the places of the nodes and of the constrained displacements in the box of elements."""
+        mesh, constrained = self.model.mesh, self.model.motion.constrained
+        morph = Morph(mesh, self._refinement)
+        return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._held])
 
 
 class Bodies:
@@ -88,14 +116,17 @@ class Bodies:
         kept = self._kept.get(key)
         if kept is None:
             self.made += 1
-            kept = self._kept[key] = _Kept(prepare(shape, mode, rubber, refinement, comm, features))
+            kept = self._kept[key] = _Kept(
+                prepare(shape, mode, rubber, refinement, comm, features), refinement
+            )
             if len(self._kept) > CACHED_MODELS:
                 self._kept.popitem(last=False)
             return kept.model
         self._kept.move_to_end(key)
         self.moved += 1
-        if shape != kept.model.mesh.shape and not _moved(kept, shape, refinement):
-            kept.model = prepare(shape, mode, rubber, refinement, comm, features)
+        if shape != kept.model.mesh.shape and not kept.move(shape):
+            model = prepare(shape, mode, rubber, refinement, comm, features)
+            kept = self._kept[key] = _Kept(model, refinement)
         of_effects = {
             f"{item.name}.{name}": value for item in features for name, value in item.values.items()
         }
@@ -118,7 +149,7 @@ class Bodies:
         wanted = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
         if wanted is None or wanted != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
             return shape == mesh.shape
-        return shape == mesh.shape or _moved(kept, shape, refinement)
+        return shape == mesh.shape or kept.move(shape)
 
 
 class _Whole:
@@ -132,20 +163,3 @@ class _Whole:
 
     def __hash__(self) -> int:
         return hash(self._text)
-
-
-def _moved(kept: _Kept, shape: Shape, refinement: Refinement) -> bool:
-    """Move a model to another shape of the same elements; return False if it has to be built."""
-    model = kept.model
-    there = model.motion.constrained.component >= 0
-    if kept.morph is None:
-        kept.morph = Morph(model.mesh, refinement)
-        kept.nodes = kept.morph.places(model.mesh.mesh.geometry.x)
-        kept.held = kept.morph.places(model.motion.constrained.x[there])
-    if kept.nodes is None or kept.held is None:
-        return False
-    model.mesh.mesh.geometry.x[:] = kept.morph.points(shape, kept.nodes)
-    held = model.motion.constrained.x.copy()
-    held[there] = kept.morph.points(shape, kept.held)
-    relocate(model, replace(model.mesh, shape=shape), held)
-    return True

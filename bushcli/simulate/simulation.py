@@ -131,8 +131,6 @@ class Simulation:
         self._count = CONTACT_STEPS if contact else SOLID_STEPS if solid else STEPS
         self.fineness = 1.0
         self.step_error: float | None = None
-        # Failed steps after which a march is given up (`cases.march`).
-        self.patience: int | None = None
         self.plan(1.0)
 
     def plan(self, fineness: float) -> None:
@@ -159,6 +157,7 @@ class Simulation:
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
+        patience: int | None = None,
     ) -> Answer:
         """Return the force at the samples and its derivatives.
 
@@ -173,6 +172,8 @@ class Simulation:
             Whether the history holds the displacement field of each step.
         progress : Steps or None
             Called after each step of the march.
+        patience : int or None
+            Failed steps after which a march is given up (`cases.march`).
 
         Raises
         ------
@@ -183,8 +184,8 @@ class Simulation:
         """
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress)
-        return self._swept(active, tuple(names), keep_states, progress)
+            return self._marched(active, tuple(names), keep_states, progress, patience)
+        return self._swept(active, tuple(names), keep_states, progress, patience)
 
     def _swept(
         self,
@@ -192,6 +193,7 @@ class Simulation:
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         driven = rig.bushing_path(active, travel, ()).value
@@ -199,13 +201,19 @@ class Simulation:
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = self._sweep(even_targets(low, high, self._count), inner, keep_states, progress)
+        targets = even_targets(low, high, self._count)
+        history = self._sweep(targets, inner, keep_states, progress, patience)
         response = elastic_curve(history, self.odd, inner, names)
         logged = rig.elastic_response(active, travel, response, names)
         return Answer(logged.value, logged.slope, history)
 
     def _sweep(
-        self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
+        self,
+        targets: Array,
+        inner: tuple[str, ...],
+        keep_states: bool,
+        progress: Steps | None,
+        patience: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         asked = (self._shape, self._values(), targets.tobytes(), inner)
@@ -218,7 +226,7 @@ class Simulation:
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
-            patience=self.patience,
+            patience=patience,
         )
         if not keep_states:
             self.model.curves.put(asked, found)
@@ -230,6 +238,7 @@ class Simulation:
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> Answer:
         steps = self.steps
         driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
@@ -242,7 +251,7 @@ class Simulation:
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
-        history = self._march(program, inner, path_rates, series, keep_states, progress)
+        history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         start = self._clock[0]
@@ -258,6 +267,7 @@ class Simulation:
         series: Series | None,
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> History:
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
@@ -275,7 +285,7 @@ class Simulation:
             path_rates=path_rates,
             series=series,
             progress=progress,
-            patience=self.patience,
+            patience=patience,
         )
         if can_be_reused:
             self.model.curves.put(asked, found)

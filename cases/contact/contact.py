@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -116,9 +117,14 @@ class Contact:
         """Share of the contact stiffness in use; below 1 only on the way to an equilibrium."""
         return self._share
 
-    @share.setter
-    def share(self, share: float) -> None:
+    @contextmanager
+    def softened(self, share: float) -> Iterator[None]:
+        """Reduce the stiffness to this share."""
         self._share, self._state = share, None
+        try:
+            yield
+        finally:
+            self._share, self._state = 1.0, None
 
     # -- at a state ----------------------------------------------------------------------------------------------
 

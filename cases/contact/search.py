@@ -1,8 +1,8 @@
 """Search for points that penetrate other facets, and for the nearest points on these facets.
 
-Facets are sorted along an axis at every state, and all pairs that are near along it are tested (`near.c`). The nearest
-points of the few pairs that are left are computed anew (`inside.c`): the distance is a function of the state alone, and
-its derivatives are exact.
+Facets are sorted along an axis at every state, and all pairs that are near along it are tested (`sweep.h`). The nearest
+points of the few pairs that are left are computed anew (`nearest.h`): the distance is a function of the state alone,
+and its derivatives are exact.
 
 A point is inside if it lies behind the facet nearest to it, no deeper than `REACH`, and both surfaces face each other.
 Surfaces with rubber between them, as in a thin wall or at a sharp edge, do not meet, nor do facets within a fold of the
@@ -30,7 +30,7 @@ Ints = NDArray[np.int64]
 # Deepest penetration that is sought, over the breadth of the facets: with a deeper one, the two sides of a bulge on a
 # coarse mesh would be taken for a fold. A step of the march that goes deeper is too long.
 REACH = 0.5
-# Numbers that `near.c` stores for each facet.
+# Numbers that the loops store for each facet (`surface.h`).
 FRAME = 9
 
 

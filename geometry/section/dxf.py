@@ -83,10 +83,14 @@ def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: 
 
 
 def _curves(
-    entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset()
+    entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset(), block: str = "0"
 ) -> Iterator[Curve]:
-    """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited."""
+    """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited.
+
+    What a block draws on layer 0 takes the layer of the block, `block`.
+    """
     kind, layer = entity.dxftype(), str(entity.dxf.layer)
+    layer = block if layer == "0" else layer
     name = FREE if layer.lower() in UNNAMED else layer.lower() if layer.lower() in BONDS else layer
     if layer.lower() in hidden:
         return
@@ -97,12 +101,10 @@ def _curves(
             for part in single.virtual_entities():
                 if next(left, None) is None:
                     return
-                # What a block draws on layer 0 takes the layer of the block.
-                part.dxf.layer = entity.dxf.layer if part.dxf.layer == "0" else part.dxf.layer
-                yield from _curves(part, scale, left, hidden)
+                yield from _curves(part, scale, left, hidden, layer)
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
-            yield from _curves(part, scale, left)
+            yield from _curves(part, scale, left, block=layer)
     elif kind == "LINE":
         yield Curve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
     elif kind == "ARC":

@@ -1,4 +1,4 @@
-"""Docstrings describe the arguments of functions; functions and files stay short enough to be read.
+"""Docstrings describe the arguments of functions; functions and files, in C too, stay short enough to be read.
 
 The source is parsed, not imported: the check needs neither DOLFINx nor a mesh.
 """
@@ -17,6 +17,10 @@ PACKAGES = ("bushcli", "cases", "forms", "geometry")
 
 LINES_OF_FUNCTION = 60
 LINES_OF_FILE = 350
+LENGTH_OF_LINE = 120
+
+# In C: a line at the margin, further lines of arguments, and all from a brace alone at the margin to the next such one.
+FUNCTION_IN_C = re.compile(r"^(?!typedef)\w.*\n(?: .*\n)*\{\n(?:.*\n)*?\}$", re.MULTILINE)
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -33,6 +37,17 @@ UNIT_OR_SHAPE = re.compile(
 def sources() -> list[Path]:
     """Return every Python file of the four packages, relative to the root of the checkout."""
     return sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+def sources_in_c() -> list[Path]:
+    """Return every C file and header of the four packages, relative to the root of the checkout."""
+    return sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.[ch]"))
+
+
+def functions_in_c(text: str) -> dict[str, int]:
+    """Return the number of lines of each C function by its first line."""
+    found = [match.group().splitlines() for match in FUNCTION_IN_C.finditer(text)]
+    return {lines[0]: len(lines) for lines in found}
 
 
 def functions(tree: ast.Module) -> Iterator[tuple[str, Function, bool]]:
@@ -140,10 +155,31 @@ def test_functions_are_short() -> None:
 
 
 def test_files_are_short() -> None:
-    """No file is longer than 350 lines."""
+    """No file is longer than 350 lines, in C neither."""
     long = {
         str(path)
-        for path in sources()
+        for path in (*sources(), *sources_in_c())
         if len((ROOT / path).read_text(encoding="utf-8").splitlines()) > LINES_OF_FILE
     }
     assert not long
+
+
+@pytest.mark.parametrize("path", sources_in_c(), ids=str)
+def test_c_is_as_short_as_python(path: Path) -> None:
+    """No function of a C file is longer than 60 lines, and no line longer than ruff lets one of Python be."""
+    text = (ROOT / path).read_text(encoding="utf-8")
+    lines = text.splitlines()
+    assert [number for number, line in enumerate(lines, 1) if len(line) > LENGTH_OF_LINE] == []
+    found = functions_in_c(text)
+    assert len(found) == lines.count("}")
+    assert {name for name, count in found.items() if count > LINES_OF_FUNCTION} == set()
+
+
+def test_a_c_function_reaches_from_its_first_line_to_its_last_brace() -> None:
+    """Declarations and comments around it do not count."""
+    struct = "typedef struct\n{\n    int a;\n} one;\n\n"
+    text = (
+        struct
+        + "/* Says what. */\nstatic int f(int a,\n             int b)\n{\n    if (a)\n    {\n    }\n    return b;\n}\n"
+    )
+    assert functions_in_c(text) == {"static int f(int a,": 8}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import sysconfig
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,8 @@ from types import SimpleNamespace
 import pytest
 
 from cases import jit
+
+LIBRARY = sysconfig.get_config_var("EXT_SUFFIX")
 
 USER = """
 import sys, time
@@ -27,7 +30,7 @@ time.sleep(60)
 
 @pytest.fixture
 def left(tmp_path, monkeypatch):
-    """A source without a kernel, and one with a kernel; locks are released after the test."""
+    """A source without a library, and one with a whole library; locks are released after the test."""
     opened = []
 
     def kept(*given):
@@ -38,6 +41,7 @@ def left(tmp_path, monkeypatch):
     (tmp_path / "killed.c").write_text("")
     (tmp_path / "whole.c").write_text("")
     (tmp_path / "whole.c.cached").write_text("")
+    (tmp_path / f"whole{LIBRARY}").write_bytes(b"\x7fELF".ljust(64, b"\0"))
     yield tmp_path
     for one in opened:
         os.close(one)
@@ -64,6 +68,12 @@ def sources(folder: Path) -> list[str]:
 def test_the_first_process_removes_it_at_once(left):
     jit._enter(left)
     assert sources(left) == ["whole.c"]
+
+
+def test_a_truncated_library_is_removed_before_it_can_be_loaded(left):
+    os.truncate(left / f"whole{LIBRARY}", 10)
+    jit._enter(left)
+    assert [file.name for file in left.iterdir()] == ["in-use.lock"]
 
 
 def test_beside_another_process_it_may_be_under_way(left):
@@ -134,7 +144,7 @@ def test_truncated_kernels_are_compiled_anew(tmp_path):
 def test_what_is_under_way_is_left_alone(tmp_path):
     """A source without its end mark belongs to a process that is compiling it."""
     (tmp_path / "libffcx_one.c").write_text("")
-    (tmp_path / f"libffcx_one{jit.sysconfig.get_config_var('EXT_SUFFIX')}").write_bytes(b"half")
+    (tmp_path / f"libffcx_one{LIBRARY}").write_bytes(b"half")
     jit.remove_damaged(tmp_path, "libffcx_one")
     assert len(list(tmp_path.iterdir())) == 2
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,11 @@ def test_a_combination_of_effects_needs_the_usual_kernels_only(monkeypatch, refe
     assert needed <= {function.key for function in functions()}
     # Kinematics, law, volumetric part, and three branches: the second Maxwell branch needs no kernel of its own.
     assert len(needed) <= 4 + 3 + 3 + 3 * 7
+
+
+def test_the_library_of_loops_depends_on_every_c_file_and_header():
+    folder = Path(kernels.__file__).parent
+    assert {file.relative_to(folder).as_posix() for file in folder.rglob("*.[ch]")} == set(kernels.SOURCES)
 
 
 def test_laws_with_terms_are_compiled_with_one_after_the_other():

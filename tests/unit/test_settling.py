@@ -41,12 +41,11 @@ def test_a_flow_ends_where_newton_s_method_does(model):
 
 def test_a_drag_is_a_force_against_change_alone(model):
     """The drag is zero at its origin, on pressures and on sleeves, and opposes every other change."""
-    drag = Drag(model, model.state.x.array.copy(), 8)
-    drag.viscosity = 2.0
+    drag = Drag(model, 8)
     origin, x, force = (model.system.create_vector() for _ in range(3))
     rng = np.random.default_rng(3)
     origin.array_w[:] = rng.standard_normal(origin.local_size)
-    drag.begin(origin)
+    drag.begin(origin, 2.0)
     force.set(0.0)
     drag.add_forces(origin, force)
     assert force.norm() == 0.0

@@ -286,7 +286,7 @@ def test_points_inside_are_at_the_nearest_point_of_the_facet(case, request):
         point = own[found.point[i]] @ x[bodies.facets[found.facet[i]]]
         at = (bodies.basis.values(found.xi[i : i + 1]) @ nodes)[0]
         assert np.allclose(point - at, found.r[i], rtol=0.0, atol=1e-12)
-        # The error is of the order of the square of the last step of Newton's method (`inside.c`).
+        # The error is of the order of the square of the last step of Newton's method (`nearest.h`).
         assert np.linalg.norm(point - values @ nodes, axis=1).min() > found.depth[i] * (1.0 - 1e-9)
 
 
