@@ -133,8 +133,6 @@ class Simulation:
         self._count = CONTACT_STEPS if contact else SOLID_STEPS if solid else STEPS
         self.fineness = 1.0
         self.step_error: float | None = None
-        # Failed steps after which a march is given up (`cases.march`).
-        self.patience: int | None = None
         self.plan(1.0)
 
     def plan(self, fineness: float) -> None:
@@ -161,6 +159,7 @@ class Simulation:
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
+        patience: int | None = None,
     ) -> Answer:
         """Return the force at the samples and its derivatives.
 
@@ -175,6 +174,8 @@ class Simulation:
             Whether the history holds the displacement field of each step.
         progress : Steps or None
             Called after each step of the march.
+        patience : int or None
+            Failed steps after which a march is given up (`cases.march`).
 
         Raises
         ------
@@ -185,8 +186,8 @@ class Simulation:
         """
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
-            return self._marched(active, tuple(names), keep_states, progress)
-        return self._swept(active, tuple(names), keep_states, progress)
+            return self._marched(active, tuple(names), keep_states, progress, patience)
+        return self._swept(active, tuple(names), keep_states, progress, patience)
 
     def _swept(
         self,
@@ -194,6 +195,7 @@ class Simulation:
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         driven = rig.bushing_path(active, travel, ()).value
@@ -201,13 +203,19 @@ class Simulation:
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = self._sweep(even_targets(low, high, self._count), inner, keep_states, progress)
+        targets = even_targets(low, high, self._count)
+        history = self._sweep(targets, inner, keep_states, progress, patience)
         response = elastic_curve(history, self.odd, inner, names)
         logged = rig.elastic_response(active, travel, response, names)
         return Answer(logged.value, logged.slope, history)
 
     def _sweep(
-        self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
+        self,
+        targets: Array,
+        inner: tuple[str, ...],
+        keep_states: bool,
+        progress: Steps | None,
+        patience: int | None,
     ) -> History:
         """Return the curve of the body; one of the last two is reused if only the rig has changed since."""
         asked = (self._shape, self._values(), targets.tobytes(), inner)
@@ -220,7 +228,7 @@ class Simulation:
             keep_states=keep_states,
             sensitivity=inner,
             progress=progress,
-            patience=self.patience,
+            patience=patience,
         )
         if not keep_states:
             self.model.curves.put(asked, found)
@@ -232,6 +240,7 @@ class Simulation:
         names: tuple[str, ...],
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> Answer:
         steps = self.steps
         driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
@@ -244,7 +253,7 @@ class Simulation:
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
-        history = self._march(program, inner, path_rates, series, keep_states, progress)
+        history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         start = self._clock[0]
@@ -260,6 +269,7 @@ class Simulation:
         series: Series | None,
         keep_states: bool,
         progress: Steps | None,
+        patience: int | None,
     ) -> History:
         """Return the body's response to a path; one of the last two is reused if only the rig has changed since."""
         rates = tuple((name, rate.tobytes()) for name, rate in path_rates.items())
@@ -277,7 +287,7 @@ class Simulation:
             path_rates=path_rates,
             series=series,
             progress=progress,
-            patience=self.patience,
+            patience=patience,
         )
         if can_be_reused:
             self.model.curves.put(asked, found)

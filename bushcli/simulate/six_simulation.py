@@ -158,7 +158,6 @@ class Reaction:
         self.model, self.time = simulation.model, simulation.recorded.time
         self.displacement = simulation.recorded.motion[:, number]
         self.step_error: float | None = None
-        self.patience: int | None = None
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
 
     @property
@@ -188,6 +187,7 @@ class Reaction:
         *,
         keep_states: bool = False,
         progress: Steps | None = None,
+        patience: int | None = None,
     ) -> Answer:
         """Return the force at the samples and its derivatives.
 
@@ -201,6 +201,8 @@ class Reaction:
             Whether the history holds the displacement field of each step.
         progress : callable or None
             Called after each step of the march.
+        patience : int or None
+            Failed steps after which the march is given up.
 
         Raises
         ------
@@ -208,7 +210,7 @@ class Reaction:
         """
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = self._whole.march(inner, keep_states, progress, self.patience)
+        history = self._whole.march(inner, keep_states, progress, patience)
         assert history.motion is not None
         assert history.reactions is not None
         names, k = tuple(names), self._number
@@ -238,8 +240,11 @@ class Reaction:
                 return error
             coarse = fine
 
-    def reached(self) -> list[Array]:
-        """Principal stretches of the rubber at the corners of the path, each of shape (n, 3); collective."""
+    def reached(self, patience: int | None = None) -> list[Array]:
+        """Principal stretches of the rubber at the corners of the path, each of shape (n, 3); collective.
+
+        ``patience``: failed steps after which the march is given up.
+        """
         found: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}
@@ -248,7 +253,7 @@ class Reaction:
             if solver.q in ends:
                 found.append(principal_stretches(self.model).reshape(-1, 3))
 
-        self._whole.march((), patience=self.patience, observer=observe)
+        self._whole.march((), patience=patience, observer=observe)
         return found
 
     def local(self) -> tuple[Array, Cells]:
