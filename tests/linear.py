@@ -117,5 +117,5 @@ class World:
             deadline,
             told or (lambda *_: None),
         )
-        made.run()
+        self.ended = made.run()
         return made

@@ -108,8 +108,7 @@ class Run:
 
         if on_terminal(sys.stdout):
             # On a narrower console tables lose words; lines that wrap are the lesser evil.
-            console = Console(highlight=False)
-            console.width = max(console.width, NARROWEST)
+            console = Console(highlight=False, width=max(Console().width, NARROWEST))
             console.print(*renderables, sep="\n")
             return
         text = io.StringIO()

@@ -23,7 +23,7 @@ from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
-from bushcli.selection.searched import Searched
+from bushcli.selection.searched import Ended, Searched
 from bushcli.selection.state import CommonData, State
 from bushcli.simulate.schedule import schedule
 
@@ -157,12 +157,18 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
 # -- doubts --------------------------------------------------------------------------------------------------------
 
 
-def searched(search: Search) -> Searched:
-    """Return the extent of the search."""
+def searched(search: Search, ended: Ended) -> Searched:
+    """Return the extent of the search.
+
+    Parameters
+    ----------
+    search : Search
+    ended : Ended
+    """
     return Searched(
-        search.ended == "nothing left",
+        ended == "nothing left",
         search.left,
-        search.ended,  # type: ignore[arg-type]
+        ended,
         tuple(search.rows),
         tuple(search.lost),
         dict(search.derivatives.untestable),
@@ -170,7 +176,11 @@ def searched(search: Search) -> Searched:
 
 
 def doubts(
-    case: Case, channels: Sequence[DiagnosedChannel], best: Weighed, search: Search
+    case: Case,
+    channels: Sequence[DiagnosedChannel],
+    best: Weighed,
+    problem: CommonData,
+    extent: Searched,
 ) -> list[Condition]:
     """Return what is doubtful about a diagnosis, as conditions with a remedy.
 
@@ -180,7 +190,9 @@ def doubts(
     channels : sequence of DiagnosedChannel
     best : Weighed
         The most probable model.
-    search : Search
+    problem : CommonData
+    extent : Searched
+        Extent of the search.
     """
     made = []
     if case.effects:
@@ -203,8 +215,8 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
-    made += _long_memory(best, search.problem)
-    return [*made, *_held_out(channels), *_search_doubts(best, search)]
+    made += _long_memory(best, problem)
+    return [*made, *_held_out(channels), *_search_doubts(best, extent)]
 
 
 def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
@@ -257,7 +269,7 @@ def _held_out(channels: Sequence[DiagnosedChannel]) -> list[Condition]:
     ]
 
 
-def _search_doubts(best: Weighed, search: Search) -> list[Condition]:
+def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
     """Return what is doubtful about the search."""
     made = []
     if not best.state.fitted.converged:
@@ -268,20 +280,20 @@ def _search_doubts(best: Weighed, search: Search) -> list[Condition]:
                 "give other start values in [material.parameters]",
             )
         )
-    if search.lost:
+    if extent.lost:
         made.append(
             Condition(
                 "models_lost",
-                f"{len(search.lost)} models could not be solved from any start and have no probability: "
-                + "; ".join(search.lost),
+                f"{len(extent.lost)} models could not be solved from any start and have no probability: "
+                + "; ".join(extent.lost),
                 "do not take them as ruled out: the recordings exclude none of them",
             )
         )
-    if search.ended == "budget":
+    if extent.ended == "budget":
         made.append(
             Condition(
                 "budget",
-                f"the time limit was reached: further fits could shift up to {100 * search.left:.0f} % of the "
+                f"the time limit was reached: further fits could shift up to {100 * extent.left:.0f} % of the "
                 "probability",
                 "give a larger --budget; with -o DIR, --resume continues this run",
             )

@@ -33,6 +33,7 @@ from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
+from bushcli.selection.searched import Ended
 from bushcli.selection.state import CommonData, State
 from cases.interrupt import is_interrupt
 
@@ -44,6 +45,8 @@ class _Found:
     Attributes
     ----------
     search : Search
+    ended : Ended
+        Why the search ended.
     models : tuple of Weighed
         The most probable one first.
     plain : Fitted
@@ -53,6 +56,7 @@ class _Found:
     """
 
     search: Search
+    ended: Ended
     models: tuple[Weighed, ...]
     plain: Fitted
     interrupted: list[Condition]
@@ -172,12 +176,15 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
 
 def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> _Found:
     """Search, and compute the posterior of the models."""
-    interrupted = [] if asked.fatal else _run(search, crew)
+    ended: Ended = "nothing left"
+    interrupted: list[Condition] = []
+    if not asked.fatal:
+        ended, interrupted = _run(search, crew)
     models, plain = posterior(search), rough
     if not (interrupted or asked.fatal):
         best, plain, interrupted = _finished(models[0], rough, asked.plain, search.problem, crew)
         models = (best, *models[1:])
-    return _Found(search, models, plain, interrupted)
+    return _Found(search, ended, models, plain, interrupted)
 
 
 def _answer(
@@ -198,6 +205,7 @@ def _answer(
     says: Verdict = "faulty_data" if asked.fatal else known
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
+    extent = answer.searched(search, found.ended)
     places = [() if asked.fatal else judged(cache, asked.bare, plain, one) for one in (before, after)]
     return Diagnosis(
         case=asked.case,
@@ -217,7 +225,7 @@ def _answer(
         missing=None
         if hidden or says == "explained"
         else missing(after, problem.likelihood.features, unknown, left),
-        searched=answer.searched(search),
+        searched=extent,
         channels=channels,
         location=locate(places[0]),
         remaining=locate(places[1]),
@@ -227,7 +235,7 @@ def _answer(
         conditions=(
             *found.interrupted,
             *extras.conditions,
-            *answer.doubts(asked.case, channels, best, search),
+            *answer.doubts(asked.case, channels, best, problem, extent),
         ),
         forward_solves=search.solves + plain.solves,
         failed_solves=search.failed + plain.failed,
@@ -264,10 +272,10 @@ def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | Non
     return store
 
 
-def _run(search: Search, crew: Workers) -> list[Condition]:
-    """Run the search; return a condition if it is interrupted."""
+def _run(search: Search, crew: Workers) -> tuple[Ended, list[Condition]]:
+    """Run the search; return why it ended, and a condition if it was interrupted."""
     try:
-        search.run()
+        ended = search.run()
         # The report shows the most probable models, which therefore have to be fitted.
         tried: set[Key] = set()
         while (
@@ -279,13 +287,12 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
         if not is_interrupt(error) or not search.states:
             raise
         crew.stop()
-        search.ended = "interrupted"
         left = 100 * search.left
         message = (
             f"interrupted during the search: further fits could shift up to {left:.0f} % of the probability"
         )
-        return [Condition("interrupted", message, "run it again with --resume")]
-    return []
+        return "interrupted", [Condition("interrupted", message, "run it again with --resume")]
+    return ended, []
 
 
 def _finished(

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.prior import Known
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.problem import LeastSquaresProblem, Stopping
+from bushcli.inverse.patience import Patience
+from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.stopping import Stopping
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
 from bushcli.likelihood.form import Judged, Likelihood
@@ -17,10 +19,6 @@ from bushcli.likelihood.noise import NoiseModel, noise_model
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-
-
-#: Stretches beside rest; the states in which a law has to be stable are those of the plain problem.
-REST = (0.9, 1.1)
 
 
 class Posterior(LeastSquaresProblem):
@@ -37,6 +35,8 @@ class Posterior(LeastSquaresProblem):
         Priors of the parameters that have one.
     stopping : Stopping
         When searches end.
+    patience : sequence of Patience
+        Failed steps after which marches are given up, by channel.
     """
 
     def __init__(
@@ -46,9 +46,17 @@ class Posterior(LeastSquaresProblem):
         variances: tuple[float, ...],
         known: Mapping[str, Known],
         stopping: Stopping,
+        patience: Sequence[Patience],
     ) -> None:
-        super().__init__(plain.channels, plain.law, plain.names, plain.fixed, REST, stopping=stopping)
-        self.states = plain.states
+        super().__init__(
+            plain.channels,
+            plain.law,
+            plain.names,
+            plain.fixed,
+            plain.states,
+            stopping=stopping,
+            patience=patience,
+        )
         self.likelihood, self.variances, self.known = likelihood, variances, known
 
     @property

@@ -7,7 +7,7 @@ curve, and every recorded sample, whatever its cycle, is interpolated from that 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from bushcli.case import Case
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
 from bushcli.inverse.answering import with_effects, with_others
+from bushcli.inverse.patience import Patience
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -31,7 +32,7 @@ from bushcli.recording.odd import swept_range, unfolded
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation
 from cases.equilibrium import Equilibrium
-from cases.march import History, unsolved
+from cases.march import unsolved
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
@@ -48,8 +49,6 @@ DENSE = 60
 RELATIVE_FLOOR = 0.05
 # Sampled states of the rubber in which the law has to be stable, per channel.
 REACHED = 60
-# Failed steps that every march is allowed.
-PATIENCE = 3
 # Solved curves that are cached: one fit often begins where another one ended, and a curve may take some seconds.
 KEPT = 32
 
@@ -67,6 +66,18 @@ class ChannelForces:
     force: Array
     slope: Array
     states: Array | None = None
+
+
+@dataclass(frozen=True)
+class MeshCorrection:
+    """Factor and difference, shape (n,), that correct the force of a model on a coarse mesh to the usual mesh."""
+
+    share: float
+    offset: Array
+
+
+Corrected = Callable[[str, FiniteElementModel], MeshCorrection | None]
+"""Name and model of a channel -> the correction of its mesh; None on the usual mesh."""
 
 
 class Channel:
@@ -96,6 +107,7 @@ class Channel:
         whole: Recording | None = None,
         prepared: Prepare = prepare,
         paths: dict[str, SixSimulation] | None = None,
+        corrected: Corrected | None = None,
     ) -> None:
         self.recording, self.comm = recording, comm
         mode = modes()[recording.mode]
@@ -113,13 +125,7 @@ class Channel:
             if self.simulation is None
             else self.simulation.model
         )
-        # Factor and difference that correct the force of a model on a coarser mesh to that on the usual mesh.
-        self.share = 1.0
-        self.offset: Array = np.zeros(len(recording.force))
-        # Failed steps after which a march is given up (`cases.march`); None derives it from earlier marches.
-        self.patience: int | None = None
-        # Largest number of failed steps of a march that reached its end; None before the first one.
-        self.hardest: int | None = None
+        self._correction = None if corrected is None else corrected(recording.name, self.model)
         # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], ChannelForces] = {}
         self.odd = is_odd(shape, mode)
@@ -143,7 +149,9 @@ class Channel:
         """Name of the channel."""
         return self.recording.name
 
-    def solve(self, parameters: Mapping[str, float], names: Sequence[str]) -> ChannelForces:
+    def solve(
+        self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
+    ) -> ChannelForces:
         """Return the curve for a set of parameters, and its exact derivatives with respect to those named.
 
         Parameters
@@ -152,18 +160,21 @@ class Channel:
             All parameters by name, in their units, and "compliance" (1/MPa) if it differs from the case's.
         names : Sequence[str]
             Order of the derivatives.
+        patience : Patience or None
+            Failed steps after which the march is given up; None for no limit. It learns from the march.
 
         Raises
         ------
         NotConverged
             The march could not cover the range.
         """
+        patience = Patience() if patience is None else patience
         if self.simulation is not None:
             try:
-                answer = self.simulation.solve(parameters, names, patience=self._patience)
+                answer = self.simulation.solve(parameters, names, patience=patience.limit)
             except NoEquilibrium as error:
                 raise unsolved(str(error)) from None
-            self._remember(answer.history)
+            patience.learn(answer.history)
             q = self.recording.displacement
             return ChannelForces(q, answer.force[self._used], answer.slope[self._used])
         # The model has no parameters of effects that do not act on this channel.
@@ -173,10 +184,10 @@ class Channel:
         if asked not in self._solved:
             if len(self._solved) == KEPT:
                 self._solved.pop(next(iter(self._solved)))
-            self._solved[asked] = self._swept(names)
+            self._solved[asked] = self._swept(names, patience)
         return self._solved[asked]
 
-    def _swept(self, names: Sequence[str]) -> ChannelForces:
+    def _swept(self, names: Sequence[str], patience: Patience) -> ChannelForces:
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
@@ -184,9 +195,9 @@ class Channel:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
         history = sweep(
-            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=self._patience
+            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=patience.limit
         )
-        self._remember(history)
+        patience.learn(history)
         none = np.zeros((len(history.force), 0))
         return ChannelForces(
             history.displacement,
@@ -195,25 +206,17 @@ class Channel:
             None if self.coupon else self._sample(ends),
         )
 
-    @property
-    def _patience(self) -> int | None:
-        """Failed steps after which a march is given up: unlimited at first, then derived from completed marches.
-
-        Once a march has reached its end, a march with far more failed steps belongs to a trial that is too far off; to
-        cut its steps down to the smallest takes a hundred times as long as to solve a good trial.
-        """
-        if self.patience is not None or self.hardest is None:
-            return self.patience
-        return PATIENCE + 2 * self.hardest
-
-    def _remember(self, history: History) -> None:
-        failed = sum(not one.accepted for one in history.attempts)
-        self.hardest = failed if self.hardest is None else max(self.hardest, failed)
-
-    def reached(self, parameters: Mapping[str, float]) -> Array:
+    def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
         """Return a sample of isochoric principal stretches of the rubber at the ends of the range, shape (n, 3).
 
         Collective; every rank gets its own sample of the whole body.
+
+        Parameters
+        ----------
+        parameters : Mapping[str, float]
+            All parameters by name, in their units; the march has been solved with them before.
+        patience : Patience
+            Failed steps after which the march is given up.
 
         Raises
         ------
@@ -222,12 +225,12 @@ class Channel:
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         if isinstance(self.simulation, Reaction):
-            return self._sample(self.simulation.reached(self._patience))
+            return self._sample(self.simulation.reached(patience.limit))
         found: list[Array] = []
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
                 continue
-            sweep(self.model, side, patience=self.patience)
+            sweep(self.model, side, patience=patience.given)
             found.append(principal_stretches(self.model).reshape(-1, 3))
         return self._sample(found)
 
@@ -261,7 +264,10 @@ class Channel:
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
         """Return force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
-            return self.share * answer.force + self.offset, self.share * answer.slope
+            if self._correction is None:
+                return answer.force, answer.slope
+            share = self._correction.share
+            return share * answer.force + self._correction.offset, share * answer.slope
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
         q, force, slope = self._both_sides(answer)

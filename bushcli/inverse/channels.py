@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from bushcli.case import Case
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.result import Weighting
 from bushcli.recording import read_coupon, read_recording
 from bushcli.recording.table_cache import TableCache
@@ -43,6 +43,7 @@ def bushing_channels(
     comm: MPI.Comm = MPI.COMM_WORLD,
     prepared: Prepare = prepare,
     tables: TableCache | None = None,
+    corrected: Corrected | None = None,
 ) -> list[Channel]:
     """Return the channels of the case's recordings; `prepared` makes their finite-element models.
 
@@ -58,6 +59,8 @@ def bushing_channels(
         Makes the finite-element model of a channel.
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
+    corrected : Corrected, optional
+        Returns the correction of a channel's mesh.
     """
     tables = TableCache() if tables is None else tables
     paths: dict[str, SixSimulation] = {}
@@ -72,6 +75,7 @@ def bushing_channels(
             read_recording(source, whole=True, tables=tables) if case.effects else None,
             prepared,
             paths,
+            corrected,
         )
         for source in case.recordings
     ]

@@ -67,6 +67,6 @@ def first_minimum(
     initial, instead = first_point(problem, start, lower, upper)
     if not np.isfinite(problem.residual(initial)).all():
         return None
-    problem.watch(initial)
+    problem.watch(problem.reached(initial), initial)
     states = problem.states
     return First(search(problem, initial, lower, upper, method, loss), initial, instead, states)

@@ -185,12 +185,13 @@ class _Run:
         self.instead = first.instead
         states = {0: problem.states}
         points = _further_starts(task, problem, first.initial, self.lower, self.upper, self.pool, self.tables)
+        patience = tuple(problem.patience)
         given = [
-            Assignment(number, point, first.states, self.minima[0].cost, self.journal, self.resume)
+            Assignment(number, point, first.states, patience, first.minimum.cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
         ]
         _refine(task, problem, given, self.minima, states, self.progress, self.pool)
-        problem.states = states[_best(self.minima)]
+        problem.begin_profiles(states[_best(self.minima)])
 
     def result(self, interrupted: bool, begin: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty.
@@ -205,7 +206,6 @@ class _Run:
         task, problem = self.task, self.problem
         best = self.minima[_best(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves
-        problem.stage = "profile"
         best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, interrupted)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, (self.lower, self.upper), profiles)
@@ -304,10 +304,7 @@ def _refine(
             progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
     def done(found: Refined) -> None:
-        before = problem.sweeps
-        problem.evaluations += [replace(e, number=before + e.number) for e in found.evaluations]
-        problem.forward_solves += found.forward_solves
-        problem.failed_solves += found.failed_solves
+        problem.count(found.evaluations, found.forward_solves, found.failed_solves)
         if found.answers is None:
             return
         problem.learn(found.minimum.x, found.answers)

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, LeastSquaresProblem
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.radius import Follower, Trial
+from bushcli.inverse.stopping import MOST_EVALUATIONS
 
 Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
@@ -55,7 +56,7 @@ class Minimum:
         The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
         A law that is linear in its parameters is solved exactly before the search begins.
     hopeless : bool
-        The search was ended because its minimum cannot matter (`Problem.ends`).
+        The search was ended because its minimum cannot matter (`Ends`).
     """
 
     start: Array
@@ -91,6 +92,14 @@ class Level(Stopped):
     """Raised in a flat valley, where the misfit no longer falls although the optimiser would continue."""
 
 
+Ends = Callable[[Array, bool, bool], Stopped | None]
+"""Why the search ends at one of its points although the optimiser would continue, or None.
+
+Given are the point, shape (parameters,), whether a trial has failed since the last point, and whether the law was
+unstable in any trial.
+"""
+
+
 class Watched:
     """The misfit function for an optimiser; it follows the trials, counts failures and keeps the best point.
 
@@ -104,6 +113,8 @@ class Watched:
     explained
         Called with the best point so far when a trial fails; returns whether that point explains the failure, so that
         the search should begin again from there.
+    ends
+        Called at each point of the search; returns why it ends there, or None.
     """
 
     def __init__(
@@ -112,8 +123,12 @@ class Watched:
         follower: Follower | None,
         patience: int,
         explained: Callable[[Array], bool] | None = None,
+        ends: Ends | None = None,
     ) -> None:
-        self.problem, self.follower, self.patience, self.explained = problem, follower, patience, explained
+        self.problem, self.follower, self.patience = problem, follower, patience
+        self.explained, self.ends = explained, ends
+        # The current trial, which is recorded with its evaluation.
+        self._trial: Trial | None = None
         self.failed = self.row = self.iterations = self.rejected = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
         self._falling: list[float] = []
@@ -123,12 +138,13 @@ class Watched:
     def residual(self, x: Array) -> Array:
         """`Problem.residual`."""
         unknown = Trial(self.iterations, float("nan"), float("nan"))
-        self.problem.trial = self.follower.asks(x) if self.follower else unknown
+        self._trial = self.follower.asks(x) if self.follower else unknown
         if self.follower and self._is_surely_rejected(x):
             rejected: Array = np.full(self.problem.samples + len(self.problem.states), np.nan)
             self.follower.gets(rejected)
             self.rejected += 1
             return rejected
+        self.problem.answers(x, self._trial)
         found = self.problem.residual(x)
         if self.follower:
             self.follower.gets(found)
@@ -165,13 +181,13 @@ class Watched:
 
     def jacobian(self, x: Array) -> Array:
         """`Problem.jacobian`."""
+        # The optimiser may have moved a trial onto a bound, by rounding.
+        self.problem.answers(x, self._trial)
         found = self.problem.jacobian(x)
         self.iterations += 1
         if self.follower:
             self.follower.derives(x, found)
-        ended = (
-            None if self.problem.ends is None else self.problem.ends(x, self._met_failure, self.rejected > 0)
-        )
+        ended = None if self.ends is None else self.ends(x, self._met_failure, self.rejected > 0)
         self._met_failure = False
         if ended is not None:
             self.hopeless = isinstance(ended, Hopeless)
@@ -188,6 +204,7 @@ def minimise(
     loss: Loss = "linear",
     patience: int = MOST_EVALUATIONS,
     explained: Callable[[Array], bool] | None = None,
+    ends: Ends | None = None,
 ) -> Minimum:
     """Minimise the weighted misfit within bounds.
 
@@ -199,11 +216,11 @@ def minimise(
         The start, which must be solvable, and the bounds.
     method, loss : str
         As in `scipy.optimize.least_squares`.
-    patience, explained
+    patience, explained, ends
         As in `Watched`; points have the shape (parameters,).
     """
     follower = Follower(method, lower, upper) if loss == "linear" else None
-    watched = Watched(problem, follower, patience, explained)
+    watched = Watched(problem, follower, patience, explained, ends)
     try:
         result = least_squares(
             watched.residual,
@@ -222,8 +239,6 @@ def minimise(
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
-    finally:
-        problem.trial = None
     linear = loss == "linear"
     beside = linear and watched.failed > 0 and predicted_decrease(problem, x, lower, upper) > STATIONARY
     return Minimum(

@@ -9,7 +9,7 @@ far.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
+from bushcli.inverse.patience import Patience
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
+from bushcli.inverse.stopping import STOPPING, Stopping
 from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
 from cases.stability import moduli, paths
@@ -37,46 +39,7 @@ STABILITY_EDGE = 0.005
 ACTIVE = 1e-3
 STABILITY_STATES = 24
 
-# A relative change of the cost or of the parameters below this ends the search: far below what noise can resolve.
-TOLERANCE = 1e-7
-# A search ends on the floor of a valley when this many evaluations lower the cost by less than this share, a tenth of a
-# unit of chi square. Nothing else ends it if the curves leave a combination of parameters open (Ogden, one recording).
-VALLEY = 8, 3e-4
-# Largest number of evaluations of one search.
-MOST_EVALUATIONS = 200
-# Largest number of times that states reached by a search are added to the problem: one is usual, three have occurred.
-ROUNDS = 5
-
 Progress = Callable[[Evaluation], None]
-
-
-@dataclass(frozen=True)
-class Stopping:
-    """When the searches of a problem end.
-
-    Attributes
-    ----------
-    tolerance : float
-        Relative change of parameters and misfit that counts as none.
-    valley : (int, float)
-        Evaluations, and the share of the misfit that they have to gain together.
-    rounds : int
-        Searches after which the stability in the states reached is required once more.
-    evaluations, failures : int
-        Largest numbers of evaluations, and of those that fail.
-    walls : bool
-        Whether a search follows a wall of parameters that cannot be solved.
-    """
-
-    tolerance: float = TOLERANCE
-    valley: tuple[int, float] = VALLEY
-    rounds: int = ROUNDS
-    evaluations: int = MOST_EVALUATIONS
-    failures: int = MOST_EVALUATIONS
-    walls: bool = True
-
-
-STOPPING = Stopping()
 
 
 class LeastSquaresProblem:
@@ -92,14 +55,19 @@ class LeastSquaresProblem:
         Parameters that are identified, in the order of the vectors.
     fixed
         Parameters that keep their value.
-    stretches
-        Smallest and largest principal stretch between which the law has to be stable.
+    states : shape (n, 3)
+        Principal stretches in which the law has to be stable; more may be watched later.
     journal
         Where evaluations are saved, so that a run can be resumed.
     progress
         Called after each evaluation.
     stopping
         When searches end.
+    start
+        Number of the start whose search it is.
+    patience
+        Failed steps after which marches are given up, by channel, as an earlier search left them; if empty, there is no
+        limit at first.
     """
 
     def __init__(
@@ -108,31 +76,46 @@ class LeastSquaresProblem:
         law: Law,
         names: Sequence[str],
         fixed: Mapping[str, float],
-        stretches: tuple[float, float],
+        states: Array,
         journal: Journal | None = None,
         progress: Progress | None = None,
         stopping: Stopping = STOPPING,
+        start: int = 0,
+        patience: Sequence[Patience] = (),
     ) -> None:
         self.stopping = stopping
         self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
-        self.journal, self.progress = journal, progress
-        self.states = _coupon_states(stretches)
+        self.journal, self.progress, self.states = journal, progress, states
         self.evaluations: list[Evaluation] = []
-        self.stage: Literal["search", "profile"] = "search"
         self.forward_solves = self.failed_solves = 0
         self.best: tuple[float, Array] | None = None
-        # The optimiser's current trial, and the number of its start: recorded with each evaluation.
-        self.trial: Trial | None = None
-        self.start = 0
-        # Why the search ends at one of its points although the optimiser would continue, or None; also given are
-        # whether a trial has failed since the last point, and whether the law was unstable in any trial.
-        self.ends: Callable[[Array, bool, bool], Exception | None] | None = None
+        # Recorded with each evaluation.
+        self._start = start
+        self._stage: Literal["search", "profile"] = "search"
+        self.patience = [replace(one) for one in patience] or [Patience() for _ in channels]
         self._known: dict[bytes, list[ChannelForces] | None] = {}
 
-    def watch(self, x: Array) -> None:
-        """Also require stability in the states that the rubber of the bushing reaches with these parameters."""
-        self.states = np.concatenate([self.states, self.reached(x)])
-        self.best = (self.cost(x), x.copy())
+    def watch(self, states: Array, best: Array | None = None) -> None:
+        """Also require the law's stability in further states.
+
+        Parameters
+        ----------
+        states : Array
+            Principal stretches, shape (n, 3).
+        best : Array | None
+            Best point so far, shape (parameters,), where the states may change its cost.
+        """
+        self.states = np.concatenate([self.states, states])
+        if best is not None:
+            self.best = (self.cost(best), best.copy())
+
+    def begin_profiles(self, states: Array) -> None:
+        """End the searches: the profiles require stability in the states, shape (n, 3), of the best search."""
+        self._stage, self.states = "profile", states
+
+    def lift_limits(self) -> None:
+        """Give up no further march before one has reached its end, whatever limit was given."""
+        self.patience = [Patience() for _ in self.channels]
 
     def reached(self, x: Array) -> Array:
         """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
@@ -141,12 +124,13 @@ class LeastSquaresProblem:
         branch.
         """
         found: list[Array] = [np.zeros((0, 3))]
-        for channel, answer in zip(self.channels, self.answers(x) or (), strict=False):
+        answers = self.answers(x) or ()
+        for channel, patience, answer in zip(self.channels, self.patience, answers, strict=False):
             if answer.states is not None:
                 found.append(answer.states)
             elif not channel.coupon:
                 try:
-                    found.append(channel.reached(self.parameters(x)))
+                    found.append(channel.reached(self.parameters(x), patience))
                 except NotConverged:
                     continue
         return np.concatenate(found)
@@ -231,6 +215,20 @@ class LeastSquaresProblem:
         """Whether the parameters have been evaluated already."""
         return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
 
+    def count(self, evaluations: Sequence[Evaluation], forward_solves: int, failed_solves: int) -> None:
+        """Add the evaluations of another start, numbered after the own ones.
+
+        Parameters
+        ----------
+        evaluations : Sequence[Evaluation]
+        forward_solves, failed_solves : int
+            Numbers of its solved curves, and of its evaluations that failed.
+        """
+        before = self.sweeps
+        self.evaluations += [replace(one, number=before + one.number) for one in evaluations]
+        self.forward_solves += forward_solves
+        self.failed_solves += failed_solves
+
     def learn(self, x: Array, answers: list[ChannelForces]) -> None:
         """Take over solved curves from another problem with the same channels.
 
@@ -243,8 +241,16 @@ class LeastSquaresProblem:
         """
         self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
 
-    def answers(self, x: Array) -> list[ChannelForces] | None:
-        """Solved curves of all channels; None where a march did not converge."""
+    def answers(self, x: Array, trial: Trial | None = None) -> list[ChannelForces] | None:
+        """Solved curves of all channels; None where a march did not converge.
+
+        Parameters
+        ----------
+        x : Array
+            Parameters, shape (parameters,), in the units of the law.
+        trial : Trial | None
+            The optimiser's trial, which is recorded with a new evaluation.
+        """
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if key not in self._known:
             kept = self.journal.find(x) if self.journal is not None else None
@@ -255,29 +261,28 @@ class LeastSquaresProblem:
                     self.journal.add(x, kept)
             self._known[key] = kept if kept else None
             self.forward_solves += len(kept) if kept else 1
-            self._report(x)
+            self._report(x, trial)
         return self._known[key]
 
     def _solve(self, x: Array) -> list[ChannelForces]:
         """Answers of all channels, or an empty list where one of them failed."""
         answers = []
-        for channel in self.channels:
+        for channel, patience in zip(self.channels, self.patience, strict=True):
             try:
-                answers.append(channel.solve(self.parameters(x), self.names))
+                answers.append(channel.solve(self.parameters(x), self.names, patience))
             except NotConverged:
                 return []
         return answers
 
-    def _report(self, x: Array) -> None:
+    def _report(self, x: Array, trial: Trial | None) -> None:
         cost = self.cost(x)
         if not np.isfinite(cost):
             self.failed_solves += 1
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best, self.stage, self.start)
-        if self.trial is not None:
-            trial = self.trial
+        found = Evaluation(self.sweeps + 1, self.parameters(x), cost, best, self._stage, self._start)
+        if trial is not None:
             found = replace(found, iteration=trial.iteration, step=trial.step, radius=trial.radius)
         self.evaluations.append(found)
         if self.progress is not None:
@@ -322,7 +327,7 @@ def _penalty(smallest: Array) -> Array:
     return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 
-def _coupon_states(stretches: tuple[float, float]) -> Array:
+def coupon_states(stretches: tuple[float, float]) -> Array:
     """Principal stretches, shape (n, 3), of the coupon modes within the stretches that matter."""
     low, high = stretches
     loaded = np.concatenate(

@@ -288,7 +288,7 @@ class _Along:
             states = self.problem.reached(found)
             if is_unstable(self.problem, self.x, states):
                 return "stability"
-            self.problem.states = np.concatenate([self.problem.states, states])
+            self.problem.watch(states)
             found = self.refit.minimum(last.x, start)
             if isinstance(found, str):
                 return found

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum, inside
-from bushcli.inverse.problem import Progress
+from bushcli.inverse.patience import Patience
+from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
@@ -42,11 +43,28 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Assignment:
-    """A start to be refined: its number (from 1), its point, and the cost to compare it with."""
+    """A start to be refined.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    point : shape (parameters,)
+        In the units of the law.
+    states : shape (n, 3)
+        Principal stretches in which the law has to be stable.
+    patience : tuple of Patience
+        Failed steps after which marches are given up, by channel, as the first search left them.
+    reference : float
+        Cost to compare its own with, of the first start's minimum.
+    journal, resume
+        As in `identify`.
+    """
 
     number: int
     point: Array
     states: Array
+    patience: tuple[Patience, ...]
     reference: float
     journal: Path | None
     resume: bool
@@ -101,8 +119,8 @@ def refine(
         if is_outperformed(costs, given.reference):
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
-    problem = task.pose(channels, _journal(task, given), follow)
-    problem.states, problem.start = given.states, given.number
+    journal = _journal(task, given)
+    problem = task.pose(channels, journal, follow, given.states, given.number, given.patience)
     _, lower, upper = task.vectors()
     initial = inside(given.point, lower, upper)
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
@@ -160,15 +178,15 @@ def _least(costs: Sequence[float]) -> float:
 # -- shared among processes ----------------------------------------------------------------------------------------
 
 
-class ChannelCache:
-    """Channels of one task, coarse or fine, in a process that shares its starts."""
+class ProblemCache:
+    """The problem of one task, coarse or fine, in a process that shares its starts."""
 
     def __init__(self) -> None:
-        self._channels: dict[bytes, list[Channel]] = {}
+        self._problems: dict[bytes, LeastSquaresProblem] = {}
         self._tables = TableCache()
 
-    def channels(self, task: Task, coarse: bool) -> list[Channel]:
-        """Return the channels of a task; those of another one are discarded.
+    def problem(self, task: Task, coarse: bool) -> LeastSquaresProblem:
+        """Return the problem of a task; that of another one is discarded.
 
         Parameters
         ----------
@@ -179,10 +197,10 @@ class ChannelCache:
         from mpi4py import MPI
 
         key = canonical((task, coarse))
-        if key not in self._channels:
-            self._channels.clear()
-            self._channels[key] = task.channels(coarse, MPI.COMM_SELF, tables=self._tables)[0]
-        return self._channels[key]
+        if key not in self._problems:
+            self._problems.clear()
+            self._problems[key] = task.problem(coarse, comm=MPI.COMM_SELF, tables=self._tables)[0]
+        return self._problems[key]
 
 
 @contextmanager
@@ -200,7 +218,7 @@ def coarse_costs(
     pool : Pool, optional
         Processes that may be on other machines; without it, the task's own workers.
     """
-    cache = ChannelCache()
+    cache = ProblemCache()
     if pool is not None:
         yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]
         return
@@ -242,7 +260,7 @@ def refined(
     KeyboardInterrupt
         After `done` has been called with the results of the running starts.
     """
-    cache = ChannelCache()
+    cache = ProblemCache()
     if pool is not None:
         alone = [replace(one, journal=None, resume=False) for one in given]
         for found in _asked(pool, cache, _refined_there, task, alone):
@@ -275,7 +293,7 @@ def refined(
 
 
 def _asked(
-    pool: Pool, cache: ChannelCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
+    pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
 ) -> list[Any]:
     """Return the answers in the order of the questions; nan where the process has died."""
     found: dict[int, Any] = {}
@@ -285,15 +303,15 @@ def _asked(
     return [found[i] for i in range(len(given))]
 
 
-def _cost_there(cache: ChannelCache, task: Task, _: int, x: Array) -> float:
-    return task.pose(cache.channels(task, coarse=True)).cost(x)
+def _cost_there(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
+    return cache.problem(task, coarse=True).cost(x)
 
 
 def _refined_there(
-    cache: ChannelCache, task: Task, _: int, given: Assignment, stop: Path | None = None
+    cache: ProblemCache, task: Task, _: int, given: Assignment, stop: Path | None = None
 ) -> Refined:
     stopped = stop.exists if stop is not None else lambda: False
-    return refine(task, cache.channels(task, coarse=False), given, None, stopped)
+    return refine(task, cache.problem(task, coarse=False).channels, given, None, stopped)
 
 
 def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:

@@ -138,5 +138,4 @@ class Refit:
                 xtol=self.problem.stopping.tolerance,
                 max_nfev=EVALUATIONS,
             )
-        self.problem.trial = None
         return watched.best[1]

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
-from bushcli.inverse.local import WALL, Loss, Minimum, minimise
+from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.wall import along_the_wall
 
@@ -33,6 +33,7 @@ def search(
     upper: Array,
     method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
+    ends: Ends | None = None,
 ) -> Minimum:
     """Minimise the misfit from a start, within the bounds and where the law is stable in the states reached.
 
@@ -44,6 +45,8 @@ def search(
         The start must be solvable.
     method, loss
         As in `scipy.optimize.least_squares`.
+    ends
+        Called at each point of the search; returns why it ends there, or None.
     """
     iterations, point = 0, start
     known: set[bytes] = set()
@@ -56,7 +59,7 @@ def search(
 
     for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
-        found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained)
+        found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained, ends)
         iterations, point = iterations + found.iterations, found.x
         if found.hopeless:
             return replace(found, start=start, iterations=iterations)
@@ -82,8 +85,7 @@ def watch(problem: LeastSquaresProblem, x: Array) -> bool:
     states = problem.reached(x)
     if not is_unstable(problem, x, states):
         return False
-    problem.states = np.concatenate([problem.states, states])
-    problem.best = (problem.cost(x), x.copy())
+    problem.watch(states, x)
     return True
 
 

@@ -16,11 +16,12 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.channels import bushing_channels, coupon_channels
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
-from bushcli.inverse.problem import LeastSquaresProblem, Progress
+from bushcli.inverse.patience import Patience
+from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -161,6 +162,7 @@ class Task:
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
         tables: TableCache | None = None,
+        corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
 
@@ -174,6 +176,8 @@ class Task:
             Makes the finite-element model of a channel.
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
+        corrected : Corrected, optional
+            Returns the correction of a channel's mesh.
 
         Raises
         ------
@@ -202,7 +206,7 @@ class Task:
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
-            found = bushing_channels(case, rubber, comm, prepared, tables)
+            found = bushing_channels(case, rubber, comm, prepared, tables, corrected)
         known = [channel.name for channel in found]
         for name in self.hold_out:
             if name not in known:
@@ -240,7 +244,13 @@ class Task:
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
-        self, fitted: list[Channel], journal: Journal | None = None, progress: Progress | None = None
+        self,
+        fitted: list[Channel],
+        journal: Journal | None = None,
+        progress: Progress | None = None,
+        states: Array | None = None,
+        start: int = 0,
+        patience: Sequence[Patience] = (),
     ) -> LeastSquaresProblem:
         """The least-squares problem of some channels.
 
@@ -252,11 +262,20 @@ class Task:
             Where evaluations are saved, if at all.
         progress : Progress | None
             Called after each evaluation, unless None.
+        states : Array | None
+            Principal stretches in which the law has to be stable, shape (n, 3); None for those that are typical.
+        start : int
+            Number of the start whose search it is.
+        patience : Sequence[Patience]
+            Failed steps after which marches are given up, by channel, as an earlier search left them.
         """
         material = self.material
         known = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
-        return LeastSquaresProblem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
+        watched = coupon_states(_stretches(fitted)) if states is None else states
+        return LeastSquaresProblem(
+            fitted, self.law, self.names, fixed, watched, journal, progress, start=start, patience=patience
+        )
 
     def identity(self) -> dict[str, Any]:
         """Return the values that must be equal for a run to resume another one."""

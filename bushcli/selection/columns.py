@@ -21,6 +21,7 @@ from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
 from bushcli.inverse.channel import Channel
+from bushcli.inverse.patience import Patience
 from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
@@ -242,7 +243,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: Coarse = "memory" if usual else "always"
-    channels = cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
+    channels = cache.channels(model.task(case), HALF, coarse)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
     for channel in channels:
@@ -307,19 +308,23 @@ def _derivative(
     channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Candidate
 ) -> Array:
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
+
+    def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
+        return channel.at_samples(channel.solve(at, by, Patience(PATIENCE)))
+
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.
-        force, slope = channel.at_samples(channel.solve(values, names[1:]))
-        moved, _ = channel.at_samples(channel.solve({**values, names[0]: values[names[0]] + trial.size}, ()))
+        force, slope = solved(values, names[1:])
+        moved, _ = solved({**values, names[0]: values[names[0]] + trial.size}, ())
         return np.column_stack([(moved - force) / trial.size, slope])
-    force, slope = channel.at_samples(channel.solve(values, names))
+    force, slope = solved(values, names)
     if trial.effect.acts in ("rig", "rubber"):
         return slope
     for i, name in enumerate(names):
         size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
             continue
-        moved, _ = channel.at_samples(channel.solve({**values, name: values[name] + size}, ()))
+        moved, _ = solved({**values, name: values[name] + size}, ())
         secant = (moved - force) / size
         if float(np.abs(secant).max()) > float(np.abs(slope[:, i]).max()):
             slope = slope.copy()

@@ -23,15 +23,17 @@ from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled
-from bushcli.inverse.local import inside
-from bushcli.inverse.problem import LeastSquaresProblem, Stopping
+from bushcli.inverse.local import Ends, inside
+from bushcli.inverse.patience import Patience
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.search import search
+from bushcli.inverse.stopping import Stopping
 from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import NoiseModel
 from bushcli.selection.model import Fitted, Model
-from bushcli.selection.model_cache import Coarse, ModelCache, set_patience
+from bushcli.selection.model_cache import Coarse, ModelCache
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
@@ -132,7 +134,6 @@ def fit(
     task, problem = pose(cache, case, model, measured)
     start, lower, upper = task.vectors()
     promise = Promise(problem, lower, upper, model.off_values(problem.names), needed)
-    problem.ends = promise.ends
     if not problem.names:
         return (
             fitted(model, problem, np.zeros(0), True)
@@ -140,20 +141,19 @@ def fit(
             else None
         )
     initial = _first_solved(problem, model, start, lower, upper)
-    best = None if initial is None else _searched(problem, initial, lower, upper)
+    best = None if initial is None else _searched(problem, initial, lower, upper, promise.ends)
     if best is not None and best.at_wall and promise.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
         own = _own(problem, start, lower, upper)
-        best = best if own is None else min(best, _searched(problem, own, lower, upper))
+        best = best if own is None else min(best, _searched(problem, own, lower, upper, promise.ends))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
-        for channel in problem.channels:
-            set_patience(channel, None)
+        problem.lift_limits()
         at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         found = _End(problem.objective(at), at, True)
-        again = _searched(problem, inside(at, lower, upper), lower, upper)
+        again = _searched(problem, inside(at, lower, upper), lower, upper, promise.ends)
         best = min(one for one in (best, found, again) if one is not None)
     if best is None:
         return None
@@ -186,7 +186,7 @@ def pose(
     """
     task = model.task(case)
     coarse: Coarse = "never" if model.anchor is None else "memory"
-    channels = cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
+    channels = cache.channels(task, coarse=coarse, anchor=model.anchor)
     plain = task.pose(channels)
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
@@ -197,6 +197,7 @@ def pose(
         tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
         known_parameters(case, task.effects, shear, [c.recording for c in channels]),
         replace(STOPPING, failures=FAILURES) if solid else STOPPING,
+        [Patience(patience) for _ in channels],
     )
     return task, problem
 
@@ -258,10 +259,10 @@ def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     return found
 
 
-def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) -> _End:
+def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array, ends: Ends) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
-            problem.watch(initial)
+            problem.watch(problem.reached(initial), initial)
         except NotConverged:
             return _End(problem.objective(initial), initial, False)
     best, point = _End(float("inf"), initial, False), initial
@@ -269,7 +270,7 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) ->
         # A little inside the bounds a model may fail that can be solved on them.
         if not np.isfinite(problem.residual(point)).all():
             break
-        end = search(problem, point, lower, upper)
+        end = search(problem, point, lower, upper, ends=ends)
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
         best = min(best, found)

@@ -17,7 +17,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import Channel, MeshCorrection
 from bushcli.inverse.task import Task
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
@@ -48,7 +48,7 @@ class ModelCache:
         self.tables = TableCache() if tables is None else tables
         self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
         self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
-        self._corrections: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
+        self._corrections: OrderedDict[bytes, dict[str, MeshCorrection]] = OrderedDict()
 
     def channels(
         self,
@@ -56,7 +56,6 @@ class ModelCache:
         fineness: float = 1.0,
         coarse: Coarse = "never",
         anchor: Mapping[str, float] | None = None,
-        patience: int | None = None,
     ) -> list[Channel]:
         """Channels of a task, for any values of its parameters.
 
@@ -74,10 +73,6 @@ class ModelCache:
         anchor : mapping of str to float, optional
             Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is corrected to that
             of the default mesh.
-        patience
-            Failed steps after which a march is given up: some of the many models that are tried have absurd
-            parameters, and cutting their steps down to the smallest takes minutes in three dimensions. As
-            `cases.march` where None.
         """
         whole = replace(task.case, effects=())
         name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
@@ -86,22 +81,25 @@ class ModelCache:
             modes: set[str] = set()
             # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
             prepared = self.bodies(task, coarse, modes)
-            found, _ = task.channels(comm=MPI.COMM_SELF, prepared=prepared, tables=self.tables)
-            for number, channel in enumerate(found):
+
+            def corrected(channel: str, model: FiniteElementModel) -> MeshCorrection | None:
+                if anchor is None or model.mode.name not in modes:
+                    return None
+                plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
+                return self.mesh_corrections(plain, anchor)[channel]
+
+            found, _ = task.channels(
+                comm=MPI.COMM_SELF, prepared=prepared, tables=self.tables, corrected=corrected
+            )
+            for channel in found:
                 if channel.simulation is not None and fineness != 1.0:
                     channel.simulation.plan(fineness)
-                if channel.model.mode.name in modes and anchor is not None:
-                    plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
-                    channel.share, channel.offset = self.mesh_correction(plain, anchor)[number]
             return found
 
-        found = _kept(self._sets, SETS, name, made)
-        for channel in found:
-            set_patience(channel, patience)
-        return found
+        return _kept(self._sets, SETS, name, made)
 
-    def mesh_correction(self, plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
-        """Return factor and remainder that correct the force of a coarse mesh to the default one, by channel.
+    def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
+        """Return the corrections of the force of a coarse mesh to the default one, by channel.
 
         They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
         memory; the difference that the factor leaves is added as it is.
@@ -114,14 +112,14 @@ class ModelCache:
             Parameters of the law (MPa or dimensionless) at which both meshes are compared.
         """
 
-        def made() -> list[tuple[float, Array]]:
-            found = []
+        def made() -> dict[str, MeshCorrection]:
+            found = {}
             for usual, coarse in zip(
                 self.channels(plain), self.channels(plain, coarse="always"), strict=True
             ):
                 exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
                 share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
-                found.append((share, exact - share * rough))
+                found[usual.name] = MeshCorrection(share, exact - share * rough)
             return found
 
         return _kept(self._corrections, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
@@ -164,18 +162,6 @@ class ModelCache:
             )
 
         return body
-
-
-def set_patience(channel: Channel, patience: int | None) -> None:
-    """Set the number of failed steps after which marches of a channel are given up.
-
-    Parameters
-    ----------
-    channel : Channel
-    patience : int, optional
-        Failed steps after which a march is given up; no limit where None.
-    """
-    channel.patience, channel.hardest = patience, None
 
 
 def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, made: Callable[[], T]) -> T:

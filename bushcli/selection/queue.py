@@ -32,7 +32,7 @@ from bushcli.selection.neighbours import label, other_laws, with_law_of, without
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.queued import Queued, slack_of
-from bushcli.selection.searched import TriedModel
+from bushcli.selection.searched import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
@@ -69,7 +69,6 @@ class Search:
         Fits in their order; models that cannot be solved, in words.
     derivatives : Derivatives
         By the effects of the catalogue.
-    ended : str
     """
 
     problem: CommonData
@@ -83,7 +82,6 @@ class Search:
     waiting: dict[Key, Queued] = field(default_factory=dict)
     rows: list[TriedModel] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
-    ended: str = "nothing left"
     solves: int = 0
     failed: int = 0
     _expanded: set[Key] = field(default_factory=set)
@@ -97,8 +95,8 @@ class Search:
         self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress)
         self._enter(self.plain, float("nan"))
 
-    def run(self) -> None:
-        """Search until no model is left that matters, or the time limit is reached."""
+    def run(self) -> Ended:
+        """Search until no model is left that matters, or the time limit is reached; return which of the two."""
         while True:
             for key in self._to_expand():
                 self._expand(key)
@@ -106,10 +104,9 @@ class Search:
                     break
             self._branch()
             if self.left < LEFT:
-                return
+                return "nothing left"
             if time.perf_counter() > self.deadline:
-                self.ended = "budget"
-                return
+                return "budget"
             self._fit_next()
 
     @property

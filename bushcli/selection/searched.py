@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+Ended = Literal["nothing left", "budget", "interrupted"]
+"""Why a search ended."""
+
 
 @dataclass(frozen=True)
 class TriedModel:
@@ -42,7 +45,7 @@ class Searched:
         Whether the search ended because further fits could change no more than `queue.LEFT` of the posterior.
     left : float
         Share of the posterior that fits of the models in the queue may change, by their predictions.
-    ended : {"nothing left", "budget", "interrupted"}
+    ended : Ended
     trials : tuple of TriedModel
     lost : tuple of str
         Models that could not be solved from any start, in words.
@@ -52,7 +55,7 @@ class Searched:
 
     complete: bool
     left: float
-    ended: Literal["nothing left", "budget", "interrupted"]
+    ended: Ended
     trials: tuple[TriedModel, ...]
     lost: tuple[str, ...]
     untestable: Mapping[str, str]

@@ -26,10 +26,10 @@ def failing(monkeypatch):
     solve = Channel.solve
 
     def arrange(condition, mode=None):
-        def partly(self, parameters, names):
+        def partly(self, parameters, names, patience):
             if mode in (None, self.recording.mode) and condition(parameters):
                 raise NotConverged(NOTHING, float(self.targets[-1]), "forced", 0.0)
-            return solve(self, parameters, names)
+            return solve(self, parameters, names, patience)
 
         monkeypatch.setattr(Channel, "solve", partly)
 

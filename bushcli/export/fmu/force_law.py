@@ -130,6 +130,24 @@ class Channel:
             force *= 1.0 + amount * math.expm1(-self.state[self.elapsed] / tau)
         return force
 
+    def value(self, place: int) -> float:
+        """Return the state of this index; index -1 is the present displacement."""
+        return self.q if place < 0 else self.state[place]
+
+    def put(self, place: int, value: float) -> None:
+        """Set the state of an index as in `value`; a program restores what it saved.
+
+        Parameters
+        ----------
+        place : int
+        value : float
+            In the unit of the data.
+        """
+        if place < 0:
+            self.q = value
+        else:
+            self.state[place] = value
+
     def begin(self, q: float) -> None:
         """Start at rest at a displacement, mm or rad, or in the unit of the data, with relaxed branches."""
         self.state[:] = [0.0] * len(self.state)

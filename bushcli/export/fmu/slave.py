@@ -72,36 +72,3 @@ class Variables:
         return [
             (name, "angle" if one["rotational"] else "length") for name, one in self.data["channels"].items()
         ]
-
-
-def reader(channel: Channel, place: int):  # type: ignore[no-untyped-def]  # both versions take any callable
-    """Return a function that reads a state.
-
-    Parameters
-    ----------
-    channel : Channel
-        The channel of the state.
-    place : int
-        Its index as in `Variables.states`.
-    """
-    return lambda: channel.q if place < 0 else channel.state[place]
-
-
-def setter(channel: Channel, place: int):  # type: ignore[no-untyped-def]
-    """Return a function that sets a state.
-
-    Parameters
-    ----------
-    channel : Channel
-        The channel of the state.
-    place : int
-        Its index as in `Variables.states`.
-    """
-
-    def put(value: float) -> None:
-        if place < 0:
-            channel.q = value
-        else:
-            channel.state[place] = value
-
-    return put

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 
-from bushcli.export.fmu.slave import Variables, reader, setter
+from bushcli.export.fmu.slave import Variables
 
 
 class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not known
@@ -39,8 +40,8 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
                     name,
                     causality=Fmi2Causality.local,
                     variability=Fmi2Variability.continuous,
-                    getter=reader(channel, place),
-                    setter=setter(channel, place),
+                    getter=partial(channel.value, place),
+                    setter=partial(channel.put, place),
                 )
             )
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from pythonfmu3 import Float64, Fmi3Causality, Fmi3Initial, Fmi3Slave, Fmi3Variability, Unit
 
-from bushcli.export.fmu.slave import Variables, reader, setter
+from bushcli.export.fmu.slave import Variables
 
 
 class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not known
@@ -51,8 +53,8 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
                     name,
                     causality=Fmi3Causality.local,
                     variability=Fmi3Variability.continuous,
-                    getter=reader(channel, place),
-                    setter=setter(channel, place),
+                    getter=partial(channel.value, place),
+                    setter=partial(channel.put, place),
                 )
             )
 

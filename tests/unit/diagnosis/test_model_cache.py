@@ -55,9 +55,8 @@ def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path, 
 
 def test_caches_are_independent(task: Task) -> None:
     one, other = ModelCache(), ModelCache()
-    (mine,), (theirs,) = one.channels(task, patience=1), other.channels(task)
+    (mine,), (theirs,) = one.channels(task), other.channels(task)
     assert mine is not theirs
     assert mine.model is not theirs.model
-    assert (mine.patience, theirs.patience) == (1, None)
     theirs.model.set_parameters({"C10": 5.0}, 2000.0)
     assert mine.model.parameters != theirs.model.parameters

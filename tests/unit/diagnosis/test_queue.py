@@ -88,12 +88,12 @@ def test_what_is_surely_predicted_counts(world, monkeypatch):
 
 def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
     found = world.search(monkeypatch)
-    assert found.ended == "nothing left"
+    assert world.ended == "nothing left"
     assert found.left < LEFT
     # It ends before all are fitted: with seven effects there are 63 sets of up to three.
     assert found.waiting
     assert len(world.asked) < 40
-    said = answer.searched(found)
+    said = answer.searched(found, world.ended)
     assert said.complete
     models = posterior(found)
     assert set(models[0].effects) == {"drift", "permanent_set"}
@@ -103,15 +103,16 @@ def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
 
 def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
-    assert found.ended == "budget"
+    assert world.ended == "budget"
     assert world.asked == []
     # The plain law's neighbours are known only by their predictions.
     assert found.left > 0.5
-    said = answer.searched(found)
+    said = answer.searched(found, world.ended)
     assert not said.complete
     assert said.left == pytest.approx(found.left)
     (best, *_) = posterior(found)
-    (condition,) = [one for one in answer.doubts(world.one.case, (), best, found) if one.name == "budget"]
+    doubts = answer.doubts(world.one.case, (), best, found.problem, said)
+    (condition,) = [one for one in doubts if one.name == "budget"]
     assert f"{100 * found.left:.0f} %" in condition.message
 
 
@@ -135,15 +136,14 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     assert any("drift" in name for name in found.lost)
     assert all("drift" not in state.model.identities for state in found.states.values())
     assert any("drift" in what and text.startswith("cannot be solved") for _, what, text in heard)
-    said = answer.searched(found)
+    said = answer.searched(found, world.ended)
     assert said.lost == tuple(found.lost)
     rows = [one for one in said.trials if "drift" in one.effects]
     assert rows
     assert all(row.text == "cannot be solved from any start" for row in rows)
     best = posterior(found)[0]
-    (condition,) = [
-        one for one in answer.doubts(world.one.case, (), best, found) if one.name == "models_lost"
-    ]
+    doubts = answer.doubts(world.one.case, (), best, found.problem, said)
+    (condition,) = [one for one in doubts if one.name == "models_lost"]
     assert "drift" in condition.message
 
 

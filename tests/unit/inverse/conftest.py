@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.problem import Stopping
+from bushcli.inverse.stopping import Stopping
 
 
 class Linear:
@@ -28,10 +28,9 @@ class Linear:
         force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
         recording = SimpleNamespace(force=force, displacement=q)
         self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
-        self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
+        self.states, self.samples = np.zeros((1, 3)), len(q)
         self.asked, self.evaluations, self.best = [], [], None
         self.stopping = Stopping(1e-7, (25, 1e-4), 5, 200, 200, True)
-        self.ends = None
 
     def curve(self, x):
         return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2
@@ -47,6 +46,12 @@ class Linear:
 
     def reached(self, x):
         return np.zeros((0, 3))
+
+    def watch(self, states, best=None):
+        pass
+
+    def answers(self, x, trial):
+        pass
 
     def instability(self, x, states=None):
         return np.array([self.edge(x)])

@@ -8,9 +8,9 @@ import pytest
 from bushcli.evidence.promise import Promise
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
-from bushcli.inverse.problem import Stopping
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
 from bushcli.inverse.search import search
+from bushcli.inverse.stopping import Stopping
 
 LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
 
@@ -118,8 +118,8 @@ def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_
     start = lowest + 4.0 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 0.01 * normal
     asked = []
     for ends in (None, Promise(problem, LOWER, UPPER, [0.0, 0.0], None).ends):
-        problem.ends, problem.asked = ends, []
-        found = search(problem, start, LOWER, UPPER)
+        problem.asked = []
+        found = search(problem, start, LOWER, UPPER, ends=ends)
         assert found.x == pytest.approx(lowest, abs=0.1 * np.sqrt(covariance[1, 1]))
         asked.append(len({point.tobytes() for point in problem.asked}))
     assert asked[1] < asked[0]

@@ -1,0 +1,46 @@
+"""How many failed steps a march is allowed."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from bushcli.inverse.patience import ALLOWED, Patience
+from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
+from forms.law import law
+
+
+def march(failed):
+    steps = [SimpleNamespace(accepted=i >= failed) for i in range(failed + 3)]
+    return SimpleNamespace(attempts=steps)
+
+
+def test_there_is_no_limit_before_a_march_has_reached_its_end():
+    patience = Patience()
+    assert patience.limit is None
+    patience.learn(march(0))
+    assert patience.limit == ALLOWED
+    for failed in (2, 1):
+        patience.learn(march(failed))
+        assert patience.limit == ALLOWED + 2 * 2
+
+
+def test_a_limit_that_was_given_stays():
+    patience = Patience(1)
+    patience.learn(march(4))
+    assert patience.limit == 1
+
+
+def test_a_search_begins_with_what_an_earlier_one_has_learnt_and_keeps_its_own_to_itself():
+    def problem(*patience):
+        channel = SimpleNamespace(coupon=True)
+        states = coupon_states((0.8, 1.2))
+        return LeastSquaresProblem([channel], law("neo_hookean"), ["C10"], {}, states, patience=patience)
+
+    first = problem()
+    first.patience[0].learn(march(1))
+    second = problem(*first.patience)
+    assert second.patience[0].limit == ALLOWED + 2
+    second.patience[0].learn(march(5))
+    assert first.patience[0].limit == ALLOWED + 2
+    second.lift_limits()
+    assert second.patience[0].limit is None
