@@ -79,7 +79,7 @@ class FiniteElementModel:
         Duration of the present step (s), and share of the assembly that is done, 0 to 1.
     curves : Kept
         Its last two histories: of a bushing with an effect and without it, which are often compared.
-    sampled : dict
+    sampled : Kept
         Points at which its stretches were evaluated, by region, with the mesh for which they were located.
     """
 
@@ -94,7 +94,7 @@ class FiniteElementModel:
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
         self.curves: Kept[Any] = Kept(2)
-        self.sampled: dict[str, tuple[NamedMesh, Points]] = {}
+        self.sampled: Kept[tuple[NamedMesh, Points]] = Kept(4)
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm

@@ -68,7 +68,7 @@ def _default_points(model: FiniteElementModel, region: str) -> Points:
     of, found = model.sampled.get(region) or (mesh, _points(model, region, points))
     if of is not mesh:
         found.locate(mesh)
-    model.sampled[region] = (mesh, found)
+    model.sampled.put(region, (mesh, found))
     return found
 
 
