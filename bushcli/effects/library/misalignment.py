@@ -53,8 +53,9 @@ def feature() -> Feature:
     """Return the shape in which the rubber was moulded."""
     from cases.feature import Feature
 
-    across = ("offset_across", frozenset({"y"}))
-    return Feature(stress_free=_moved, breaks=frozenset({"x"}), breaks_with=(across,))
+    return Feature(
+        stress_free=_moved, breaks=frozenset({"x"}), breaks_with=(("offset_across", frozenset({"y"})),)
+    )
 
 
 def _offset(name: str, meaning: str, within: float, motions: frozenset[str] = frozenset()) -> EffectParameter:
