@@ -31,6 +31,7 @@ from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.recording.odd import swept_range, unfolded
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation
+from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import unsolved
 from cases.mode import modes
@@ -41,8 +42,6 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-# Steps from rest to the end of a recording: the spline through them is exact to 0.02 % of the force.
-STEPS = 12
 # Even points over a coupon's range. Up to this many recorded strains are solved too, with a third of the even points.
 DENSE = 60
 # A relative misfit is divided by the stress, or by this share of the largest stress where the stress is smaller.
@@ -289,7 +288,7 @@ def _coupon_targets(q: Array) -> Array:
 
 
 def _targets(q: Array, odd: bool) -> Array:
-    return even_targets(*swept_range(q, odd), STEPS)
+    return even_targets(*swept_range(q, odd), IDENTIFIED)
 
 
 def _noise(recording: Recording) -> float:

@@ -13,6 +13,7 @@ from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.six import program_of
 from bushcli.simulate.six_schedule import six_schedule
+from bushcli.simulate.steps import RECORDED
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
@@ -22,10 +23,6 @@ from cases.simulate import even_targets, is_odd, sweep
 from cases.six import SixPath
 
 Array = NDArray[np.float64]
-
-# Steps on the longer side of a recording's range: a cubic spline through them is exact to 0.01 % of the
-# force.
-RECORDING_STEPS = 16
 
 
 @dataclass(frozen=True)
@@ -111,9 +108,9 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> Channel:
     odd = is_odd(case.geometry, modes()[recording.mode])
     if odd:
         low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
-    targets = even_targets(low, high, RECORDING_STEPS)
+    targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
-    program = Program(np.linspace(0.0, furthest, RECORDING_STEPS // 2 + 1, dtype=np.float64))
+    program = Program(np.linspace(0.0, furthest, RECORDED // 2 + 1, dtype=np.float64))
     followed = None
     if whole.six is not None:
         followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)

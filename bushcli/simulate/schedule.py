@@ -20,20 +20,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.simulate.steps import FEWEST_OF_LEG, HOLD, LEG
+
 Array = NDArray[np.float64]
 
 # The chain stays within this many standard deviations of the displacement's noise: 400 samples reach 3.
 WITHIN = 5.0
 # Without noise the chain stays within this share of the range.
 RESOLUTION = 2e-4
-# Steps of a leg that goes over the whole range; a shorter leg gets proportionally fewer, but no fewer than FEWEST.
-STEPS, FEWEST = 12, 4
 # Exponent of the grading: the first of 12 steps of a leg is 1/24 of it.
 GRADING = 1.3
 # Where the rate changes by this factor, a path is cut into two legs even without a turn.
 ABRUPT = 2.5
-# Steps of a hold, even in the logarithm of time, and approximate length of the first one, as a share of the hold.
-HOLD_STEPS, FIRST_HOLD = 10, 1e-3
+# Approximate length of the first step of a hold, as a share of the hold.
+FIRST_HOLD = 1e-3
 # A hold shorter than this share of the leg before it is the rounding of a turning point: it has steps at corners only.
 BRIEF = 0.1
 
@@ -238,7 +238,7 @@ def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, 
 def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
     """Return the times of a leg's nodes after the first: graded along the path, with a node at each corner."""
     length = abs(q[-1] - q[0])
-    count = max(int(np.ceil(FEWEST * fineness)), int(np.ceil(STEPS * fineness * length / span)))
+    count = max(int(np.ceil(FEWEST_OF_LEG * fineness)), int(np.ceil(LEG * fineness * length / span)))
     graded = np.linspace(0.0, 1.0, count + 1)[1:] ** GRADING
     along = np.abs(q - q[0]) / length
     times = np.interp(graded, along, t)
@@ -256,7 +256,7 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
 def _hold_times(t: Array, fineness: float, brief: bool) -> Array:
     if brief:
         return t[1:]
-    count = max(FEWEST, int(np.ceil(HOLD_STEPS * fineness)))
+    count = max(FEWEST_OF_LEG, int(np.ceil(HOLD * fineness)))
     duration = t[-1] - t[0]
     grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
     return np.asarray(t[0] + duration * grown[1:])

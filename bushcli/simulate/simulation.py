@@ -22,6 +22,7 @@ from bushcli.effects.change import Signal
 from bushcli.recording.odd import swept_range
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
+from bushcli.simulate.steps import CONTACT, PLANE, SOLID
 from cases.march import History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -33,10 +34,6 @@ from geometry.shape import Refinement, Shape
 Array = NDArray[np.float64]
 Steps = Callable[[int, int, int, float], None]
 
-# Steps on the longer side of the range of a bushing without memory. The curve between them is a spline: with 8 steps (6
-# for a solid body, which is moved less far) it is within 2e-5 of the force range of that with 16, measured on debonded
-# and swaged bushings; contact begins at a kink, which needs more.
-STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 # The steps are refined while the force differs from that with twice the steps by more than this share of its range, up
 # to `FINEST` times as many steps.
 ACCURATE = 2e-3
@@ -128,7 +125,7 @@ class Simulation:
         self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
         solid = self.model.mesh.dimension == 3
         contact = getattr(shape, "snubber", None) is not None
-        self._count = CONTACT_STEPS if contact else SOLID_STEPS if solid else STEPS
+        self._count = CONTACT if contact else SOLID if solid else PLANE
         self.fineness = 1.0
         self.step_error: float | None = None
         self.plan(1.0)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve, ExactCurve
+from bushcli.simulate.steps import FEWEST_OF_SEGMENT
 from cases.equilibrium import Equilibrium
 from cases.march import History, march
 from cases.march import Progress as StepProgress
@@ -19,9 +20,6 @@ from cases.rigid import tangent
 from cases.six import PAIR_MODES, SixPath
 
 Array = NDArray[np.float64]
-
-# Fewest steps of a segment of a path.
-FEWEST = 2
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def program_of(six: SixPath, steps: int, also: Sequence[float] = ()) -> Program:
     ranged = np.where(span > 0.0, span, 1.0)
     lengths = np.abs(np.diff(six.motion, axis=0) / ranged).max(axis=1)
     shares = lengths / max(float(lengths.max()), 1e-300)
-    counts = np.maximum(FEWEST, np.ceil(steps * shares)).astype(int)
+    counts = np.maximum(FEWEST_OF_SEGMENT, np.ceil(steps * shares)).astype(int)
     parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(six.time, six.time[1:], counts, strict=False)]
     times = np.unique(np.concatenate([six.time[:1], *parts, *([also] if len(also) else [])]))
     corners = frozenset(int(i) for i in np.flatnonzero(np.isin(times, six.time[1:-1])))

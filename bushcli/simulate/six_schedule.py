@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.segment import displacement_noise
 from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, Schedule, fitted_corners
+from bushcli.simulate.steps import FEWEST_OF_LINE, LEG
 from cases.program import Program
 from cases.six import SixPath
 
@@ -24,8 +25,6 @@ MOVES = 10.0
 # Fewer samples than this do not show their noise: all of them are taken as they are. Of the 5 samples of two legs the
 # estimate took the corner for noise, of 9 it did not.
 FEW = 20
-# Steps of a line on which a motion goes over its whole range; others get proportionally fewer, at least FEWEST.
-STEPS, FEWEST = 12, 3
 # A path that does not begin at rest is preceded by a motion from rest to its beginning, in this share of its time.
 LEAD = 1e-3
 
@@ -126,7 +125,7 @@ def _stepped(times: Array, poses: Array, fineness: float) -> tuple[Array, tuple[
     nodes, legs = [float(times[0])], []
     for (a, b), (p, q) in zip(pairwise(times), pairwise(poses), strict=True):
         length = float(np.abs((q - p) / ranged).max())
-        count = max(int(np.ceil(FEWEST * fineness)), int(np.ceil(STEPS * fineness * length)))
+        count = max(int(np.ceil(FEWEST_OF_LINE * fineness)), int(np.ceil(LEG * fineness * length)))
         first = len(nodes) - 1
         nodes += map(float, np.linspace(a, b, count + 1)[1:])
         legs.append(Leg(first, len(nodes) - 1, False))
