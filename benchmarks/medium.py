@@ -167,7 +167,8 @@ class Problem:
         fixed = np.unique(np.concatenate([bc.dof_indices()[0] for bc in self.bcs]))
         self.unknowns = self.space.dofmap.index_map.size_global - len(fixed)
         self.matrix = fem_petsc.create_matrix(self.tangent)
-        self.vector = fem_petsc.create_vector(self.residual)
+        # One process: no ghosts. `create_vector` has other arguments since DOLFINx 0.10.
+        self.vector = self.matrix.createVecLeft()
         self.solver = PETSc.KSP().create(mesh.comm)
         self.solver.setType("preonly")
         self.solver.getPC().setType("cholesky")
