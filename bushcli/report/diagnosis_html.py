@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bushcli.diagnosis.result import Diagnosis, Named
+from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis import map_lines
 from bushcli.report.diagnosis_names import chance
@@ -144,7 +144,7 @@ def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Sect
     ]
 
 
-def _effect(effect: Named) -> str:
+def _effect(effect: DiagnosedEffect) -> str:
     """Return a sentence on an effect: its probability, and whether its values are plausible."""
     doubt = "" if effect.plausible else " Hardly plausible."
     remark = f" {_sentence(effect.remark)}" if effect.remark else ""
