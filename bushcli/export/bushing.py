@@ -100,7 +100,7 @@ def _simulated(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
-    from bushcli.simulate.kept import Kept
+    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
 
@@ -108,7 +108,7 @@ def _simulated(
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing(source)
-    response = predict(case, progress=progress, kept=Kept(measured=Measured(tables)))
+    response = predict(case, progress=progress, kept=PredictionCache(measured=Measured(tables)))
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.touching import touched
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
@@ -320,7 +320,7 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
 
 
 def test_a_model_moved_to_another_shape_has_its_surfaces_there():
-    prepared, rubber = Bodies(), YEOH
+    prepared, rubber = PreparedModels(), YEOH
     made = [
         prepared(shapes()["plain"](**PLAIN | {"length": length}), AXIAL, rubber, Refinement(), MPI.COMM_SELF)
         for length in (40.0, 40.5)
