@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.kernels import Call, kernel, loops, pointer
-from cases.material import Rubber
-from cases.metal import Metal
+from cases.material import RubberAtPoints
+from cases.metal import MetalAtPoints
 from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
 
-class Part:
+class MaterialCells:
     """Cells of one material.
 
     Parameters
@@ -50,7 +50,11 @@ class Part:
     """
 
     def __init__(
-        self, kinematics: str, points: Points, material: Rubber | Metal, moved: MovedPoints | None
+        self,
+        kinematics: str,
+        points: Points,
+        material: RubberAtPoints | MetalAtPoints,
+        moved: MovedPoints | None,
     ) -> None:
         self.points, self.material, self._moved = points, material, moved
         self._name, self._setting = kinematics, SETTINGS[kinematics]
@@ -164,13 +168,13 @@ class Body:
 
     Attributes
     ----------
-    parts : list of Part
+    parts : list of MaterialCells
         Rubber first.
-    material : Rubber
+    material : RubberAtPoints
     """
 
-    def __init__(self, rubber: Part, metals: Mapping[str, Part]) -> None:
-        assert isinstance(rubber.material, Rubber)
+    def __init__(self, rubber: MaterialCells, metals: Mapping[str, MaterialCells]) -> None:
+        assert isinstance(rubber.material, RubberAtPoints)
         self.rubber, self.material = rubber, rubber.material
         self._metals = list(metals.values())
         self.parts = [rubber, *self._metals]
@@ -190,7 +194,7 @@ class Body:
         self.material.take(numbers)
         self.rubber.place(float(numbers.volumetric[1]), anew)
         for part, moduli in zip(self._metals, numbers.metals, strict=True):
-            assert isinstance(part.material, Metal)
+            assert isinstance(part.material, MetalAtPoints)
             part.material.take(moduli)
             part.place(1.0, anew)
 
@@ -252,7 +256,7 @@ class Body:
         total = 0.0
         for part in self.parts:
             part.look_again(x)
-            if isinstance(part.material, Rubber):
+            if isinstance(part.material, RubberAtPoints):
                 total += part.points.integral(part.material.energy())
             else:
                 total += part.points.integral(part.material.answer(moduli=False)[:, 0])

@@ -63,14 +63,14 @@ def _unknowns(part: Any, cells: Index) -> Index:
 
 
 @dataclass(frozen=True)
-class Rule:
+class QuadratureRule:
     """Points in the reference cell (p, d), and weights (p,) where something is integrated."""
 
     points: Array
     weights: Array
 
     @classmethod
-    def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
+    def gauss(cls, mesh: NamedMesh, degree: int) -> QuadratureRule:
         """Return the quadrature rule of the form compiler.
 
         Parameters
@@ -83,7 +83,7 @@ class Rule:
         return cls(*basix.make_quadrature(mesh.mesh.basix_cell(), degree))
 
     @classmethod
-    def at(cls, points: Array) -> Rule:
+    def at(cls, points: Array) -> QuadratureRule:
         """Return points without weights, for evaluation only."""
         return cls(points, np.ones(len(points)))
 

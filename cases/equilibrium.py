@@ -25,7 +25,7 @@ from cases.model import FiniteElementModel
 from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
-from cases.rates import Found, Rates, ghosted
+from cases.rates import ConvergedState, Rates, ghosted
 from cases.reaction import reaction
 from cases.rigid import reactions
 from cases.rounding import REASONS, rounding
@@ -201,7 +201,8 @@ class Equilibrium:
             return moved
         if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
-            rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
+            at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
+            rate = self._rates.iterated(at)
             if rate is not None:
                 return rate
         self._renew()

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 Result = TypeVar("Result")
 
 
-class Kept(Generic[Result]):
+class ResultCache(Generic[Result]):
     """The last results, by what they depend on.
 
     Parameters

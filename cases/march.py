@@ -22,9 +22,9 @@ from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.recorder import Recorder
 from cases.sensitivity import Sensitivity
-from cases.series import Series, Shared
+from cases.series import SeriesSpring, Shared
 from cases.six_sensitivity import SixSensitivity
-from cases.stepper import Step, Stepper
+from cases.stepper import AttemptedStep, Stepper
 
 __all__ = [
     "TOLERANCE",
@@ -52,7 +52,7 @@ def march(
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
     path_rates: Mapping[str, Array] | None = None,
-    series: Series | None = None,
+    series: SeriesSpring | None = None,
     progress: Progress | None = None,
     observer: Observer | None = None,
     patience: int | None = None,
@@ -111,7 +111,7 @@ def _started(
     program: Program,
     derivatives: _Derivatives,
     recorder: Recorder,
-    series: Series | None,
+    series: SeriesSpring | None,
     observer: Observer | None,
     patience: int | None,
 ) -> _Run:
@@ -207,7 +207,7 @@ class _Run:
                 self.derivatives.follow(self.solver, number, 1.0, at.time)
             self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
-    def _accepted(self, step: Step, number: int, arrived: bool) -> None:
+    def _accepted(self, step: AttemptedStep, number: int, arrived: bool) -> None:
         """Accept a step: call the observer, advance the derivatives and, last, the memory of the rubber."""
         self.stepper.accept(step)
         if self.observer is not None and arrived:
@@ -218,7 +218,7 @@ class _Run:
                 self.stepper.differentiated(rate)
             self.model.commit()
 
-    def _refused(self, step: Step, target: float, newton: int) -> None:
+    def _refused(self, step: AttemptedStep, target: float, newton: int) -> None:
         """Cut the step back, or end the march."""
         at = self.stepper
         at.reject(step)
@@ -236,7 +236,7 @@ class _Derivatives:
     """Derivatives of the force along the march, and of the path with respect to parameters that move it."""
 
     def __init__(
-        self, sensitivity: Sensitivity, path_rates: Mapping[str, Array], series: Series | None = None
+        self, sensitivity: Sensitivity, path_rates: Mapping[str, Array], series: SeriesSpring | None = None
     ) -> None:
         self._sensitivity, self._series = sensitivity, series
         self.names = sensitivity.names

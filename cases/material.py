@@ -23,7 +23,7 @@ from forms.branch import Branch
 from forms.branch_answers import GIVEN, branch_functions
 from forms.law import Law
 from forms.point import length
-from forms.setting import Setting
+from forms.setting import KinematicDescription
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Remembered:
         As in `cases.parameters.Numbers.branches`; always the same array.
     """
 
-    def __init__(self, setting: Setting, branch: Branch, points: int) -> None:
+    def __init__(self, setting: KinematicDescription, branch: Branch, points: int) -> None:
         self._functions = branch_functions(setting, branch)
         self.needs_energy = self._functions.needs_energy
         self.values = np.empty((points, self._functions.memory))
@@ -136,7 +136,7 @@ class _Answered:
     volumetric: Call
 
 
-class Rubber:
+class RubberAtPoints:
     """Rubber at some points: law, volumetric part and branches.
 
     Parameters
@@ -161,7 +161,7 @@ class Rubber:
 
     def __init__(
         self,
-        setting: Setting,
+        setting: KinematicDescription,
         law: Law,
         names: tuple[str, ...],
         branches: Sequence[Branch],

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from cases.kernels import kernel
 from forms import answers
-from forms.setting import Setting
+from forms.setting import KinematicDescription
 
 Array = NDArray[np.float64]
 
 
-class Metal:
+class MetalAtPoints:
     """An elastic sleeve: small strain, any rotation.
 
     Attributes
@@ -21,7 +21,7 @@ class Metal:
         Strain variables at which answers are computed.
     """
 
-    def __init__(self, setting: Setting, points: int) -> None:
+    def __init__(self, setting: KinematicDescription, points: int) -> None:
         self._answer, self._points = kernel(answers.metal_answer(setting)), points
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))

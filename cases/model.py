@@ -21,14 +21,14 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from cases.body import Body, Part
+from cases.body import Body, MaterialCells
 from cases.contact.contact import Contact, contact_of
-from cases.elements import Rule, apart_from_bonds, guarded, mixed_element
+from cases.elements import QuadratureRule, apart_from_bonds, guarded, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
-from cases.kept import Kept
-from cases.material import Rubber
-from cases.metal import Metal
+from cases.kept import ResultCache
+from cases.material import RubberAtPoints
+from cases.metal import MetalAtPoints
 from cases.mode import Mode, setting_for
 from cases.motion import Motion
 from cases.moved import MovedPoints, StressFree
@@ -40,8 +40,7 @@ from cases.surfaces import SurfaceForms, surface_energies
 from cases.system import System
 from forms.kinematics import Kinematics, kinematics_of
 from forms.law import Law
-from forms.setting import SETTINGS
-from forms.setting import Setting as GradientSetting
+from forms.setting import SETTINGS, KinematicDescription
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -77,9 +76,9 @@ class FiniteElementModel:
         Memory of the rubber; None where the force depends on the displacement alone.
     duration, stage : Constant
         Duration of the present step (s), and share of the assembly that is done, 0 to 1.
-    curves : Kept
+    curves : ResultCache
         Its last two histories: of a bushing with an effect and without it, which are often compared.
-    sampled : Kept
+    sampled : ResultCache
         Points at which its stretches were evaluated, by region, with the mesh for which they were located.
     """
 
@@ -93,8 +92,8 @@ class FiniteElementModel:
         features: Sequence[Installed] = (),
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
-        self.curves: Kept[Any] = Kept(2)
-        self.sampled: Kept[tuple[NamedMesh, Points]] = Kept(4)
+        self.curves: ResultCache[Any] = ResultCache(2)
+        self.sampled: ResultCache[tuple[NamedMesh, Points]] = ResultCache(4)
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
@@ -136,17 +135,19 @@ class FiniteElementModel:
         mesh = self.mesh
         branches = [one.branch for one in self.parameters.attached()]
 
-        def part(region: str, material: Callable[[int], Rubber | Metal]) -> Part:
+        def part(region: str, material: Callable[[int], RubberAtPoints | MetalAtPoints]) -> MaterialCells:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)
             moved = self.moved_points(region, self.rule)
-            return Part(self.setting.kinematics, points, material(points.number), moved)
+            return MaterialCells(self.setting.kinematics, points, material(points.number), moved)
 
-        def rubber(points: int) -> Rubber:
+        def rubber(points: int) -> RubberAtPoints:
             guard = self._guard(points) if guarded(mesh) else None
-            return Rubber(self._gradients, self.law, self.parameters.law_names, branches, points, guard)
+            return RubberAtPoints(
+                self._gradients, self.law, self.parameters.law_names, branches, points, guard
+            )
 
-        def metal(points: int) -> Metal:
-            return Metal(self._gradients, points)
+        def metal(points: int) -> MetalAtPoints:
+            return MetalAtPoints(self._gradients, points)
 
         return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
 
@@ -162,13 +163,13 @@ class FiniteElementModel:
         return (*self.mode.driven, *self.mode.held)
 
     @property
-    def _gradients(self) -> GradientSetting:
+    def _gradients(self) -> KinematicDescription:
         return SETTINGS[self.setting.kinematics]
 
     @cached_property
-    def rule(self) -> Rule:
+    def rule(self) -> QuadratureRule:
         """Quadrature of the energy."""
-        return Rule.gauss(self.mesh, self.quadrature_degree)
+        return QuadratureRule.gauss(self.mesh, self.quadrature_degree)
 
     @property
     def quadrature_degree(self) -> int:
@@ -179,7 +180,7 @@ class FiniteElementModel:
         """Numbers of a region's cells on this rank."""
         return np.asarray(self.mesh.cells.find(self.mesh.region[region]), dtype=np.int32)
 
-    def moved_points(self, region: str, rule: Rule) -> MovedPoints | None:
+    def moved_points(self, region: str, rule: QuadratureRule) -> MovedPoints | None:
         """Return the position of the stress-free body at points of a region's cells; None where it is the mesh.
 
         Parameters

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Place:
+class StressFreePlacement:
     """A stress-free body, or the rate at which it moves, at points of cells.
 
     Attributes
@@ -47,7 +47,7 @@ class Place:
     at_rest: bool = False
 
     @classmethod
-    def rest(cls, shape: tuple[int, ...]) -> Place:
+    def rest(cls, shape: tuple[int, ...]) -> StressFreePlacement:
         """The mesh itself, at points of this shape (cells, points, d)."""
         inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
         return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
@@ -122,7 +122,7 @@ class MovedPoints:
             for feature, one in moved.items()
         ]
 
-    def now(self) -> Place:
+    def now(self) -> StressFreePlacement:
         """Return the position with the present parameters; `rate` then returns the derivatives there."""
         parts = [one.evaluated(self._mesh, self._cells, self._shape) for one in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
@@ -133,7 +133,7 @@ class MovedPoints:
         else:
             gradient = np.eye(d) + sum(np.linalg.inv(inverse) - np.eye(d) for _, inverse, _ in parts)
             inverse = np.asarray(np.linalg.inv(gradient), dtype=np.float64)
-        self._rates: dict[str, Place] = {}
+        self._rates: dict[str, StressFreePlacement] = {}
         ratio = np.linalg.det(gradient)
         for _, own, rates in parts:
             M = np.linalg.inv(own)
@@ -141,10 +141,12 @@ class MovedPoints:
                 # Derivatives of the gradient, then of the inverse and the determinant of the sum.
                 slope = -M @ change @ M
                 turned = inverse @ slope
-                self._rates[name] = Place(u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1))
-        return Place(displacement, inverse, ratio)
+                self._rates[name] = StressFreePlacement(
+                    u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1)
+                )
+        return StressFreePlacement(displacement, inverse, ratio)
 
-    def rate(self, name: str) -> Place | None:
+    def rate(self, name: str) -> StressFreePlacement | None:
         """Return the derivative by a parameter at the last position of `now`; None if it does not move the body."""
         return self._rates.get(name)
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.elements import Index, Rule, Unknowns
+from cases.elements import Index, QuadratureRule, Unknowns
 from cases.kernels import loops, pointer
-from cases.moved import Place
-from forms.setting import Setting
+from cases.moved import StressFreePlacement
+from forms.setting import KinematicDescription
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -46,7 +46,9 @@ class Points:
     unknowns : Unknowns
     """
 
-    def __init__(self, mesh: NamedMesh, space: Any, setting: Setting, cells: Index, rule: Rule) -> None:
+    def __init__(
+        self, mesh: NamedMesh, space: Any, setting: KinematicDescription, cells: Index, rule: QuadratureRule
+    ) -> None:
         self.setting, self.cells, self.rule = setting, cells, rule
         self.shape = (len(cells), len(rule.points))
         self.rows = len(setting.gradients) + 1
@@ -70,14 +72,14 @@ class Points:
         self._measure = np.abs(np.linalg.det(slope)) * self.rule.weights
         # d(reference)_i / dx_j.
         self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
-        self.move(Place.rest(self._x.shape))
+        self.move(StressFreePlacement.rest(self._x.shape))
 
-    def move(self, place: Place, swelling: float = 1.0) -> None:
+    def move(self, place: StressFreePlacement, swelling: float = 1.0) -> None:
         """Set the position of the stress-free body; its volume is ``swelling`` times that of this shape.
 
         Parameters
         ----------
-        place : Place
+        place : StressFreePlacement
             The stress-free body.
         swelling : float
             Volume of the stress-free body over that of its shape, a ratio.
@@ -171,7 +173,7 @@ class Points:
 
     # -- a stress-free body that moves with a parameter ----------------------------------------------------------
 
-    def moving(self, rate: Place) -> Moving:
+    def moving(self, rate: StressFreePlacement) -> Moving:
         """Return how the points change when the stress-free body moves at this rate (displacement and inverse)."""
         radial, R = rate.displacement[..., 0], self._radius
         stretch = rate.ratio / self._place.ratio + (radial / R if self._half_plane else 0.0)

@@ -20,7 +20,7 @@ PREDICTOR_STATES = 3
 
 
 @dataclass
-class Known:
+class RecentPoints:
     """The last `most` points of a march, the newest last.
 
     Attributes

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
-from cases.predictor import Known
+from cases.predictor import RecentPoints
 from cases.ranks import summed
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ KEPT = 4
 
 
 @dataclass(frozen=True)
-class Found:
+class ConvergedState:
     """A solution, with the solver objects that are available there.
 
     Attributes
@@ -64,7 +64,7 @@ class Rates:
     """The last rates along a path."""
 
     def __init__(self) -> None:
-        self._known = Known(KEPT)
+        self._known = RecentPoints(KEPT)
 
     def add(self, q: float, rate: Array) -> None:
         """Take the rate found at q.
@@ -90,7 +90,7 @@ class Rates:
         """
         return self._known.extrapolate(q) if self._known.q else rate.copy()
 
-    def iterated(self, at: Found) -> Array | None:
+    def iterated(self, at: ConvergedState) -> Array | None:
         """The rate at a solution, all local unknowns; None if it needs too many iterations."""
         model = at.model
         prescribed = at.rate
@@ -108,7 +108,7 @@ class Rates:
             return rate
         return None
 
-    def _improved(self, at: Found, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
+    def _improved(self, at: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
         """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
         left = self._preconditioned(at, rate, b, step)
@@ -136,7 +136,7 @@ class Rates:
         return True
 
     @staticmethod
-    def _preconditioned(at: Found, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
+    def _preconditioned(at: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
         """The tangent applied to a vector over all local unknowns, and the factorisation at hand applied to that."""
         at.model.system.apply_tangent(b, vector)
         b.array_w[at.model.system.owned_constrained] = 0.0
@@ -144,12 +144,12 @@ class Rates:
         return ghosted(step)
 
     @staticmethod
-    def _dot(at: Found, left: Array, right: Array) -> float:
+    def _dot(at: ConvergedState, left: Array, right: Array) -> float:
         owned = at.model.system.owned
         return float(summed(at.model.comm, left[:owned] @ right[:owned]))
 
     @classmethod
-    def _norm(cls, at: Found, vector: Array) -> float:
+    def _norm(cls, at: ConvergedState, vector: Array) -> float:
         return float(np.sqrt(cls._dot(at, vector, vector)))
 
 

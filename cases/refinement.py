@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.ranks import summed
-from cases.rates import LOOSER, SMALLEST, Found
+from cases.rates import LOOSER, SMALLEST, ConvergedState
 from cases.rigid import completed, solved
 
 Array = NDArray[np.float64]
@@ -30,12 +30,12 @@ MOST_CORRECTIONS = 4
 DEPENDENT = 1e-10
 
 
-def refined(at: Found, loads: Array, guess: Array) -> Array | None:
+def refined(at: ConvergedState, loads: Array, guess: Array) -> Array | None:
     """Solve for the response to each load, down to the tolerance of `cases.rates`; None where that takes too long.
 
     Parameters
     ----------
-    at : Found
+    at : ConvergedState
         The solution, with the moduli there and a factorisation of some earlier tangent.
     loads : shape (k, n)
         Loads on the free unknowns, complete on the rank that owns them; zero in ghosts and constrained unknowns.
@@ -79,7 +79,7 @@ def refined(at: Found, loads: Array, guess: Array) -> Array | None:
         left = left - shares @ images
 
 
-def _pulls(at: Found, directions: Array) -> Array:
+def _pulls(at: ConvergedState, directions: Array) -> Array:
     """The tangent applied to each direction, complete and zero where `loads` are."""
     return completed(at.model, at.model.system.pulls(directions))
 
@@ -93,12 +93,12 @@ def _orthonormal(products: Array) -> Array:
     return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T * scale)
 
 
-def _products(at: Found, left: Array, right: Array) -> Array:
+def _products(at: ConvergedState, left: Array, right: Array) -> Array:
     owned = slice(0, at.model.system.owned)
     return np.asarray(summed(at.model.comm, left[:, owned] @ right[:, owned].T))
 
 
-def _shares(at: Found, parts: Array, wholes: Array) -> Array:
+def _shares(at: ConvergedState, parts: Array, wholes: Array) -> Array:
     """Norm of each row over that of another; 0 where that is zero."""
     owned = slice(0, at.model.system.owned)
     squares = np.array([np.einsum("kn,kn->k", rows[:, owned], rows[:, owned]) for rows in (parts, wholes)])

@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
-from cases.predictor import Known
+from cases.predictor import RecentPoints
 from cases.ranks import summed
-from cases.rates import Found
+from cases.rates import ConvergedState
 from cases.refinement import refined
 from cases.rigid import completed, solved
-from cases.series import Series
+from cases.series import SeriesSpring
 from cases.slopes import Along, Slopes
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ class Sensitivity:
         self._rates: dict[str, Numbers] = {}
         self._rates_at: tuple[float, ...] = ()
         # Solutions of the last steps, shape (1 + names, n) each: along a branch they change smoothly.
-        self._last = Known()
+        self._last = RecentPoints()
         # dx/dq at the last step with memory, shape (n,).
         self.rate: Array | None = None
 
@@ -75,7 +75,7 @@ class Sensitivity:
         self,
         solver: Equilibrium,
         path_rates: Mapping[str, float] | None = None,
-        series: Series | None = None,
+        series: SeriesSpring | None = None,
         time: float = 0.0,
     ) -> tuple[Array, Array]:
         """Derivatives of the force and of the sleeve's displacement, shape (names,) each, at the present equilibrium.
@@ -218,5 +218,5 @@ class Sensitivity:
         guess = self._last.extrapolate(solver.q)
         dofs = self.model.motion.constrained.dofs
         guess[0, dofs] = solver.rate[dofs]
-        at = Found(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        at = ConvergedState(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
         return refined(at, np.vstack([np.zeros_like(solver.rate), right]), guess)

@@ -41,7 +41,7 @@ class Extension:
 
 
 @dataclass(frozen=True)
-class Series:
+class SeriesSpring:
     """A spring in series with a bushing.
 
     Attributes
@@ -105,7 +105,7 @@ class Shared:
         Time of the program's beginning, s.
     """
 
-    def __init__(self, series: Series, span: float, began: float) -> None:
+    def __init__(self, series: SeriesSpring, span: float, began: float) -> None:
         self._series, self._close = series, CLOSE * span
         # The last equilibrium, and dq over the prescribed displacement's change there.
         self._q = self._prescribed = 0.0

@@ -16,7 +16,7 @@ from cases.equilibrium import Equilibrium
 from cases.ranks import summed
 from cases.rigid import completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
-from cases.series import Series
+from cases.series import SeriesSpring
 from cases.six import twist_of
 from cases.slopes import Slopes
 
@@ -38,7 +38,7 @@ class SixSensitivity(Sensitivity):
         self,
         solver: Equilibrium,
         path_rates: Mapping[str, float] | None = None,
-        series: Series | None = None,
+        series: SeriesSpring | None = None,
         time: float = 0.0,
     ) -> tuple[Array, Array]:
         """Derivatives of the power Q and of q, shape (names,) each; those of the reactions become attributes.

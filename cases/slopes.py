@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.body import Body, Part
+from cases.body import Body, MaterialCells
 from cases.material import PointState
-from cases.metal import Metal
+from cases.metal import MetalAtPoints
 from cases.parameters import Numbers
 from cases.points import Moving
 
@@ -67,7 +67,7 @@ class Slopes:
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
         for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
-            assert isinstance(part.material, Metal)
+            assert isinstance(part.material, MetalAtPoints)
             yield part.material.changed(change) if change.any() else None
 
     def work(self, name: str, rates: Numbers, along: Along) -> float:
@@ -235,18 +235,18 @@ class Slopes:
     def _volumetric_slopes(self) -> Array:
         return self._body.material.volumetric_slopes(self._at)
 
-    def _moves(self, part: Part, name: str, rates: Numbers) -> tuple[float, Moving | None]:
+    def _moves(self, part: MaterialCells, name: str, rates: Numbers) -> tuple[float, Moving | None]:
         """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""
         swollen = 0.0
         if part is self._body.rubber:
             swollen = float(rates.volumetric[1] / self._body.swelling)
         return swollen, part.moving(name)
 
-    def _changed(self, part: Part, moving: Moving) -> Array:
+    def _changed(self, part: MaterialCells, moving: Moving) -> Array:
         """Change of the energy's derivatives by the gradients times the points' volumes, per volume."""
         return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
 
-    def _P(self, part: Part) -> Array:
+    def _P(self, part: MaterialCells) -> Array:
         """Energy's derivatives by the gradients."""
         if id(part) not in self._kept:
             self._kept[id(part)] = part.answer().copy()
@@ -280,13 +280,13 @@ class Along:
         self._strains: dict[int, Array] = {}
         self._works: tuple[Array, Array] | None = None
 
-    def gradients(self, part: Part) -> Array:
+    def gradients(self, part: MaterialCells) -> Array:
         """Change of a part's gradients, shape (points, rows)."""
         if id(part) not in self._gradients:
             self._gradients[id(part)] = part.points.gradients(self.direction)
         return self._gradients[id(part)]
 
-    def strain(self, part: Part) -> Array:
+    def strain(self, part: MaterialCells) -> Array:
         """Change of a part's strain variables, shape (points, variables)."""
         if id(part) not in self._strains:
             self._strains[id(part)] = part.strain_rates(self.gradients(part)[None])[0]

@@ -16,7 +16,7 @@ from cases.equilibrium import Equilibrium
 from cases.history import Attempt
 from cases.model import FiniteElementModel
 from cases.outcome import Outcome
-from cases.predictor import Known
+from cases.predictor import RecentPoints
 from cases.settling import settle
 from cases.stiffening import stiffened
 
@@ -36,7 +36,7 @@ EASY_NEWTON = 4
 
 
 @dataclass(frozen=True)
-class Step:
+class AttemptedStep:
     """A step that was attempted.
 
     Attributes
@@ -94,7 +94,7 @@ class Stepper:
     ) -> None:
         self._model, self._solver, self._widest = model, solver, widest
         self._flows = flows and solver.border is None
-        self._known = Known()
+        self._known = RecentPoints()
         self._known.add(0.0, solver.unknowns())
         self.q, self.time = 0.0, began
         self.force = self.energy = 0.0
@@ -127,7 +127,7 @@ class Stepper:
             self._known.forget()
             self._rate = None
 
-    def attempt(self, target: float, until: float) -> Step:
+    def attempt(self, target: float, until: float) -> AttemptedStep:
         """Attempt a step towards a target; the state of the model is then the end of the step.
 
         Parameters
@@ -153,7 +153,7 @@ class Stepper:
             outcome = replace(flown, iterations=outcome.iterations + flown.iterations)
         seconds = time.perf_counter() - begin
         tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
-        return Step(goal, share, duration, outcome.newton, tried, settled)
+        return AttemptedStep(goal, share, duration, outcome.newton, tried, settled)
 
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
@@ -171,7 +171,7 @@ class Stepper:
         short = abs(goal - self.q) <= SETTLING * self._widest
         return short and self._flows and not self._restless
 
-    def accept(self, step: Step) -> None:
+    def accept(self, step: AttemptedStep) -> None:
         """Accept a step: the state of the model is an equilibrium at its end."""
         if abs(step.goal - self.q) > 0 and step.newton <= EASY_NEWTON:
             self._length = 2.0 * self._length
@@ -188,7 +188,7 @@ class Stepper:
         """Use dx/dq at the accepted state, shape (n,), for the guesses of the next steps."""
         self._known.differentiated(rate)
 
-    def reject(self, step: Step) -> None:
+    def reject(self, step: AttemptedStep) -> None:
         """Make the next step half as long."""
         self._length, self._rejected = 0.5 * abs(step.goal - self.q), True
 

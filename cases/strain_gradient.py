@@ -31,7 +31,7 @@ import basix
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.elements import Rule, Unknowns, apart_from_bonds, guarded
+from cases.elements import QuadratureRule, Unknowns, apart_from_bonds, guarded
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -93,7 +93,7 @@ class StrainGradient:
 
     def locate(self, mesh: NamedMesh) -> None:
         """Take the geometry from the nodes of the mesh as they are now."""
-        rule = Rule.gauss(mesh, DEGREE)
+        rule = QuadratureRule.gauss(mesh, DEGREE)
         element = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0].basix_element
         places = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[self._cells]]
         slope, bend = _derivatives(element, rule.points)

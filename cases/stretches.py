@@ -8,7 +8,7 @@ import basix
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.elements import Rule
+from cases.elements import QuadratureRule
 from cases.model import FiniteElementModel
 from cases.points import Points
 from forms.setting import SETTINGS
@@ -90,7 +90,7 @@ def stretches_at(at: Points, x: Array) -> Array:
 
 def _points(model: FiniteElementModel, region: str, points: Array) -> Points:
     """Points of a region's cells, the stress-free body in its present place."""
-    rule, setting = Rule.at(points), SETTINGS[model.setting.kinematics]
+    rule, setting = QuadratureRule.at(points), SETTINGS[model.setting.kinematics]
     found = Points(model.mesh, model.space, setting, model.cells(region), rule)
     moved = model.moved_points(region, rule)
     if moved is not None:

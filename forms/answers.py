@@ -10,19 +10,21 @@ from forms.kinematics import principal, strain_of
 from forms.law import Law, Scalar
 from forms.point import PointFunction, answer, named, variables
 from forms.potential import sleeve_energy
-from forms.setting import Setting
+from forms.setting import KinematicDescription
 from forms.volumetric import guard_energy, mixed_energy
 
 # Points per call: an axial march with Ogden's law of three terms takes a tenth less time, with Yeoh's a tenth more.
 BATCH = 8
 
 
-def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
+def law_answer(
+    setting: KinematicDescription, law: Law, names: tuple[str, ...], moduli: bool
+) -> PointFunction:
     """Answer of a law with these parameters; optional ones may be absent.
 
     Parameters
     ----------
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     law : Law
         The law.
@@ -47,12 +49,12 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
     )
 
 
-def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunction:
+def law_slopes(setting: KinematicDescription, law: Law, names: tuple[str, ...]) -> PointFunction:
     """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other.
 
     Parameters
     ----------
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     law : Law
         The law.
@@ -75,12 +77,12 @@ def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunct
     )
 
 
-def volumetric_answer(setting: Setting, moduli: bool, guarded: bool = False) -> PointFunction:
+def volumetric_answer(setting: KinematicDescription, moduli: bool, guarded: bool = False) -> PointFunction:
     """Answer of the volumetric part; parameters compliance (1/MPa), swelling (1), and the shear modulus if guarded.
 
     Parameters
     ----------
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     moduli : bool
         Whether second derivatives are included.
@@ -99,12 +101,12 @@ def volumetric_answer(setting: Setting, moduli: bool, guarded: bool = False) -> 
     return PointFunction(key, _volumetric_blocks(setting, guarded), make)
 
 
-def volumetric_slopes(setting: Setting, guarded: bool = False) -> PointFunction:
+def volumetric_slopes(setting: KinematicDescription, guarded: bool = False) -> PointFunction:
     """Derivatives of [W, W_a] with respect to the parameters of `volumetric_answer`.
 
     Parameters
     ----------
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     guarded : bool
         As in `volumetric_answer`.
@@ -130,7 +132,7 @@ def _volumetric_name(guarded: bool) -> str:
     return "volumetric with guard" if guarded else "volumetric"
 
 
-def _volumetric_blocks(setting: Setting, guarded: bool) -> dict[str, int]:
+def _volumetric_blocks(setting: KinematicDescription, guarded: bool) -> dict[str, int]:
     blocks = {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)}
     return blocks | {"guard": 1} if guarded else blocks
 
@@ -166,7 +168,7 @@ def work_slopes(function: PointFunction, rows: int) -> PointFunction:
     return PointFunction(("work", *function.key), blocks, make)
 
 
-def metal_answer(setting: Setting) -> PointFunction:
+def metal_answer(setting: KinematicDescription) -> PointFunction:
     """Answer of a metal sleeve; parameters shear and bulk modulus (MPa), in both of which it is linear."""
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:

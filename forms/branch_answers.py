@@ -12,7 +12,7 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.kinematics import Kinematics, strain_of
 from forms.law import Scalar
 from forms.point import PointFunction, answer, named, variables
-from forms.setting import Setting
+from forms.setting import KinematicDescription
 from forms.symmetric import Symmetric, unpacked
 
 #: Inputs that follow a branch's own parameters: the law's initial shear modulus (MPa), and the step's duration (s).
@@ -52,12 +52,12 @@ class BranchFunctions:
     end_rate: Callable[[int], PointFunction]
 
 
-def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
+def branch_functions(setting: KinematicDescription, branch: Branch) -> BranchFunctions:
     """Functions of a branch in the kinematics of a setting.
 
     Parameters
     ----------
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     branch : Branch
         The branch.

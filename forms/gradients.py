@@ -9,17 +9,17 @@ import ufl
 
 from forms.law import Scalar
 from forms.point import PointFunction, length
-from forms.setting import Setting
+from forms.setting import KinematicDescription
 
 
-def strains(name: str, setting: Setting) -> PointFunction:
+def strains(name: str, setting: KinematicDescription) -> PointFunction:
     """Strain variables and pressure, from the gradients followed by the pressure.
 
     Parameters
     ----------
     name : str
         Name of the kinematics in `SETTINGS`.
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     """
 
@@ -30,14 +30,14 @@ def strains(name: str, setting: Setting) -> PointFunction:
     return PointFunction(("strains", name), {"gradients": len(setting.gradients) + 1}, make)
 
 
-def strain_rates(name: str, setting: Setting) -> PointFunction:
+def strain_rates(name: str, setting: KinematicDescription) -> PointFunction:
     """Derivative of `strains` along a change of the gradients.
 
     Parameters
     ----------
     name : str
         Name of the kinematics in `SETTINGS`.
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     """
 
@@ -51,14 +51,14 @@ def strain_rates(name: str, setting: Setting) -> PointFunction:
     return PointFunction(("strain rates", name), {"gradients": n, "change": n}, make)
 
 
-def forces(name: str, setting: Setting) -> PointFunction:
+def forces(name: str, setting: KinematicDescription) -> PointFunction:
     """P_k = sum_a S_a y_a,k from an answer's slopes S, followed by the slope by the pressure.
 
     Parameters
     ----------
     name : str
         Name of the kinematics in `SETTINGS`.
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     """
 
@@ -73,14 +73,14 @@ def forces(name: str, setting: Setting) -> PointFunction:
     return PointFunction(("forces", name), blocks, make)
 
 
-def moduli(name: str, setting: Setting) -> PointFunction:
+def moduli(name: str, setting: KinematicDescription) -> PointFunction:
     """A_kl = sum_ab D_ab y_a,k y_b,l + sum_a S_a y_a,kl, l >= k, from an answer's S and D; the pressure last.
 
     Parameters
     ----------
     name : str
         Name of the kinematics in `SETTINGS`.
-    setting : Setting
+    setting : KinematicDescription
         Kinematics, with its strain variables.
     """
 
@@ -110,11 +110,11 @@ def moduli(name: str, setting: Setting) -> PointFunction:
     return PointFunction(("moduli", name), blocks, make)
 
 
-def _strains(setting: Setting, g: Scalar) -> tuple[Scalar, ...]:
+def _strains(setting: KinematicDescription, g: Scalar) -> tuple[Scalar, ...]:
     return setting.strain(setting.deformation([g[k] for k in range(len(setting.gradients))]))
 
 
-def _by_gradients(setting: Setting, g: Scalar) -> list[list[Scalar]]:
+def _by_gradients(setting: KinematicDescription, g: Scalar) -> list[list[Scalar]]:
     marked = [ufl.variable(g[k]) for k in range(len(setting.gradients))]
     return [
         [ufl.diff(component, k) for k in marked] for component in setting.strain(setting.deformation(marked))

@@ -224,12 +224,12 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
 
 
 def strain_of(y: Sequence[Scalar]) -> Kinematics:
-    """Return the measures made of the strain variables of a `forms.setting.Setting`, without F.
+    """Return the measures made of the strain variables of a `forms.setting.KinematicDescription`, without F.
 
     Parameters
     ----------
     y : sequence of ufl.variable
-        In the order of `Setting.strain`.
+        In the order of `KinematicDescription.strain`.
     """
     return _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
 

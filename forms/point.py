@@ -1,7 +1,7 @@
 """Functions of a few numbers at a point, in UFL, from which kernels for stresses and moduli are compiled.
 
-An energy W is a function of the strain variables y of its `forms.setting.Setting` and of the pressure, which comes
-last. Law, volumetric part, metal and branches each have functions of their own (`forms.answers`,
+An energy W is a function of the strain variables y of its `forms.setting.KinematicDescription` and of the pressure,
+which comes last. Law, volumetric part, metal and branches each have functions of their own (`forms.answers`,
 `forms.branch_answers`), so that each is compiled once and serves every mesh, every element and every combination: their
 answers are added where they are evaluated (`cases.material`). Parameters, memory and time step are inputs like the
 strains.

@@ -22,7 +22,7 @@ SOLID = ("J", "xx", "yy", "zz", "yz", "xz", "xy")
 
 
 @dataclass(frozen=True)
-class Setting:
+class KinematicDescription:
     """How a deformation follows from gradients g, which are linear in the unknown displacement.
 
     Attributes
@@ -75,16 +75,16 @@ def _solid_variables(F: tuple[tuple[Scalar, ...], ...]) -> tuple[Scalar, ...]:
 
 
 #: Kinematics by the name that `cases.mode.Setting` gives them.
-SETTINGS: Mapping[str, Setting] = MappingProxyType(
+SETTINGS: Mapping[str, KinematicDescription] = MappingProxyType(
     {
-        "axisymmetric": Setting(
+        "axisymmetric": KinematicDescription(
             2,
             ((0, "d0"), (0, "d1"), (0, "over_radius"), (1, "d0"), (1, "d1")),
             _axisymmetric_F,
             _half_plane_variables,
             HALF_PLANE,
         ),
-        "axisymmetric_twist": Setting(
+        "axisymmetric_twist": KinematicDescription(
             3,
             (
                 (0, "d0"),
@@ -99,7 +99,7 @@ SETTINGS: Mapping[str, Setting] = MappingProxyType(
             _solid_variables,
             SOLID,
         ),
-        "cartesian": Setting(
+        "cartesian": KinematicDescription(
             3,
             tuple((i, table) for i in range(3) for table in ("d0", "d1", "d2")),
             _cartesian_F,

@@ -9,10 +9,10 @@ import numpy as np
 from bushcli.case import Material
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
+    DiagnosedEffect,
     Diagnosis,
     FormError,
     Group,
-    Named,
     NextTest,
     Quantity,
     RankedModel,
@@ -148,7 +148,7 @@ def solid(around=24, across=4, along=8, names=("radial",), whole=False):
 
 
 LEE = "Govindjee and Simo (1991), doi:10.1016/0022-5096(91)90032-J"
-MULLINS = Named(
+MULLINS = DiagnosedEffect(
     "mullins",
     "Mullins softening",
     "Reloading below the largest earlier deformation is softer than the first loading.",
@@ -193,7 +193,7 @@ MULLINS = Named(
     True,
     "filled rubber loses 20 to 50 % of its stress after a first loading",
 )
-FRICTION = Named(
+FRICTION = DiagnosedEffect(
     "friction",
     "Internal friction",
     "Rubber takes energy in every loop, whatever the rate.",
@@ -209,7 +209,7 @@ FRICTION = Named(
     4.1,
     True,
 )
-LOOSE = Named(
+LOOSE = DiagnosedEffect(
     "offset",
     "Zero offset",
     "Force or displacement is logged where there is none.",

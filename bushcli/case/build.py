@@ -15,12 +15,12 @@ from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_n
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
+    CaseTable,
     EffectTable,
     FileTable,
     LoadCaseTable,
     MaterialTable,
     MeshTable,
-    Table,
     ToleranceTable,
 )
 from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from bushcli.case.schema_recordings import RecordingTable
     from bushcli.effects.active import ActiveEffect
 
-T = TypeVar("T", bound=Table)
+T = TypeVar("T", bound=CaseTable)
 
 _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
@@ -296,14 +296,14 @@ class Builder:
         loads = [load for load in load_cases if load is not None]
         named = zip(load_case_names(loads, recordings), loads, strict=True)
         channels = [
-            effects.Channel(
+            effects.DeclaredChannel(
                 name,
                 load.mode,
                 ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
             )
             for i, (name, load) in enumerate(named)
         ]
-        channels += [effects.Channel(source.label, source.mode) for source in recordings]
+        channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)

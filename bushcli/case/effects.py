@@ -17,7 +17,7 @@ from geometry.shape import Shape
 
 
 @dataclass(frozen=True)
-class Channel:
+class DeclaredChannel:
     """A channel on which an effect may act.
 
     Attributes
@@ -33,7 +33,9 @@ class Channel:
 
 
 def build(
-    tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel], shape: Shape | None = None
+    tables: Sequence[tuple[EffectTable, Keys]],
+    channels: Sequence[DeclaredChannel],
+    shape: Shape | None = None,
 ) -> tuple[list[ActiveEffect], list[Finding]]:
     """Validate the effects of a case and return them together with what is wrong with them.
 
@@ -41,7 +43,7 @@ def build(
     ----------
     tables : sequence of (EffectTable, Keys)
         The tables ``[[effects]]``, each with its place in the case file.
-    channels : sequence of Channel
+    channels : sequence of DeclaredChannel
         All channels of the case on which an effect may act.
     shape : Shape or None
         The specimen; None where the case has no valid one, and then no bound depends on it.
@@ -87,7 +89,7 @@ def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Se
 
 
 def _channels(
-    effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[Channel]
+    effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[DeclaredChannel]
 ) -> Iterator[Finding]:
     """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
     acts = [mode for mode in modes() if effect.acts_on(mode)]

@@ -17,7 +17,7 @@ from pathlib import Path
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.guess import mode_of_name
-from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
+from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
 from bushcli.recording.reader import numbered, readers
 from bushcli.recording.six import columns_of
@@ -243,7 +243,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
         remarks.append(f"<-- group: also {', '.join(_quoted(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
     for quantity in _QUANTITIES:
-        wanted = Wanted.of(source, mode, quantity)
+        wanted = WantedColumn.of(source, mode, quantity)
         several = candidates(table, wanted) or by_unit(table, wanted)
         if len(several) > 1:
             # A channel that stands still is not the one.

@@ -40,13 +40,13 @@ def _value(value: Any) -> float | str:
 Value = Annotated[float | str, PlainValidator(_value)]
 
 
-class Table(BaseModel):
+class CaseTable(BaseModel):
     """A table of the case file: unknown keys are refused, numbers are not read from texts."""
 
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class MaterialTable(Table):
+class MaterialTable(CaseTable):
     """``[material]``."""
 
     law: str = Field(description="a law, see bushcli list laws")
@@ -60,7 +60,7 @@ class MaterialTable(Table):
     )
 
 
-class MeshTable(Table):
+class MeshTable(CaseTable):
     """``[mesh]``."""
 
     elements_across: Elements | None = Field(
@@ -76,7 +76,7 @@ Times = Annotated[list[float], Field(min_length=2, max_length=100_000)]
 Motion = Literal["ux", "uy", "uz", "rx", "ry", "rz"]
 
 
-class PathTable(Table):
+class PathTable(CaseTable):
     """``[load_cases.path]``: six motions in time."""
 
     time: Times = Field(description="s")
@@ -94,7 +94,7 @@ def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     return value if isinstance(value, dict) else handler(value)
 
 
-class ColumnsTable(Table):
+class ColumnsTable(CaseTable):
     """``columns``: column by name or by number from 1."""
 
     time: ColumnKey | None = None
@@ -104,7 +104,7 @@ class ColumnsTable(Table):
     force: ColumnKey | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
 
 
-class UnitsTable(Table):
+class UnitsTable(CaseTable):
     """``units``: unit by quantity."""
 
     time: str | None = None
@@ -114,7 +114,7 @@ class UnitsTable(Table):
     force: str | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
 
 
-class FileTable(Table):
+class FileTable(CaseTable):
     """How the file of a recording or a program is read."""
 
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
@@ -150,14 +150,14 @@ class LoadCaseTable(FileTable):
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
 
 
-class ToleranceTable(Table):
+class ToleranceTable(CaseTable):
     """``tolerance``."""
 
     percent: float = Field(gt=0, le=100, description="of the measured stiffness and the recorded force range")
     name: Literal["D1", "D2", "D3"] | None = Field(default=None, alias="class", description="on the drawing")
 
 
-class EffectTable(Table):
+class EffectTable(CaseTable):
     """``[[effects]]``."""
 
     name: str = Field(description="an effect, see bushcli list effects")

@@ -138,7 +138,7 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.simulate.kept import Kept
+    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -161,7 +161,7 @@ def direct(
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
                 stiffness_at=stiffness_at,
-                kept=Kept(measured=Measured(run.tables)),
+                kept=PredictionCache(measured=Measured(run.tables)),
             )
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True

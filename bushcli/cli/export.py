@@ -15,7 +15,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.export import ExportSource, Writer
-    from bushcli.export.curves import Bushing
+    from bushcli.export.curves import BushingData
 
 
 @click.command()
@@ -100,7 +100,7 @@ def _identified(run: Run, source: ExportSource) -> ExportSource:
     return replace(source, case=replace(source.case, material=found.material))
 
 
-def _bushing(run: Run, chosen: Writer, source: ExportSource) -> Bushing:
+def _bushing(run: Run, chosen: Writer, source: ExportSource) -> BushingData:
     """Return curves and matrix; those that the source lacks are simulated."""
     from bushcli.export.bushing import bushing_of
 
@@ -108,7 +108,7 @@ def _bushing(run: Run, chosen: Writer, source: ExportSource) -> Bushing:
         return bushing_of(source, chosen, progress, run.tables)
 
 
-def _said(bushing: Bushing | None) -> list[str]:
+def _said(bushing: BushingData | None) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
     if bushing is None:
         return []
@@ -125,7 +125,7 @@ def _said(bushing: Bushing | None) -> list[str]:
 
 
 def _summary(
-    run: Run, chosen: Writer, source: ExportSource, units: str, bushing: Bushing | None
+    run: Run, chosen: Writer, source: ExportSource, units: str, bushing: BushingData | None
 ) -> dict[str, Any]:
     from bushcli.report.document import cleaned, head
 

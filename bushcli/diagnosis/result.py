@@ -63,7 +63,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Named:
+class DiagnosedEffect:
     """An effect of the most probable model.
 
     Attributes
@@ -295,7 +295,7 @@ class Diagnosis:
     plain: Material
     material: Material
     parameters: Mapping[str, Quantity]
-    effects: tuple[Named, ...]
+    effects: tuple[DiagnosedEffect, ...]
     probability: Mapping[str, float]
     models: tuple[RankedModel, ...]
     rivals: tuple[tuple[str, ...], ...]

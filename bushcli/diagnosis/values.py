@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from bushcli.case import Material
 from bushcli.diagnosis.intervals import components, interval, scanned
 from bushcli.diagnosis.posterior import Weighed
-from bushcli.diagnosis.result import Named, Quantity
+from bushcli.diagnosis.result import DiagnosedEffect, Quantity
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.evidence.laplace import standard_errors
-from bushcli.evidence.prior import Known
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from forms.law import law
@@ -86,7 +86,7 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
 
 
 def held(
-    active: ActiveEffect, parameter: EffectParameter, known: Known | None, models: Sequence[Weighed]
+    active: ActiveEffect, parameter: EffectParameter, known: ParameterPrior | None, models: Sequence[Weighed]
 ) -> Quantity:
     """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice.
 
@@ -94,7 +94,7 @@ def held(
     ----------
     active : ActiveEffect
     parameter : EffectParameter
-    known : Known or None
+    known : ParameterPrior or None
         Its prior.
     models : sequence of Weighed
     """
@@ -121,7 +121,7 @@ def held(
 
 def named(
     models: Sequence[Weighed], search: Search, probability: Mapping[str, float], material: Material
-) -> tuple[Named, ...]:
+) -> tuple[DiagnosedEffect, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters
@@ -153,7 +153,7 @@ def named(
         far = [name for name, quantity in own.items() if quantity.prior_tail < IMPLAUSIBLE]
         remark = f"few bushings have such a value of {' and '.join(far)}" if far else ""
         made.append(
-            Named(
+            DiagnosedEffect(
                 one.name,
                 one.effect.title or one.effect.name,
                 one.effect.summary,

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.evidence.prior import Known
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.linearised import cone_fit
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ MOST_SOLUTIONS, SAME = 30, 1e-6
 def amplitudes(
     gram: Array,
     score: Array,
-    known: Sequence[Known | None],
+    known: Sequence[ParameterPrior | None],
     start: Array,
     bounded: Callable[[Array], Array],
 ) -> Array:
@@ -39,7 +39,7 @@ def amplitudes(
     ----------
     gram : (k, k) array
     score : (k,) array
-    known : sequence of Known or None
+    known : sequence of ParameterPrior or None
         Prior of each amplitude.
     start : (k,) array
         Values from which the amplitudes are measured.
@@ -61,7 +61,7 @@ def amplitudes(
 def _settled(
     gram: Array,
     score: Array,
-    known: Sequence[Known | None],
+    known: Sequence[ParameterPrior | None],
     start: Array,
     bounded: Callable[[Array], Array],
     at: Array,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.evidence.prior import Known
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -31,7 +31,7 @@ class Posterior(LeastSquaresProblem):
     likelihood : Likelihood
     variances : tuple of float
         Variance of the features of each channel, dimensionless, with which the fit begins.
-    known : mapping of str to Known
+    known : mapping of str to ParameterPrior
         Priors of the parameters that have one.
     stopping : Stopping
         When searches end.
@@ -44,7 +44,7 @@ class Posterior(LeastSquaresProblem):
         plain: LeastSquaresProblem,
         likelihood: Likelihood,
         variances: tuple[float, ...],
-        known: Mapping[str, Known],
+        known: Mapping[str, ParameterPrior],
         stopping: Stopping,
         patience: Sequence[Patience],
     ) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from bushcli.evidence.prior import LAW_SHARE, Known
+from bushcli.evidence.prior import LAW_SHARE, ParameterPrior
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Judged, Left, Likelihood
 
@@ -45,7 +45,7 @@ class Evidence:
     slopes : sequence of (K, p) array
         Their derivatives by the parameters.
     values : shape (p,)
-    known : sequence of Known or None
+    known : sequence of ParameterPrior or None
         Priors; None for a parameter of a law.
     off : sequence of float
         Off value of a one-sided amplitude, any number for other parameters.
@@ -55,7 +55,7 @@ class Evidence:
     misfit: Sequence[Array]
     slopes: Sequence[Array]
     values: Array
-    known: Sequence[Known | None]
+    known: Sequence[ParameterPrior | None]
     off: Sequence[float]
 
     @cached_property
@@ -138,7 +138,7 @@ def _gram(
 
 
 def _prior(
-    slopes: Sequence[Array], values: Array, known: Sequence[Known | None], signal: float
+    slopes: Sequence[Array], values: Array, known: Sequence[ParameterPrior | None], signal: float
 ) -> tuple[Array, Array, Array]:
     """Return each parameter's prior: standard deviation, log density (in that unit) at the value, and precision."""
     units, density, precision = np.ones(len(values)), np.zeros(len(values)), np.ones(len(values))
@@ -169,7 +169,7 @@ def _laplace(
     density: Array,
     precision: Array,
     values: Array,
-    known: Sequence[Known | None],
+    known: Sequence[ParameterPrior | None],
     off: Sequence[float],
 ) -> tuple[float, Array]:
     """Return log(integral of likelihood times prior / maximum likelihood), and the covariance in the priors' units."""

@@ -150,7 +150,7 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
 
 
 @dataclass(frozen=True)
-class Known:
+class ParameterPrior:
     """The prior of one identified parameter.
 
     Attributes
@@ -176,7 +176,7 @@ class Known:
 
 def known_parameters(
     case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]
-) -> dict[str, Known]:
+) -> dict[str, ParameterPrior]:
     """Priors of the effects' parameters that have one, by full name.
 
     Parameters
@@ -194,5 +194,5 @@ def known_parameters(
         for parameter in one.parameters:
             if parameter.prior is not None:
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
-                found[one.full_name(parameter)] = Known(parameter.prior, scales, one_sided)
+                found[one.full_name(parameter)] = ParameterPrior(parameter.prior, scales, one_sided)
     return found

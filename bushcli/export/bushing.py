@@ -9,7 +9,7 @@ import numpy as np
 
 from bushcli.case import Case, LoadCase
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import Array, Bushing, ForceCurve
+from bushcli.export.curves import Array, BushingData, ForceCurve
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
@@ -25,7 +25,7 @@ FADING = ("viscoelasticity", "friction")
 
 def bushing_of(
     source: ExportSource, chosen: Writer, progress: Progress | None = None, tables: TableCache | None = None
-) -> Bushing:
+) -> BushingData:
     """Return the bushing's data for a writer of vehicle models.
 
     Parameters
@@ -52,7 +52,7 @@ def bushing_of(
             what = "has no stiffness matrix"
             remedy = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
-        return Bushing((), source.stiffness_matrix, tuple(_of_matrix(source)))
+        return BushingData((), source.stiffness_matrix, tuple(_of_matrix(source)))
     left = [one for one in source.case.effects if one.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
     fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
@@ -73,9 +73,9 @@ def bushing_of(
         channels = _ranges(source, kept, tables)
         if not channels:
             raise _nothing(source)
-        return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
+        return BushingData((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
     curves = source.curves if source.curves and not left else _simulated(source, kept, progress, tables)
-    return Bushing(curves, source.stiffness_matrix, (*remarks, *_of_matrix(source)))
+    return BushingData(curves, source.stiffness_matrix, (*remarks, *_of_matrix(source)))
 
 
 def _of_matrix(source: ExportSource) -> list[str]:
@@ -100,7 +100,7 @@ def _simulated(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
-    from bushcli.simulate.kept import Kept
+    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
 
@@ -108,7 +108,7 @@ def _simulated(
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing(source)
-    response = predict(case, progress=progress, kept=Kept(measured=Measured(tables)))
+    response = predict(case, progress=progress, kept=PredictionCache(measured=Measured(tables)))
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"

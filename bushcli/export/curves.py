@@ -93,7 +93,7 @@ def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
 
 
 @dataclass(frozen=True)
-class Bushing:
+class BushingData:
     """Data of a vehicle model.
 
     Attributes

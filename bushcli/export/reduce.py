@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.errors import InputError, Problem
-from bushcli.export.fmu.force_law import Channel
+from bushcli.export.fmu.force_law import ChannelForceLaw
 from bushcli.export.soften import softening
 from bushcli.recording.misfit import peak_percent, rms_percent
 from cases.march import NotConverged
@@ -56,7 +56,7 @@ class Reduced:
     ----------
     name, mode : str
     data : mapping
-        Data of a `Channel`; N, mm, rad, s.
+        Data of a `ChannelForceLaw`; N, mm, rad, s.
     program : (n, 2) array
         Time (s) and displacement (mm or rad) of the check.
     simulated, predicted : (n,) array
@@ -228,11 +228,11 @@ def follow(data: Mapping[str, Any], program: Array) -> Array:
     Parameters
     ----------
     data : mapping
-        Data of a `Channel`.
+        Data of a `ChannelForceLaw`.
     program : (n, 2) array
         Time and displacement; the first row is at rest.
     """
-    channel = Channel(dict(data))
+    channel = ChannelForceLaw(dict(data))
     durations = np.diff(program[:, 0], prepend=program[0, 0])
     return np.array(
         [channel.advance(float(q), float(dt)) for q, dt in zip(program[:, 1], durations, strict=True)]

@@ -12,7 +12,7 @@ from forms.law import law as law_called
 
 
 @dataclass(frozen=True)
-class Softening:
+class OgdenRoxburgh:
     """Mullins effect after Ogden and Roxburgh.
 
     Attributes
@@ -41,7 +41,7 @@ class ExportedRubber:
         MPa; ``inf`` = incompressible.
     series : tuple of (float, float)
         Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
-    softening : Softening or None
+    softening : OgdenRoxburgh or None
     inexpressible : tuple of str
         Names of effects of the rubber that no material card can express.
     beside : tuple of str
@@ -52,7 +52,7 @@ class ExportedRubber:
     parameters: Mapping[str, float]
     bulk_modulus: float
     series: tuple[tuple[float, float], ...] = ()
-    softening: Softening | None = None
+    softening: OgdenRoxburgh | None = None
     inexpressible: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
 
@@ -100,7 +100,7 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
         series=tuple((g, tau) for g, tau in pairs if g > 0.0),
         softening=None
         if mullins is None
-        else Softening(mullins["inverse_r"], mullins["m"] * factor, mullins["beta"]),
+        else OgdenRoxburgh(mullins["inverse_r"], mullins["m"] * factor, mullins["beta"]),
         inexpressible=tuple(one.name for one in left if one.effect.acts == "rubber"),
         beside=tuple(one.name for one in left if one.effect.acts != "rubber"),
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import Bushing
+from bushcli.export.curves import BushingData
 from bushcli.export.units import UnitSystem
 from bushcli.export.writer import Order, one_line
 
@@ -76,7 +76,7 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
     return [f"{a:16.9g} {b:16.9g}" for a, b in zip(x, y, strict=True)]
 
 
-def comments(bushing: Bushing) -> list[str]:
+def comments(bushing: BushingData) -> list[str]:
     """Return the comment lines that state the source of each direction's curve, and the bushing's remarks."""
     from bushcli.export.curves import FORCES, mode_of
 

@@ -20,7 +20,7 @@ from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
 
 if TYPE_CHECKING:
-    from bushcli.export.curves import Bushing
+    from bushcli.export.curves import BushingData
 
 Kind = Literal["card", "bushing", "matrix", "force_law"]
 
@@ -40,7 +40,7 @@ class Order:
         kg/m3; None = not given.
     rubber : ExportedRubber or None
         For material cards.
-    bushing : Bushing or None
+    bushing : BushingData or None
         Curves and stiffness matrix, for vehicle models.
     """
 
@@ -49,7 +49,7 @@ class Order:
     units: UnitSystem
     density: float | None = None
     rubber: ExportedRubber | None = None
-    bushing: Bushing | None = None
+    bushing: BushingData | None = None
 
     @property
     def name(self) -> str:

@@ -31,7 +31,7 @@ from bushcli.likelihood.windows import (
     PRIOR,
     WINDOW,
     Correlations,
-    Found,
+    SignalNoise,
     noise_in_windows,
 )
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
@@ -169,7 +169,7 @@ def noise_model(
     return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
 
 
-def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
+def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
     """The noise by cubics in windows, in windows of half the length if those miss the curve, else by differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
@@ -179,7 +179,7 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
     return _by_differences(differences, len(recording.force))
 
 
-def _by_differences(differences: float, count: int) -> Found:
+def _by_differences(differences: float, count: int) -> SignalNoise:
     """The noise that gives such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
@@ -188,7 +188,7 @@ def _by_differences(differences: float, count: int) -> Found:
     spread = float(weight @ (variance + inflation - mean) ** 2)
     sigma = differences * float(np.exp(0.5 * (weight @ variance)))
     correlations = Correlations(weight, differences * np.exp(0.5 * variance), _PER_SAMPLE * count)
-    return Found(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread, correlations)
+    return SignalNoise(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread, correlations)
 
 
 def _passed(correlation: float) -> float:

@@ -68,7 +68,7 @@ class Correlations:
 
 
 @dataclass(frozen=True)
-class Found:
+class SignalNoise:
     """The noise of a signal.
 
     Attributes
@@ -88,7 +88,7 @@ class Found:
     correlations: Correlations
 
 
-def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Found | None:
+def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> SignalNoise | None:
     """Return the noise of the recorded force; None where branches have too few samples.
 
     Parameters
@@ -122,7 +122,7 @@ def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Fo
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     spread = (variance + inflation - float(weight @ (variance + inflation))) ** 2
     mean = float(np.exp(weight @ inflation))
-    return Found(
+    return SignalNoise(
         float(np.exp(0.5 * (weight @ variance))),
         (mean - 1.0) / (mean + 1.0),
         2.0 / (float(weight @ spread) + 2.0 / total),

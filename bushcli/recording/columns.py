@@ -15,7 +15,7 @@ from bushcli.recording.factors import FACTOR
 from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND, headless, hint
 from bushcli.recording.match import (
-    Wanted,
+    WantedColumn,
     by_unit,
     candidates,
     identical,
@@ -87,7 +87,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         When the column is missing, ambiguous, of another kind than the mode needs, in an unknown unit, or contains
         fields that are not numbers.
     """
-    wanted = Wanted.of(source, mode, quantity)
+    wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
     index, remarks = _found(table, wanted) if chosen is None else (_chosen(table, chosen), ())
     if index is None:
@@ -116,7 +116,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     return Column(index, values, read.name, remarks, known.assumed)
 
 
-def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
+def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, ...]]:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted)
     quantity, measured = wanted.quantity, wanted.measured
@@ -209,7 +209,7 @@ class _Known:
     assumed: bool = False
 
 
-def _given(table: Table, wanted: Wanted, index: int, text: str) -> _Known:
+def _given(table: Table, wanted: WantedColumn, index: int, text: str) -> _Known:
     """Return the unit that the case gives for a column."""
     unit = find_unit(text, wanted.measured)
     if unit is None or unit.measured != wanted.measured:
@@ -218,7 +218,7 @@ def _given(table: Table, wanted: Wanted, index: int, text: str) -> _Known:
     return _Known(unit)
 
 
-def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
+def _unit(table: Table, wanted: WantedColumn, index: int) -> _Known:
     """Return the unit that the file gives for a column, or the default one where it gives none.
 
     Raises
@@ -253,7 +253,7 @@ def _unit(table: Table, wanted: Wanted, index: int) -> _Known:
     return _Known(units[0])
 
 
-def _unit_above(table: Table, wanted: Wanted, index: int) -> _Known | None:
+def _unit_above(table: Table, wanted: WantedColumn, index: int) -> _Known | None:
     """Return the unit that the lines above the table state for a column without one; None if they state none.
 
     Raises
@@ -280,7 +280,7 @@ def _unit_above(table: Table, wanted: Wanted, index: int) -> _Known | None:
     return None
 
 
-def _says_stretch(head: Heading, wanted: Wanted, text: str) -> bool:
+def _says_stretch(head: Heading, wanted: WantedColumn, text: str) -> bool:
     """Whether a unit is a ratio of lengths and the name says that the column is a stretch: ``Stretch [mm/mm]``."""
     unit = tabulated_unit(text)
     plain = without(head, wanted.allowed)
@@ -288,7 +288,7 @@ def _says_stretch(head: Heading, wanted: Wanted, text: str) -> bool:
     return is_ratio and word_quality(plain, "stretch") > word_quality(plain, "strain")
 
 
-def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
+def _read(table: Table, wanted: WantedColumn, index: int, text: str) -> Unit:
     """Return the unit that a text names, or refuse the text."""
     measured, quantity = wanted.measured, wanted.quantity
     unit = find_unit(text, measured)
@@ -311,7 +311,7 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
     return unit
 
 
-def _doubtful(table: Table, wanted: Wanted, index: int, word: str, at_end: bool) -> Unit | None:
+def _doubtful(table: Table, wanted: WantedColumn, index: int, word: str, at_end: bool) -> Unit | None:
     """Return the unit that an unknown word of a name means, or refuse a word that may be a unit.
 
     That is a short word, one that is a unit of another quantity, or one that stands where units stand.

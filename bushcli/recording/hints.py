@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bushcli.recording.header import heading, match_quality, named_columns, without, word_quality
-from bushcli.recording.match import TRUE_STRAIN, TRUE_STRESS, Wanted
+from bushcli.recording.match import TRUE_STRAIN, TRUE_STRESS, WantedColumn
 from bushcli.recording.table import Table
 from bushcli.recording.vocabulary import EXTREME_WORDS
 
@@ -14,13 +14,13 @@ KIND = {
 }  # fmt: skip
 
 
-def hint(table: Table, wanted: Wanted) -> str:
+def hint(table: Table, wanted: WantedColumn) -> str:
     """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns.
 
     Parameters
     ----------
     table : Table
-    wanted : Wanted
+    wanted : WantedColumn
         The column that the table lacks.
     """
     mode = wanted.mode
@@ -58,7 +58,7 @@ def headless(table: Table) -> str:
     return "the table has no header"
 
 
-def _other_forms(table: Table, wanted: Wanted) -> str:
+def _other_forms(table: Table, wanted: WantedColumn) -> str:
     """Return a hint on what to write in the case file, where a coupon's file has force and travel, or true stress."""
     heads = [heading(name) for name in table.names if name]
     true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN

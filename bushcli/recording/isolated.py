@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header import heading, named_columns
-from bushcli.recording.reader import Part, Reader, readers
+from bushcli.recording.reader import FilePart, Reader, readers
 from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.text import table_of_fields
 from bushcli.recording.units import tabulated_unit
@@ -42,7 +42,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
-class Found:
+class FileContents:
     """Contents of a file.
 
     Attributes
@@ -65,7 +65,7 @@ class Found:
         return sum(len(table) * len(table.names) for table, _ in self.tables)
 
 
-def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
+def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
     """Return the tables of a binary file.
 
     Parameters
@@ -94,14 +94,16 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     return _found(path, reader, _taken_over(_asked(path, reader, format_name, wanted)))
 
 
-def _found(path: Path, reader: Reader, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
+def _found(
+    path: Path, reader: Reader, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
+) -> FileContents:
     made, failed = [], {}
     for part, columns in parts:
         try:
             made.append((_table(path, part, columns), part.joined))
         except RecordingError as error:
             failed[part.name] = error
-    return Found(tuple(made), failed, reader.one_clock)
+    return FileContents(tuple(made), failed, reader.one_clock)
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -130,7 +132,7 @@ def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _taken_over(answer: bytes) -> Iterator[tuple[Part, Sequence[NDArray[Any] | None]]]:
+def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any] | None]]]:
     head, _, content = answer.partition(b"\n")
     at = 0
     for shown in json.loads(head):
@@ -143,17 +145,17 @@ def _taken_over(answer: bytes) -> Iterator[tuple[Part, Sequence[NDArray[Any] | N
             columns.append(np.frombuffer(content, dtype, shown["samples"], at))
             at += shown["samples"] * dtype.itemsize
         described = {key: value for key, value in shown.items() if key != "kinds"}
-        yield Part(**described), columns
+        yield FilePart(**described), columns
 
 
-def _table(path: Path, part: Part, columns: Sequence[NDArray[Any] | None]) -> Table:
+def _table(path: Path, part: FilePart, columns: Sequence[NDArray[Any] | None]) -> Table:
     if part.cells is not None:
         return table_of_fields(path, part.name, part.cells)
     names = tuple(" ".join(name.split()) for name in part.names)
     return ArrayTable(path=path, names=names, units=tuple(part.units), part=part.name, columns=tuple(columns))
 
 
-def _columns(part: Part, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
+def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
     """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
     found: list[NDArray[Any] | None] = []
     for i, name in enumerate(part.names):
@@ -253,7 +255,7 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
     output.flush()
 
 
-def _bounded(parts: Sequence[Part]) -> None:
+def _bounded(parts: Sequence[FilePart]) -> None:
     """Refuse more groups, columns or samples than a recording can have."""
     if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
         raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")

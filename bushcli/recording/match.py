@@ -26,7 +26,7 @@ STRETCHING = frozenset(
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedColumn:
     """A column to be found: a quantity of a mode, its key of `UNITS`, and words of the name that are ignored."""
 
     mode: Mode
@@ -37,7 +37,7 @@ class Wanted:
     accept: tuple[float, ...] = ()
 
     @staticmethod
-    def of(source: Source, mode: Mode, quantity: Quantity) -> Wanted:
+    def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
         """Return the column that a source and its mode need.
 
         Parameters
@@ -52,7 +52,7 @@ class Wanted:
             allowed = TRUE_STRESS
         if measured == "strain" and source.specimen.strain == "true":
             allowed = TRUE_STRAIN
-        return Wanted(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
+        return WantedColumn(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
 
 
 def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
@@ -65,10 +65,10 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
     mode : Mode
     quantities : sequence of Quantity
     """
-    return all(_could_have(table, source, Wanted.of(source, mode, quantity)) for quantity in quantities)
+    return all(_could_have(table, source, WantedColumn.of(source, mode, quantity)) for quantity in quantities)
 
 
-def _could_have(table: Table, source: Source, wanted: Wanted) -> bool:
+def _could_have(table: Table, source: Source, wanted: WantedColumn) -> bool:
     chosen = source.columns.get(wanted.quantity)
     if isinstance(chosen, int):
         return chosen <= len(table.names)
@@ -78,13 +78,13 @@ def _could_have(table: Table, source: Source, wanted: Wanted) -> bool:
     return bool(candidates(table, wanted) or by_unit(table, wanted))
 
 
-def candidates(table: Table, wanted: Wanted) -> list[int]:
+def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     """Return the columns whose names suit a quantity best.
 
     Parameters
     ----------
     table : Table
-    wanted : Wanted
+    wanted : WantedColumn
     """
     rank = [_rank(table, i, heading(name), wanted) for i, name in enumerate(table.names)]
     if not any(table.names):
@@ -102,7 +102,7 @@ def candidates(table: Table, wanted: Wanted) -> list[int]:
     return (own or neutral or best) if len(best) > 1 else best
 
 
-def _is_understood(table: Table, index: int, wanted: Wanted) -> bool:
+def _is_understood(table: Table, index: int, wanted: WantedColumn) -> bool:
     """Whether a column has units, and all of them are known."""
     written = written_units(table, index, heading(table.names[index]))
     return bool(written) and all(find_unit(text, wanted.measured) is not None for text in written)
@@ -112,7 +112,7 @@ def _has_unit(table: Table, index: int) -> bool:
     return bool(written_units(table, index, heading(table.names[index])))
 
 
-def by_unit(table: Table, wanted: Wanted) -> list[int]:
+def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     """Return the columns in a unit of the quantity whose names do not describe it: ``Channel 3 [mm]``.
 
     A strain in percent must be called one of `STRETCHING`: ``Extension (%)``.
@@ -120,7 +120,7 @@ def by_unit(table: Table, wanted: Wanted) -> list[int]:
     Parameters
     ----------
     table : Table
-    wanted : Wanted
+    wanted : WantedColumn
     """
     if not any(table.names):
         return []
@@ -137,7 +137,7 @@ def by_unit(table: Table, wanted: Wanted) -> list[int]:
     return found
 
 
-def identical(table: Table, columns: Sequence[int], wanted: Wanted) -> bool:
+def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
     """Whether several columns hold the same numbers in the same units.
 
     Parameters
@@ -145,7 +145,7 @@ def identical(table: Table, columns: Sequence[int], wanted: Wanted) -> bool:
     table : Table
     columns : sequence of int
         Indices from 0.
-    wanted : Wanted
+    wanted : WantedColumn
     """
     if len({_units(table, i, wanted) for i in columns}) > 1:
         return False
@@ -156,20 +156,20 @@ def identical(table: Table, columns: Sequence[int], wanted: Wanted) -> bool:
         return False
 
 
-def quality_of(head: Heading, wanted: Wanted) -> int:
+def quality_of(head: Heading, wanted: WantedColumn) -> int:
     """Return how surely the words of a name mean a quantity, see `bushcli.recording.header.match_quality`.
 
     Parameters
     ----------
     head : Heading
-    wanted : Wanted
+    wanted : WantedColumn
     """
     kinds = ("stretch", "strain") if wanted.measured == "strain" else (wanted.measured,)
     head = without(head, wanted.allowed)
     return max(word_quality(head, kind) for kind in kinds)
 
 
-def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
+def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
     """Return how surely a column is the quantity; a name that says that the column was measured ranks higher."""
     quality = quality_of(head, wanted)
     if not quality:
@@ -205,7 +205,7 @@ def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
     return (*(heading(table.names[index], has_unit=True).written if head.written else ()), row)
 
 
-def _units(table: Table, index: int, wanted: Wanted) -> tuple[tuple[str, float], ...]:
+def _units(table: Table, index: int, wanted: WantedColumn) -> tuple[tuple[str, float], ...]:
     """Return what the units of a column measure, with their factors; for an unknown unit its text and 0."""
     written = written_units(table, index, heading(table.names[index]))
     units = [(text, find_unit(text, wanted.measured)) for text in written]

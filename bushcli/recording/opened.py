@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.isolated import Found
+from bushcli.recording.isolated import FileContents
 from bushcli.recording.match import has_columns
 from bushcli.recording.rasters import on_one_raster
 from bushcli.recording.reader import HEAD, readers
@@ -52,7 +52,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     return found if isinstance(found, Table) else _meant(source, mode, quantities, found)
 
 
-def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> Table | Found:
+def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> Table | FileContents:
     """Return the table of a text file, or the table that the case file names, or else all tables of the file.
 
     Parameters
@@ -109,7 +109,7 @@ def format_of(path: Path) -> str:
     return ""
 
 
-def _named(source: Source, inside: Found) -> Table:
+def _named(source: Source, inside: FileContents) -> Table:
     """Return the table that the case file names."""
     found = [table for table, _ in inside.tables]
     names = [table.part for table in found]
@@ -129,7 +129,7 @@ def _named(source: Source, inside: Found) -> Table:
     raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), listed(names)))
 
 
-def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: Found) -> Table:
+def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: FileContents) -> Table:
     """Return the only table, or the only one with the needed columns."""
     found = inside.tables
     if not found:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
+from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import ArrayTable, Table
 from cases.mode import Mode
@@ -29,7 +29,7 @@ _PAUSE, _MOVED = 10.0, 0.01
 
 
 @dataclass(frozen=True)
-class Channel:
+class RasterColumns:
     """Columns of a group that can be a quantity, with the group's stamps, s."""
 
     table: ArrayTable
@@ -79,11 +79,11 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
     )
 
 
-def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> Channel | None:
+def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> RasterColumns | None:
     """Return the only group that has a quantity; None if no group has it."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a column's number is ambiguous if the columns are in several groups
-    wanted = Wanted.of(source, mode, quantity)
+    wanted = WantedColumn.of(source, mode, quantity)
     having = [table for table in tables if has_columns(table, source, mode, [quantity])]
     # A group whose channel names the quantity precedes those that have the unit only.
     having = [table for table in having if candidates(table, wanted)] or having
@@ -97,7 +97,7 @@ def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quanti
     table, chosen = having[0], source.columns.get(quantity)
     named = [i for i, name in enumerate(table.names) if name == chosen]
     columns = named or candidates(table, wanted) or by_unit(table, wanted)
-    return Channel(table, tuple(columns), stamps_of(table))
+    return RasterColumns(table, tuple(columns), stamps_of(table))
 
 
 def stamps_of(table: ArrayTable) -> Array:
@@ -118,12 +118,12 @@ def stamps_of(table: ArrayTable) -> Array:
     return time
 
 
-def known_at(moved: Channel, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
+def known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
     """Return whether the travel is known at each stamp (n,), and the number of its gaps.
 
     Parameters
     ----------
-    moved : Channel
+    moved : RasterColumns
         The travel.
     time : (n,) array
         Stamps, s.
@@ -143,7 +143,7 @@ def known_at(moved: Channel, time: Array, source: Source) -> tuple[NDArray[np.bo
     return known, len(gaps)
 
 
-def _said(forced: Channel, moved: Channel, lost: int, gaps: int) -> str:
+def _said(forced: RasterColumns, moved: RasterColumns, lost: int, gaps: int) -> str:
     text = (
         f"the displacement, in {raster_name(moved)}, is interpolated at the {len(forced.time)} time stamps "
         f"of the force, in {raster_name(forced)}"
@@ -155,11 +155,11 @@ def _said(forced: Channel, moved: Channel, lost: int, gaps: int) -> str:
     return text
 
 
-def raster_name(channel: Channel) -> str:
+def raster_name(columns: RasterColumns) -> str:
     """Return the name of a group with the interval of its stamps."""
-    return f'group "{channel.table.part}" every {float(np.median(np.diff(channel.time))):.3g} s'
+    return f'group "{columns.table.part}" every {float(np.median(np.diff(columns.time))):.3g} s'
 
 
-def span_of(channel: Channel) -> str:
+def span_of(columns: RasterColumns) -> str:
     """Return the name of a group with its first and last stamp."""
-    return f'group "{channel.table.part}" ({channel.time[0]:.6g} to {channel.time[-1]:.6g} s)'
+    return f'group "{columns.table.part}" ({columns.time[0]:.6g} to {columns.time[-1]:.6g} s)'

@@ -24,7 +24,7 @@ HEAD = 8192
 
 
 @dataclass(frozen=True)
-class Part:
+class FilePart:
     """A sheet, group or raster of a file: columns of equal length.
 
     Attributes
@@ -72,7 +72,7 @@ class Reader:
 
     name: str
     recognises: Callable[[bytes, str], bool]
-    opened: Callable[[Path], AbstractContextManager[Sequence[Part]]]
+    opened: Callable[[Path], AbstractContextManager[Sequence[FilePart]]]
     library: str = ""
     one_clock: bool = False
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header import heading
 from bushcli.recording.opened import listed, opened
-from bushcli.recording.rasters import TIME, Channel, known_at, raster_name, span_of, stamps_of
+from bushcli.recording.rasters import TIME, RasterColumns, known_at, raster_name, span_of, stamps_of
 from bushcli.recording.source import Source
 from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.table_cache import TableCache
@@ -118,7 +118,7 @@ def _on_one_raster(source: Source, parts: Sequence[_Part]) -> ArrayTable:
         raise RecordingError(Problem(str(source.file), what, "", expected))
     (own,) = forced
     moved = [
-        (key, Channel(part.table, (index,), stamps_of(part.table)))
+        (key, RasterColumns(part.table, (index,), stamps_of(part.table)))
         for part in parts
         if part is not own
         for key, index in part.columns.items()
@@ -129,7 +129,7 @@ def _on_one_raster(source: Source, parts: Sequence[_Part]) -> ArrayTable:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
             raise RecordingError(Problem(str(source.file), what, "", expected))
-    whole = Channel(own.table, (own.time, *own.columns.values()), stamps_of(own.table))
+    whole = RasterColumns(own.table, (own.time, *own.columns.values()), stamps_of(own.table))
     known = np.all([known_at(one, whole.time, source)[0] for _, one in moved], axis=0)
     if np.count_nonzero(known) < _FEWEST:
         spans = dict.fromkeys(span_of(one) for one in (whole, *(one for _, one in moved)))
@@ -138,7 +138,9 @@ def _on_one_raster(source: Source, parts: Sequence[_Part]) -> ArrayTable:
     return _joined(source, whole, [one for _, one in moved], known)
 
 
-def _joined(source: Source, whole: Channel, moved: Sequence[Channel], known: NDArray[np.bool_]) -> ArrayTable:
+def _joined(
+    source: Source, whole: RasterColumns, moved: Sequence[RasterColumns], known: NDArray[np.bool_]
+) -> ArrayTable:
     """Return the columns of a group, and others interpolated at those of its stamps where all are known."""
     at = whole.time[known]
     values = [whole.table.numbers(index, source.accept)[known] for index in whole.columns]

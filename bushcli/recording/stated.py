@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from bushcli.recording.header import Heading, heading
-from bushcli.recording.match import Wanted, quality_of
+from bushcli.recording.match import WantedColumn, quality_of
 from bushcli.recording.source import UNITS
 from bushcli.recording.table import LONGEST_LINE, SHOWN, Table
 from bushcli.recording.units import Unit, find_unit, tabulated_unit
@@ -64,7 +64,7 @@ _LENGTH = re.compile(
 _OF_QUANTITY = re.compile(r"([^:=;,\t|]*)[:=;,\t|]+\s*(\S.*)")
 
 
-def stated_units(table: Table, wanted: Wanted) -> tuple[tuple[int, Unit], ...]:
+def stated_units(table: Table, wanted: WantedColumn) -> tuple[tuple[int, Unit], ...]:
     """Return the units of a quantity that the lines above a table state, each with the number of the line.
 
     A number before a unit makes it a value, such as the range of a sensor, and no statement.
@@ -72,7 +72,7 @@ def stated_units(table: Table, wanted: Wanted) -> tuple[tuple[int, Unit], ...]:
     Parameters
     ----------
     table : Table
-    wanted : Wanted
+    wanted : WantedColumn
     """
     return tuple((number, unit) for number, text in table.preamble for unit in _stated(_plain(text), wanted))
 
@@ -87,7 +87,7 @@ def _plain(text: str) -> str:
     return _LENGTH.sub("displacement ", text)
 
 
-def _stated(text: str, wanted: Wanted) -> list[Unit]:
+def _stated(text: str, wanted: WantedColumn) -> list[Unit]:
     """Return the units of a quantity that one line states."""
     rest = _listing(text)
     if rest is not None:
@@ -133,7 +133,7 @@ def _is_known(text: str) -> bool:
     )
 
 
-def _said(part: str, wanted: Wanted) -> Unit | None:
+def _said(part: str, wanted: WantedColumn) -> Unit | None:
     """Return the unit of a quantity that a part of a line states, such as "Kraft in daN" or "forces are in kN"."""
     for head in _heads(part):
         said = head.written or head.doubtful
@@ -164,13 +164,13 @@ def stated_system(table: Table) -> tuple[int, str] | None:
     return None
 
 
-def stated_unknown(table: Table, wanted: Wanted) -> tuple[int, str] | None:
+def stated_unknown(table: Table, wanted: WantedColumn) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that states an unknown unit; or None.
 
     Parameters
     ----------
     table : Table
-    wanted : Wanted
+    wanted : WantedColumn
         A quantity of which the lines state no known unit.
     """
     for number, text in table.preamble:
@@ -195,6 +195,6 @@ def stated_unknown(table: Table, wanted: Wanted) -> tuple[int, str] | None:
     return None
 
 
-def _names(label: str, wanted: Wanted) -> bool:
+def _names(label: str, wanted: WantedColumn) -> bool:
     """Whether the label of a line is about the unit of a quantity."""
     return any(quality_of(head, wanted) >= 3 for head in _heads(label))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bushcli.recording.isolated import Found
+    from bushcli.recording.isolated import FileContents
 
 # Numbers in all tables that are cached, 40 MB.
 MOST_NUMBERS = 5_000_000
@@ -22,9 +22,9 @@ class TableCache:
     """Tables of the binary files that were read last; a file that was changed is read again."""
 
     def __init__(self) -> None:
-        self._found: OrderedDict[tuple[str | int, ...], Found] = OrderedDict()
+        self._found: OrderedDict[tuple[str | int, ...], FileContents] = OrderedDict()
 
-    def tables(self, path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
+    def tables(self, path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
         """Return the tables of a binary file.
 
         Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.quantity import number, quantities
-from bushcli.report.tables import Table
+from bushcli.report.tables import ReportTable
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -35,7 +35,7 @@ def contact_json(channel: Simulated) -> dict[str, Any]:
     }
 
 
-def contact_tables(response: Response) -> list[Table]:
+def contact_tables(response: Response) -> list[ReportTable]:
     """Return where surfaces met; an empty list where none did.
 
     Parameters
@@ -69,4 +69,4 @@ def contact_tables(response: Response) -> list[Table]:
     title = (
         "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
     )
-    return [Table(title, heads, tuple(rows), left=2)]
+    return [ReportTable(title, heads, tuple(rows), left=2)]

@@ -36,7 +36,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class History:
+class ChannelHistory:
     """One channel along its path.
 
     Attributes
@@ -91,7 +91,7 @@ class History:
         return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
 
 
-def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
+def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
     """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions.
 
     Parameters
@@ -106,7 +106,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
     return tuple(history for history in found if history.has_history)
 
 
-def fit_histories(fit: Fit) -> tuple[History, ...]:
+def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
     """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
     curves = [curve for curve in fit.curves if curve.recording.six is None]
     found = (
@@ -115,7 +115,7 @@ def fit_histories(fit: Fit) -> tuple[History, ...]:
     return tuple(history for history in found if history.has_history)
 
 
-def _of_channel(channel: Simulated, compared: Misfit | None) -> History:
+def _of_channel(channel: Simulated, compared: Misfit | None) -> ChannelHistory:
     if channel.recording is None:
         return _history(channel.name, channel.curve, channel.curve.force, recorded=False)
     force = np.full(len(channel.recording.displacement), np.nan)
@@ -137,11 +137,13 @@ def _where(part: Array, whole: Array) -> list[int]:
     return places
 
 
-def _history(name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False) -> History:
+def _history(
+    name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False
+) -> ChannelHistory:
     found = branches(path)
     noise = noise_of(path) if recorded else NO_NOISE
     measured = path.force if recorded else np.full(len(path.force), np.nan)
-    return History(
+    return ChannelHistory(
         name=name,
         mode=path.mode,
         path=path,
@@ -162,7 +164,7 @@ def _solved(cycle: Cycle | None) -> Cycle | None:
     return replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
 
 
-def history_json(history: History) -> dict[str, Any]:
+def history_json(history: ChannelHistory) -> dict[str, Any]:
     """Return `cycles` and `holds` of a channel in the units of the case file."""
     shown = quantities(history.mode)
     return {
@@ -226,12 +228,12 @@ def _values(values: Mapping[str, tuple[Uncertain, float]], errors: bool) -> dict
     return found
 
 
-def unexplained_hysteresis(histories: Iterable[History]) -> tuple[Condition, ...]:
+def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Condition, ...]:
     """Return a condition for each channel whose recording dissipates, well above its noise, but not its simulation."""
     return tuple(condition for history in histories if (condition := _unexplained(history)) is not None)
 
 
-def _unexplained(history: History) -> Condition | None:
+def _unexplained(history: ChannelHistory) -> Condition | None:
     pairs = [(r, s) for _, r, s in history.cycles if r is not None and s is not None and r.closed]
     energy = sum(recorded.energy.value for recorded, _ in pairs)
     std = math.sqrt(sum(recorded.energy.std**2 for recorded, _ in pairs))
@@ -251,7 +253,7 @@ def _unexplained(history: History) -> Condition | None:
     )
 
 
-def _relaxed(history: History) -> float:
+def _relaxed(history: ChannelHistory) -> float:
     """Return the recorded relaxation of the hold at the largest force; 0 where it is within the noise."""
     held = [hold for _, hold, _ in history.holds if hold is not None]
     found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation if held else Uncertain(0.0)
@@ -264,6 +266,6 @@ def energy_unit(mode: str) -> str:
     return "MPa" if quantities(mode).force_unit == "MPa" else "N mm"
 
 
-def by_name(histories: Sequence[History]) -> dict[str, History]:
+def by_name(histories: Sequence[ChannelHistory]) -> dict[str, ChannelHistory]:
     """Return the histories by channel name."""
     return {history.name: history for history in histories}

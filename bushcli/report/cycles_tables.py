@@ -7,20 +7,20 @@ from collections.abc import Sequence
 
 from bushcli.recording.cycles import Cycle, Uncertain
 from bushcli.recording.holds import STANDARD_TIMES, Hold
-from bushcli.report.cycles import History, energy_unit
+from bushcli.report.cycles import ChannelHistory, energy_unit
 from bushcli.report.quantity import number, quantities, with_std
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 
 # Largest number of rows on the terminal, and on the page; result.json has all.
 FEW, MANY = 12, 100
 
 
-def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
+def history_tables(histories: Sequence[ChannelHistory], *, brief: bool) -> list[ReportTable]:
     """Return tables of cycles and of holds, channel by channel.
 
     Parameters
     ----------
-    histories : sequence of History
+    histories : sequence of ChannelHistory
         Channels with cycles or holds.
     brief : bool
         Whether to shorten them for the terminal: no peak forces, and long tables without their middle rows.
@@ -33,12 +33,12 @@ def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
     return [_shortened(table, FEW if brief else MANY) for table in tables]
 
 
-def cycle_table(history: History, *, peaks: bool = True) -> Table:
+def cycle_table(history: ChannelHistory, *, peaks: bool = True) -> ReportTable:
     """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated.
 
     Parameters
     ----------
-    history : History
+    history : ChannelHistory
         One channel.
     peaks : bool
         Whether the table has peak forces.
@@ -63,14 +63,14 @@ def cycle_table(history: History, *, peaks: bool = True) -> Table:
         rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
     unit = shown.displacement_unit
     heads: Row = ("cycle", unit or "stretch", *((f"{unit or '1'}/s",) if timed else ()))
-    return Table(
+    return ReportTable(
         f"{_name(history)}: cycles, {_seen(both)}",
         heads + _paired([head for _, head, _ in columns], both),
         tuple(rows),
     )
 
 
-def hold_table(history: History) -> Table:
+def hold_table(history: ChannelHistory) -> ReportTable:
     """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
     times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
@@ -83,12 +83,12 @@ def hold_table(history: History) -> Table:
         rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
     values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in times), "end, %"]
     heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
-    return Table(
+    return ReportTable(
         f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}", heads, tuple(rows)
     )
 
 
-def _name(history: History) -> str:
+def _name(history: ChannelHistory) -> str:
     return f"{history.name} (held out)" if history.held_out else history.name
 
 
@@ -134,11 +134,11 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.2f}') + 0.0:g}"
 
 
-def _shortened(table: Table, most: int) -> Table:
+def _shortened(table: ReportTable, most: int) -> ReportTable:
     if len(table.rows) <= most:
         return table
     tail = most // 4
     head = most - tail - 1
     gap = ("...", *("" for _ in table.heads[1:]))
     rows = (*table.rows[:head], gap, *table.rows[-tail:])
-    return Table(f"{table.title} ({len(table.rows)} in all)", table.heads, rows, table.left)
+    return ReportTable(f"{table.title} ({len(table.rows)} in all)", table.heads, rows, table.left)

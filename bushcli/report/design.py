@@ -11,7 +11,7 @@ from rich.text import Text
 
 from bushcli.report.document import cleaned, head
 from bushcli.report.quantity import number
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 from bushcli.report.text import Shown, problem_parts
 from bushcli.study.design import Design, Reached
 
@@ -88,7 +88,7 @@ def design_headline(found: Design) -> str:
     return f"Design: {values}"
 
 
-def design_tables(found: Design) -> list[Table]:
+def design_tables(found: Design) -> list[ReportTable]:
     """Return tables of targets, keys, and effects of tolerances."""
     targets = tuple(
         (
@@ -113,23 +113,23 @@ def design_tables(found: Design) -> list[Table]:
         for key, one in found.keys.items()
     )
     made = [
-        Table("Targets", ("target", "", "wanted", "value", "deviation", ""), targets, left=2),
-        Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), keys),
+        ReportTable("Targets", ("target", "", "wanted", "value", "deviation", ""), targets, left=2),
+        ReportTable("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), keys),
         _slopes(found),
     ]
     return [*made, *_spreads(found)]
 
 
-def _slopes(found: Design) -> Table:
+def _slopes(found: Design) -> ReportTable:
     keys = list(found.targets[0].slopes)
     rows: tuple[Row, ...] = tuple(
         (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
         for one in found.targets
     )
-    return Table("Derivatives, per unit of each key", ("target", "", *keys), rows, left=2)
+    return ReportTable("Derivatives, per unit of each key", ("target", "", *keys), rows, left=2)
 
 
-def _spreads(found: Design) -> list[Table]:
+def _spreads(found: Design) -> list[ReportTable]:
     with_spread = [(one, one.spread) for one in found.targets if one.spread is not None]
     if not with_spread:
         return []
@@ -140,4 +140,6 @@ def _spreads(found: Design) -> list[Table]:
         share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
         rows.append((*row, number(spread.worst, 3), number(spread.std, 3), share))
     heads = ("target", "", *keys, "worst case", "std", "within allowed")
-    return [Table("Effect of the tolerances: change at the upper limit of each", heads, tuple(rows), left=2)]
+    return [
+        ReportTable("Effect of the tolerances: change at the upper limit of each", heads, tuple(rows), left=2)
+    ]

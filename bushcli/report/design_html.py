@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from bushcli.report.design import design_headline, design_tables, overrides
-from bushcli.report.html import Section, page
+from bushcli.report.html import PageSection, page
 from bushcli.study.design import Design
 
 _NOTE = (
@@ -26,7 +26,7 @@ def design_html(result: Mapping[str, Any], found: Design) -> str:
     found : Design
     """
     sections = [
-        Section(
+        PageSection(
             table.title, tables=[replace(table, title="")], note=_NOTE if "tolerances" in table.title else ""
         )
         for table in design_tables(found)

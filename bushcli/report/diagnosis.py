@@ -34,7 +34,7 @@ from bushcli.report.diagnosis_words import (
     tone,
 )
 from bushcli.report.quantity import listed, number
-from bushcli.report.tables import Table
+from bushcli.report.tables import ReportTable
 from bushcli.report.text import Shown, problem_parts
 
 # Rows of the table of models on the terminal; the report has all of them.
@@ -138,5 +138,5 @@ def _indented(lines: Sequence[str]) -> list[object]:
     return [Padding(Text(line), _SECOND) for line in lines]
 
 
-def _table(table: Table) -> list[object]:
+def _table(table: ReportTable) -> list[object]:
     return [Text(), Shown(table)] if table.rows else []

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.case import Material
-from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity
+from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
@@ -196,7 +196,7 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
     }
 
 
-def _effect(found: Diagnosis, effect: Named) -> dict[str, Any]:
+def _effect(found: Diagnosis, effect: DiagnosedEffect) -> dict[str, Any]:
     return {
         "name": effect_name(effect.name),
         "title": effect.title,

@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bushcli.diagnosis.result import Diagnosis, Named
+from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis import map_lines
 from bushcli.report.diagnosis_names import chance
@@ -37,8 +37,8 @@ from bushcli.report.diagnosis_words import (
 from bushcli.report.figures.diagnosis_curves import curve_plot, time_plot
 from bushcli.report.figures.picture import Picture
 from bushcli.report.figures.plot import svg
-from bushcli.report.html import Section, by_kind, page
-from bushcli.report.tables import Table
+from bushcli.report.html import PageSection, by_kind, page
+from bushcli.report.tables import ReportTable
 
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
@@ -71,28 +71,30 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     kinds = by_kind(pictures)
     missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)
     sections = [
-        Section(
+        PageSection(
             "How probable each effect is",
             kinds.get("probabilities", []),
             lines=_sentences(rival_lines(found)),
         ),
-        Section(
+        PageSection(
             "The most probable models",
             tables=_full(model_table(found)),
             note=_PROBABILITIES if found.models else "",
         ),
         *([missing] if first else []),
         *_left_out(found, kinds),
-        Section("Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])),
+        PageSection(
+            "Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])
+        ),
         *_plots(found),
         *([] if first else [missing]),
         _record(found, kinds.get("record_map", [])),
-        Section("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
+        PageSection("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
     ]
     if found.parameters:
-        sections.append(Section("Parameters", tables=[parameter_table(found)]))
+        sections.append(PageSection("Parameters", tables=[parameter_table(found)]))
     sections.append(
-        Section("Next test", kinds.get("next_test", []), lines=_sentences(next_test_lines(found)))
+        PageSection("Next test", kinds.get("next_test", []), lines=_sentences(next_test_lines(found)))
     )
     sections += _search(found)
     # Faults of the data are in a separate box.
@@ -107,19 +109,19 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         tone(found),
         sections,
         found.law_from if found.law_fixed else "recordings",
-        Section("Data faults", tables=[fault_table(found)]) if found.faults else None,
+        PageSection("Data faults", tables=[fault_table(found)]) if found.faults else None,
     )
 
 
-def _plots(found: Diagnosis) -> list[Section]:
+def _plots(found: Diagnosis) -> list[PageSection]:
     """Return the plots that can be zoomed: curves, and the misfit over time."""
     return [
-        Section(
+        PageSection(
             "Recorded and simulated curves",
             plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
             note=_HOW,
         ),
-        Section(
+        PageSection(
             "Misfit over time",
             plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
             note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
@@ -128,11 +130,11 @@ def _plots(found: Diagnosis) -> list[Section]:
     ]
 
 
-def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Section]:
+def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[PageSection]:
     if not found.effects:
         return []
     return [
-        Section(
+        PageSection(
             "What was left out",
             kinds.get("priors", []),
             [effect_table(found)],
@@ -144,21 +146,23 @@ def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Sect
     ]
 
 
-def _effect(effect: Named) -> str:
+def _effect(effect: DiagnosedEffect) -> str:
     """Return a sentence on an effect: its probability, and whether its values are plausible."""
     doubt = "" if effect.plausible else " Hardly plausible."
     remark = f" {_sentence(effect.remark)}" if effect.remark else ""
     return f"{effect.label} ({chance(effect.probability)}): {_sentence(effect.summary)}{doubt}{remark}"
 
 
-def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
+def _missing(found: Diagnosis, pictures: list[Picture]) -> PageSection:
     heading = "What is missing" if is_missing(found) else "Misfit that the most probable model leaves"
     note = "Recorded minus simulated force of the most probable model, without noise"
     note += ": the force that the unknown physics adds." if is_missing(found) else "."
-    return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))
+    return PageSection(
+        heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found))
+    )
 
 
-def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
+def _record(found: Diagnosis, pictures: list[Picture]) -> PageSection:
     # The places are listed beside the curves, with their numbers.
     is_told = found.location.mismatch or found.verdict == "faulty_data"
     lines = [] if is_told else _sentences(list(sentences(found.location)))
@@ -168,17 +172,19 @@ def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
         "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple "
         "where it is too small. The places are described beside the curves, under the same numbers."
     )
-    return Section("Where in the record", pictures, lines=lines, note=note if found.location.mismatch else "")
+    return PageSection(
+        "Where in the record", pictures, lines=lines, note=note if found.location.mismatch else ""
+    )
 
 
-def _search(found: Diagnosis) -> list[Section]:
+def _search(found: Diagnosis) -> list[PageSection]:
     note = (
         "Predicted: from the linearised problem around a model that was fitted before. Found: after the fit. Both "
         "relative to the plain law."
     )
     trials = _full(trial_table(found))
     return [
-        Section(
+        PageSection(
             "How far the search went",
             tables=_full(untestable_table(found)),
             note=note if trials else "",
@@ -194,7 +200,7 @@ def _out(found: Diagnosis) -> str:
     return " Samples shaded from top to bottom are faulty and were left out." if left else ""
 
 
-def _full(table: Table) -> list[Table]:
+def _full(table: ReportTable) -> list[ReportTable]:
     """Return a list with the table; empty if the table has no rows."""
     return [table] if table.rows else []
 

@@ -9,7 +9,7 @@ from bushcli.report.diagnosis_names import model_title, short_chance, title
 from bushcli.report.diagnosis_values import derived_text, shown
 from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
 from bushcli.report.quantity import number, percent
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 from bushcli.selection.searched import TriedModel
 
 # Effects that are less probable than this are named together in one row.
@@ -20,14 +20,14 @@ _BAR = 24
 _EIGHTHS = " ▏▎▍▌▋▊▉"
 
 
-def probability_table(found: Diagnosis) -> Table:
+def probability_table(found: Diagnosis) -> ReportTable:
     """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
     ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
     rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
     few = unlikely(found, SMALL)
     if few and rows:
         rows.append((f"{len(few)} others, each" if len(few) > 1 else few[0], bar(0.0), short_chance(0.0)))
-    return Table("Probability that the effect is present", ("", "", ""), tuple(rows), left=2)
+    return ReportTable("Probability that the effect is present", ("", "", ""), tuple(rows), left=2)
 
 
 def bar(share: float, width: int = _BAR) -> str:
@@ -44,7 +44,7 @@ def bar(share: float, width: int = _BAR) -> str:
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
 
-def model_table(found: Diagnosis, most: int | None = None) -> Table:
+def model_table(found: Diagnosis, most: int | None = None) -> ReportTable:
     """Return the most probable models, as many as hold 95 % of the probability together.
 
     Parameters
@@ -71,7 +71,7 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
             )
         )
     heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "error/effect")
-    return Table("Models that hold 95 % of the probability together", heads, tuple(rows))
+    return ReportTable("Models that hold 95 % of the probability together", heads, tuple(rows))
 
 
 def logarithm(value: float) -> str:
@@ -79,7 +79,7 @@ def logarithm(value: float) -> str:
     return f"{value:+.1f}" if math.isfinite(value) else "-"
 
 
-def effect_table(found: Diagnosis, brief: bool = False) -> Table:
+def effect_table(found: Diagnosis, brief: bool = False) -> ReportTable:
     """Return each effect that was left out, with its parameters before and after the recordings.
 
     Parameters
@@ -104,10 +104,10 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
     if not brief:
         heads = (*heads, "as far out", "that is", "evidence")
     name = "" if brief else "Values with 95 % intervals: posterior and prior"
-    return Table(name, heads, tuple(rows), left=2)
+    return ReportTable(name, heads, tuple(rows), left=2)
 
 
-def source_table(found: Diagnosis) -> Table:
+def source_table(found: Diagnosis) -> ReportTable:
     """Return the sources of the priors of the effects' parameters."""
     rows = [
         (effect.label, name, quantity.prior_source)
@@ -115,10 +115,10 @@ def source_table(found: Diagnosis) -> Table:
         for name, quantity in effect.parameters.items()
         if quantity.prior_source
     ]
-    return Table("", ("effect", "parameter", "source"), tuple(rows), left=3)
+    return ReportTable("", ("effect", "parameter", "source"), tuple(rows), left=3)
 
 
-def parameter_table(found: Diagnosis) -> Table:
+def parameter_table(found: Diagnosis) -> ReportTable:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
     for name, quantity in found.parameters.items():
@@ -137,10 +137,10 @@ def parameter_table(found: Diagnosis) -> Table:
             )
         )
     heads = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %", "that is")
-    return Table("Parameters of the most probable model", heads, tuple(rows), left=3)
+    return ReportTable("Parameters of the most probable model", heads, tuple(rows), left=3)
 
 
-def misfit_table(found: Diagnosis) -> Table:
+def misfit_table(found: Diagnosis) -> ReportTable:
     """Return the misfit before and after, the noise, and the form error of each channel."""
     rows = []
     form = found.form_error.percent
@@ -155,14 +155,14 @@ def misfit_table(found: Diagnosis) -> Table:
     heads: Row = ("channel", "before", "after", "noise")
     if form:
         heads = (*heads, "form error")
-    return Table("Rms misfit, % of the force range", heads, tuple(rows))
+    return ReportTable("Rms misfit, % of the force range", heads, tuple(rows))
 
 
-def trial_table(found: Diagnosis) -> Table:
+def trial_table(found: Diagnosis) -> ReportTable:
     """Return all models that were fitted, in the order of the search."""
     rows = [_trial(i, one) for i, one in enumerate(found.searched.trials, start=1)]
     heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
-    return Table("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
+    return ReportTable("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
 
 
 def _trial(order: int, one: TriedModel) -> Row:
@@ -176,13 +176,13 @@ def _trial(order: int, one: TriedModel) -> Row:
     )
 
 
-def untestable_table(found: Diagnosis) -> Table:
+def untestable_table(found: Diagnosis) -> ReportTable:
     """Return the effects that these recordings cannot show, with the reasons."""
     rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
-    return Table("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2)
+    return ReportTable("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2)
 
 
-def fault_table(found: Diagnosis) -> Table:
+def fault_table(found: Diagnosis) -> ReportTable:
     """Return the faults of the recordings with their remedies, the fatal ones first."""
     rows = [
         (
@@ -194,4 +194,4 @@ def fault_table(found: Diagnosis) -> Table:
         )
         for one in sorted(found.faults, key=lambda one: not one.fatal)
     ]
-    return Table("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5)
+    return ReportTable("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from bushcli.case.unit import outside, unit
-from bushcli.diagnosis.result import DiagnosedChannel, Named, Quantity
+from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, Quantity
 from bushcli.effects.effect import EffectParameter, effects
 from bushcli.effects.names import effect_name
 from bushcli.report.quantity import number, with_std
@@ -83,14 +83,14 @@ def derived_text(quantity: Quantity) -> str:
     return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
 
 
-def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
+def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel]) -> str:
     """Return all parameters of an effect in one line; a parameter with a reciprocal is shown as the reciprocal.
 
     The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x.
 
     Parameters
     ----------
-    effect : Named
+    effect : DiagnosedEffect
         An effect of the diagnosis.
     channels : sequence of DiagnosedChannel
         Channels of the diagnosis; they say whether a displacement is an angle.

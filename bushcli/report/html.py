@@ -22,12 +22,12 @@ from bushcli.case import Case, Material
 from bushcli.inverse import Fit
 from bushcli.report.conditions import conditions
 from bushcli.report.contact import contact_tables
-from bushcli.report.cycles import History, response_histories
+from bushcli.report.cycles import ChannelHistory, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.figures.picture import Picture
 from bushcli.report.six import six_tables
 from bushcli.report.tables import (
-    Table,
+    ReportTable,
     channel_table,
     curves_of,
     fitted_table,
@@ -41,7 +41,7 @@ from bushcli.simulate.response import Response
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A part of the page: a heading, and under it paragraphs, zoomable plots, tables and pictures.
 
     Attributes
@@ -56,18 +56,18 @@ class Section:
         SVG with its legend, all text escaped.
     fold : str
         Label to be clicked to unfold the tables in `folded`.
-    folded : sequence of Table
+    folded : sequence of ReportTable
         Tables at the end, folded at first.
     """
 
     heading: str
     pictures: Sequence[Picture] = ()
-    tables: Sequence[Table] = ()
+    tables: Sequence[ReportTable] = ()
     note: str = ""
     lines: Sequence[str] = ()
     plots: Sequence[Markup] = ()
     fold: str = ""
-    folded: Sequence[Table] = ()
+    folded: Sequence[ReportTable] = ()
 
 
 def direct_html(
@@ -94,22 +94,22 @@ def direct_html(
     """
     verdict = judge(response, misfits)
     kinds = by_kind(pictures)
-    sections = [Section("Channels", tables=[channel_table(response, misfits)])]
+    sections = [PageSection("Channels", tables=[channel_table(response, misfits)])]
     heading = "Simulated and recorded curves" if misfits else "Simulated curves"
-    sections.append(Section(heading, kinds.get("curve", [])))
+    sections.append(PageSection(heading, kinds.get("curve", [])))
     if tables := tuple(six_tables(response)):
-        sections.append(Section("Six motions", kinds.get("six", []), tables))
+        sections.append(PageSection("Six motions", kinds.get("six", []), tables))
     sections += history_sections(response_histories(response, misfits), kinds)
     if fit is not None:
         sections.append(_fitted(fit, kinds))
     if met := contact_tables(response):
-        sections.append(Section("Contact", tables=met))
+        sections.append(PageSection("Contact", tables=met))
     shape = response.case.geometry
     if shape.notes:
         heading, seen = "How the geometry file was interpreted", kinds.get("geometry", [])
-        sections.append(Section(heading, seen, [measure_table(shape)], lines=shape.notes))
-    sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
-    sections.append(Section("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
+        sections.append(PageSection(heading, seen, [measure_table(shape)], lines=shape.notes))
+    sections.append(PageSection("Deformed shape at the largest displacement", kinds.get("deformed", [])))
+    sections.append(PageSection("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
     return page(
         result,
         response.case,
@@ -141,12 +141,12 @@ def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable
     return page(result, case, fit.material, headline, lines, "plain", [_fitted(fit, by_kind(pictures))])
 
 
-def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
+def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> PageSection:
     note = (
         "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
         "Standard errors are estimated from the remaining misfit."
     )
-    return Section(
+    return PageSection(
         f"Law identified from {curves_of(fit)}",
         kinds.get("coupons", []),
         [parameter_table(fit), fitted_table(fit)],
@@ -154,12 +154,14 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
     )
 
 
-def history_sections(histories: Sequence[History], kinds: Mapping[str, Sequence[Picture]]) -> list[Section]:
+def history_sections(
+    histories: Sequence[ChannelHistory], kinds: Mapping[str, Sequence[Picture]]
+) -> list[PageSection]:
     """Return the section on cycles and holds; an empty list where no path comes back or holds.
 
     Parameters
     ----------
-    histories : sequence of History
+    histories : sequence of ChannelHistory
         Channels with cycles or holds.
     kinds : mapping of str to sequence of Picture
         Pictures by kind, as `by_kind` returned them.
@@ -171,7 +173,7 @@ def history_sections(histories: Sequence[History], kinds: Mapping[str, Sequence[
     )
     pictures = [*kinds.get("cycles", []), *kinds.get("holds", [])]
     tables = history_tables(histories, brief=False)
-    return [Section("Cycles and holds", pictures, tables, note)] if tables else []
+    return [PageSection("Cycles and holds", pictures, tables, note)] if tables else []
 
 
 def page(
@@ -181,9 +183,9 @@ def page(
     headline: str,
     lines: Sequence[str],
     tone: str,
-    sections: Sequence[Section],
+    sections: Sequence[PageSection],
     source: str = "",
-    warning: Section | None = None,
+    warning: PageSection | None = None,
 ) -> str:
     """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
 
@@ -201,11 +203,11 @@ def page(
         Sentences below the headline.
     tone : str
         "good", "bad" or "plain", which selects the colour of the verdict.
-    sections : sequence of Section
+    sections : sequence of PageSection
         Parts of the page; empty ones are left out.
     source : str
         Origin of the law's parameters, where that is not the coupon tests.
-    warning : Section or None
+    warning : PageSection or None
         Section in a box above everything else.
     """
     shown = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]

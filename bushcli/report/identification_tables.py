@@ -10,10 +10,10 @@ from bushcli.inverse.file_units import parameter_unit
 from bushcli.report.identification_words import bulk_modulus, is_met, is_uncertain
 from bushcli.report.quantity import number, percent
 from bushcli.report.ranking import information_criterion
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 
 
-def estimate_table(fit: Fit) -> Table:
+def estimate_table(fit: Fit) -> ReportTable:
     """Return the parameters with standard error, 95 % interval, bounds and doubts."""
     rows: list[Row] = []
     for name, estimate in fit.parameters.items():
@@ -32,7 +32,7 @@ def estimate_table(fit: Fit) -> Table:
     if "compliance" in fit.parameters:
         rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
-    return Table(f"Law {fit.material.law}", heads, tuple(rows), left=2)
+    return ReportTable(f"Law {fit.material.law}", heads, tuple(rows), left=2)
 
 
 def _interval(estimate: Estimate) -> str:
@@ -66,7 +66,7 @@ def _flags(estimate: Estimate) -> str:
     return ", ".join(flags)
 
 
-def curve_table(fit: Fit) -> Table:
+def curve_table(fit: Fit) -> ReportTable:
     """Return the misfit of each channel before and after the identification."""
     rows = [
         (
@@ -81,10 +81,10 @@ def curve_table(fit: Fit) -> Table:
         for curve in fit.curves
     ]
     heads = ("channel", "mode", "", "rms before", "rms after", "noise", "within noise")
-    return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
+    return ReportTable("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
 
 
-def correlation_table(fit: Fit) -> Table:
+def correlation_table(fit: Fit) -> ReportTable:
     """Return the correlation of the parameters' errors."""
     names = tuple(fit.parameters)
     rows = [
@@ -94,10 +94,10 @@ def correlation_table(fit: Fit) -> Table:
         )
         for i, name in enumerate(names)
     ]
-    return Table("Correlation", ("", *names), tuple(rows))
+    return ReportTable("Correlation", ("", *names), tuple(rows))
 
 
-def leverage_table(fit: Fit) -> Table:
+def leverage_table(fit: Fit) -> ReportTable:
     """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
     rows = [
@@ -105,7 +105,7 @@ def leverage_table(fit: Fit) -> Table:
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
-    return Table(title, ("channel", *names), tuple(rows))
+    return ReportTable(title, ("channel", *names), tuple(rows))
 
 
 def _change(estimate: Estimate, relative: float) -> str:
@@ -113,7 +113,7 @@ def _change(estimate: Estimate, relative: float) -> str:
     return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
 
 
-def model_table(fits: Sequence[Fit]) -> Table:
+def model_table(fits: Sequence[Fit]) -> ReportTable:
     """Return the laws, the best first, with their criterion relative to the smallest one."""
     names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
     held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
@@ -141,4 +141,4 @@ def model_table(fits: Sequence[Fit]) -> Table:
         *("misfit/noise", "BIC", "converged", "problems"),
     )
     by = "prediction of what was held out" if held else "BIC"
-    return Table(f"Laws, best first by {by}", heads, tuple(rows))
+    return ReportTable(f"Laws, best first by {by}", heads, tuple(rows))

@@ -22,7 +22,7 @@ _IN_HEADLINE = 3
 
 
 @dataclass(frozen=True)
-class Summary:
+class IdentificationVerdict:
     """The verdict on an identification.
 
     Attributes
@@ -40,7 +40,7 @@ class Summary:
     tone: Literal["good", "bad", "plain"]
 
 
-def answer(fit: Fit) -> Summary:
+def answer(fit: Fit) -> IdentificationVerdict:
     """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
@@ -68,8 +68,8 @@ def answer(fit: Fit) -> Summary:
             "plain",
         )
     if len(fit.parameters) > _IN_HEADLINE:
-        return Summary(met, (f"{values}.", *_lines(fit)), tone)
-    return Summary(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return IdentificationVerdict(met, (f"{values}.", *_lines(fit)), tone)
+    return IdentificationVerdict(f"{met}: {values}", tuple(_lines(fit)), tone)
 
 
 def is_met(curve: FittedCurve) -> bool:

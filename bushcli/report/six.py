@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.quantity import number, quantities
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def six_json(channel: Simulated) -> dict[str, Any]:
     return document
 
 
-def six_tables(response: Response) -> Iterator[Table]:
+def six_tables(response: Response) -> Iterator[ReportTable]:
     """Yield the tables of a prediction's paths and stiffness matrices."""
     for channel in response.channels:
         if channel.six is not None and len(channel.six.time):
@@ -73,7 +73,7 @@ def six_columns(six: SixCurve) -> tuple[list[str], list[Array]]:
     return ["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T]
 
 
-def _path_table(name: str, six: SixCurve) -> Table:
+def _path_table(name: str, six: SixCurve) -> ReportTable:
     chosen = np.unique(np.linspace(0, len(six.time) - 1, min(_ROWS, len(six.time))).round().astype(int))
     motion = shown_motion(six)
     moving = [k for k in range(6) if k in six.free or np.any(motion[:, k])]
@@ -90,10 +90,10 @@ def _path_table(name: str, six: SixCurve) -> Table:
         moved = [_force(motion[i, k], widest[k // 3]) for k in moving]
         rows.append((number(six.time[i]), *moved, *forces))
     title = f"{name}: motions of the inner sleeve, and the reactions (moments about its centre)"
-    return Table(title, tuple(heads), tuple(rows), left=0)
+    return ReportTable(title, tuple(heads), tuple(rows), left=0)
 
 
-def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: Array) -> Table:
+def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: Array) -> ReportTable:
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
     rows = []
@@ -107,7 +107,7 @@ def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: A
         if where
         else (f"at {number(_displacement(channel, displacement))} {unit}")
     )
-    return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad", heads, tuple(rows), left=1)
+    return ReportTable(f"{channel.name}: stiffness matrix {place}, N, mm, rad", heads, tuple(rows), left=1)
 
 
 def _displacement(channel: Simulated, displacement: float) -> float:

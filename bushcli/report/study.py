@@ -11,7 +11,7 @@ from rich.text import Text
 
 from bushcli.report.document import cleaned, direct_json, head
 from bushcli.report.quantity import number
-from bushcli.report.tables import Row, Table
+from bushcli.report.tables import ReportTable, Row
 from bushcli.report.text import Shown, problem_parts
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
@@ -137,13 +137,13 @@ def _share(limits: Limits) -> str:
     return f"{100 * limits.share:.1f} %"
 
 
-def tables(found: Study) -> list[Table]:
+def tables(found: Study) -> list[ReportTable]:
     """Return answers, worst cases, influences and failures."""
     made = [_answers(found), _worst(found), _influences(found), _failures(found)]
     return [table for table in made if table.rows]
 
 
-def _answers(found: Study) -> Table:
+def _answers(found: Study) -> ReportTable:
     limited = any(one.limits for one in found.summaries.values())
     heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
     heads += ("limits", "within", "95 % interval") if limited else ()
@@ -159,19 +159,21 @@ def _answers(found: Study) -> Table:
         elif limited:
             row += ("-", "-", "-")
         rows.append(row)
-    return Table("Answers", heads, tuple(rows), left=2)
+    return ReportTable("Answers", heads, tuple(rows), left=2)
 
 
-def _worst(found: Study) -> Table:
+def _worst(found: Study) -> ReportTable:
     rows: list[Row] = []
     for name, one in found.summaries.items():
         for what, extreme in (("lowest", one.lowest), ("highest", one.highest)):
             at = tuple(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
             rows.append((name, what, number(extreme.value, 4), str(extreme.design), *at))
-    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2)
+    return ReportTable(
+        "Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2
+    )
 
 
-def _influences(found: Study) -> Table:
+def _influences(found: Study) -> ReportTable:
     indices = found.plan.sampling == "saltelli"
     heads: Row = ("answer", "key", "correlation", "of ranks", "at 5 %", "at 95 %")
     heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()
@@ -185,7 +187,7 @@ def _influences(found: Study) -> Table:
                 values = (influence.first, influence.first_error, influence.total, influence.total_error)
                 row += tuple("-" if math.isnan(value) else f"{value:.2f}" for value in values)
             rows.append(row)
-    return Table("Effect of each key alone", heads, tuple(rows), left=2)
+    return ReportTable("Effect of each key alone", heads, tuple(rows), left=2)
 
 
 def _few(one: Failure) -> str:
@@ -193,10 +195,10 @@ def _few(one: Failure) -> str:
     return ", ".join(map(str, one.designs)) + more
 
 
-def _failures(found: Study) -> Table:
+def _failures(found: Study) -> ReportTable:
     rows = tuple(
         (one.kind.replace("_", " "), one.reason, _few(one), str(one.count)) for one in found.failures
     )
-    return Table(
+    return ReportTable(
         "Designs without a result", ("kind", "reason, of the first", "designs", "number"), rows, left=3
     )

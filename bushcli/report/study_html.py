@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from bushcli.report.figures.picture import Picture
-from bushcli.report.html import Section, by_kind, page
+from bushcli.report.html import PageSection, by_kind, page
 from bushcli.report.study import headline, lines, tables
 from bushcli.study.study import Study
 
@@ -39,14 +39,14 @@ def study_html(result: Mapping[str, Any], found: Study, pictures: Sequence[Pictu
     kinds = by_kind(pictures)
     shown = {table.title: table for table in tables(found)}
     sections = [
-        Section("What matters", kinds.get("tornado", [])),
-        Section("Curves of all designs", kinds.get("band", [])),
-        Section("Answers against the varied keys", kinds.get("scatter", [])),
-        Section("Spread of the answers", kinds.get("histogram", [])),
+        PageSection("What matters", kinds.get("tornado", [])),
+        PageSection("Curves of all designs", kinds.get("band", [])),
+        PageSection("Answers against the varied keys", kinds.get("scatter", [])),
+        PageSection("Spread of the answers", kinds.get("histogram", [])),
     ]
     for title, table in shown.items():
         note = _NOTES.get(title, "") + (_SOBOL if any("Sobol" in head for head in table.heads) else "")
-        sections.append(Section(title, tables=[replace(table, title="")], note=note))
+        sections.append(PageSection(title, tables=[replace(table, title="")], note=note))
     worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
     tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
     return page(result, found.case, found.task.material, headline(found), lines(found), tone, sections)

@@ -26,7 +26,7 @@ Row = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table.
 
     Attributes
@@ -44,12 +44,12 @@ class Table:
     left: int = 1
 
 
-def case_table(case: Case) -> Table:
+def case_table(case: Case) -> ReportTable:
     """Return a table of the bushing and the rubber of a case."""
-    return Table(case.title, ("", ""), tuple(conditions(case)), left=2)
+    return ReportTable(case.title, ("", ""), tuple(conditions(case)), left=2)
 
 
-def recording_table(title: str, curves: Sequence[Recording]) -> Table:
+def recording_table(title: str, curves: Sequence[Recording]) -> ReportTable:
     """Return a row for each recording: samples, cycles, ranges of displacement and force.
 
     Parameters
@@ -60,28 +60,28 @@ def recording_table(title: str, curves: Sequence[Recording]) -> Table:
         The recordings.
     """
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
-    return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
+    return ReportTable(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
 
 
-def measure_table(shape: Shape) -> Table:
+def measure_table(shape: Shape) -> ReportTable:
     """Return the volumes of the bodies and the areas of the bonds."""
     rows = tuple(
         (name.replace("_bond", " bond"), f"{value:.6g}", "mm2" if name.endswith("_bond") else "mm3")
         for name, value in shape.measures().items()
     )
-    return Table("Volumes and areas", ("", "", ""), rows, left=1)
+    return ReportTable("Volumes and areas", ("", "", ""), rows, left=1)
 
 
-def mesh_table(meshes: Sequence[Meshed]) -> Table:
+def mesh_table(meshes: Sequence[Meshed]) -> ReportTable:
     """Return size and boundaries of the meshes."""
     rows = tuple(
         (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
         for mesh in meshes
     )
-    return Table("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
+    return ReportTable("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
 
 
-def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> ReportTable:
     """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel.
 
     Parameters
@@ -94,7 +94,7 @@ def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
     return _compared(response, misfits) if misfits else _simulated(response)
 
 
-def _simulated(response: Response) -> Table:
+def _simulated(response: Response) -> ReportTable:
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
@@ -111,10 +111,10 @@ def _simulated(response: Response) -> Table:
                 shown.displacement_unit,
             )
         )
-    return Table("Simulated stiffness", heads, tuple(rows), left=2)
+    return ReportTable("Simulated stiffness", heads, tuple(rows), left=2)
 
 
-def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+def _compared(response: Response, misfits: Mapping[str, Misfit]) -> ReportTable:
     heads = (
         *("channel", "stiffness", "simulated", "measured", "sim/meas"),
         *("rms", "peak", "noise", f"within {response.case.tolerance.text}"),
@@ -151,10 +151,10 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
                     *rest,
                 )
             )
-    return Table("Simulated against measured", heads, tuple(rows), left=2)
+    return ReportTable("Simulated against measured", heads, tuple(rows), left=2)
 
 
-def solution_table(response: Response) -> Table:
+def solution_table(response: Response) -> ReportTable:
     """Return the numbers of the solution of each channel."""
     rows = []
     for channel in response.channels:
@@ -177,14 +177,14 @@ def solution_table(response: Response) -> Table:
         *("channel", "unknowns", "steps", "Newton", "stretches*"),
         *("unstable states", "mesh error", "time", "complete"),
     )
-    return Table(
+    return ReportTable(
         "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)",
         heads,
         tuple(rows),
     )
 
 
-def parameter_table(fit: Fit) -> Table:
+def parameter_table(fit: Fit) -> ReportTable:
     """Return the parameters of the identified law."""
     # Imported only if there is a fit, because it loads PETSc and DOLFINx.
     from bushcli.inverse.file_units import parameter_unit
@@ -200,10 +200,12 @@ def parameter_table(fit: Fit) -> Table:
         )
         for name, estimate in fit.parameters.items()
     ]
-    return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
+    return ReportTable(
+        f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows)
+    )
 
 
-def fitted_table(fit: Fit) -> Table:
+def fitted_table(fit: Fit) -> ReportTable:
     """Return the curves of a fit: misfit, range tested, range in which the law is stable."""
     rows = []
     for curve in fit.curves:
@@ -223,7 +225,7 @@ def fitted_table(fit: Fit) -> Table:
         )
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
-    return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
+    return ReportTable(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
 
 
 def _range(low: float, high: float, unit: str) -> str:

@@ -18,13 +18,13 @@ from rich.text import Text
 
 from bushcli.faults import DataFault, condition
 from bushcli.report.contact import contact_tables
-from bushcli.report.cycles import History, response_histories
+from bushcli.report.cycles import ChannelHistory, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.document import problems_of
 from bushcli.report.quantity import percent
 from bushcli.report.six import six_tables
 from bushcli.report.tables import (
-    Table,
+    ReportTable,
     case_table,
     channel_table,
     fitted_table,
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 class Shown:
     """A table on a console: with rules on a terminal, as plain aligned columns elsewhere."""
 
-    table: Table
+    table: ReportTable
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Draw the table for the given console."""
@@ -167,7 +167,7 @@ def _fit_parts(fit: Fit) -> list[object]:
     ]
 
 
-def history_parts(histories: Sequence[History]) -> list[object]:
+def history_parts(histories: Sequence[ChannelHistory]) -> list[object]:
     """Return cycles and holds of every channel, long tables without their middle rows."""
     return [part for table in history_tables(histories, brief=True) for part in (Text(), Shown(table))]
 

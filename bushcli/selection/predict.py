@@ -25,7 +25,7 @@ from scipy.special import logsumexp
 
 from bushcli.evidence.amplitudes import amplitudes
 from bushcli.evidence.laplace import Evidence
-from bushcli.evidence.prior import Known, known_parameters
+from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.evidence.promise import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import SETTLED, TURNS
@@ -35,6 +35,7 @@ from bushcli.selection.queued import slack_of
 from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
+Priors = Sequence[ParameterPrior | None]
 
 # Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size.
 TRIED = 2.0
@@ -280,9 +281,9 @@ class Beside:
         )
         return found, amplitude
 
-    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[Known | None], Array]:
+    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[ParameterPrior | None], Array]:
         """Priors and off values of the amplitudes."""
-        known: list[Known | None] = []
+        known: list[ParameterPrior | None] = []
         start: list[float] = []
         for one in point:
             active = one.trial.active
@@ -298,14 +299,13 @@ class Beside:
     def _shear(self) -> float:
         return shear_modulus(self.state.model, self.state.problem.case)
 
-    def _bounded(self, point: tuple[Addition, ...], amplitude: Array, known: Sequence[Known | None]) -> Array:
+    def _bounded(self, point: tuple[Addition, ...], amplitude: Array, known: Priors) -> Array:
         """Amplitudes within the bounds of the effect and, if a finite size was tried, near that size."""
         found, i = amplitude.copy(), 0
         for one in point:
             for k, name in enumerate(one.trial.amplitudes):
-                parameter = one.trial.effect.parameter(name)
                 start = float(one.trial.active.values[name])
-                lower, upper = parameter.bounds(self.state.problem.case.geometry)
+                lower, upper = one.trial.effect.parameter(name).bounds(self.state.problem.case.geometry)
                 low, high = lower - start, upper - start
                 if k == 0 and one.trial.size is not None:
                     low, high = one.trial.size / TRIED, one.trial.size * TRIED

@@ -12,7 +12,7 @@ from scipy.optimize import lsq_linear
 
 from bushcli.case import Case
 from bushcli.evidence.laplace import Evidence
-from bushcli.evidence.prior import Known, known_parameters
+from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
@@ -87,13 +87,13 @@ class State:
         return tuple(one.of(slope) for one, slope in pairs)
 
     @cached_property
-    def priors(self) -> dict[str, Known]:
+    def priors(self) -> dict[str, ParameterPrior]:
         """Priors of the effects' parameters, by full name."""
         shear = shear_modulus(self.model, self.problem.case)
         return known_parameters(self.problem.case, self.model.effects, shear, self.problem.recordings)
 
     @property
-    def known(self) -> list[Known | None]:
+    def known(self) -> list[ParameterPrior | None]:
         """Prior of each parameter; None for those of a law."""
         return [self.priors.get(name) for name in self.fitted.names]
 

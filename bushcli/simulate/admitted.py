@@ -6,12 +6,12 @@ from bushcli.case import Case
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.simulate.admissible import check_travel
-from bushcli.simulate.channels import Channel, prescribed, recorded
+from bushcli.simulate.channels import SimulatedChannel, prescribed, recorded
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
 
 
-def admitted(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
+def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
     """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
 
     Parameters

@@ -68,7 +68,7 @@ class _Kept:
         return morph, morph.places(mesh.mesh.geometry.x), morph.places(constrained.x[self._held])
 
 
-class Bodies:
+class PreparedModels:
     """Prepares models as `cases.simulate.prepare` does, and reuses earlier ones.
 
     The next call may change a model that an earlier call returned: march each model before the next call.

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Channel:
+class SimulatedChannel:
     """A channel to simulate: a program to follow, or the range of a recording to cover.
 
     Attributes
@@ -60,7 +60,7 @@ class Channel:
     path: SixPath | None = None
 
 
-def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> Channel:
+def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> SimulatedChannel:
     """Return the channel of a load case.
 
     Parameters
@@ -81,7 +81,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> C
         program = Program(displacement, times)
     else:
         program = path(load.path, load.steps, load.rate)
-    return Channel(
+    return SimulatedChannel(
         load_case_names(case.load_cases, case.recordings)[number],
         load.mode,
         lambda model, keep, report: march(model, program, keep_states=keep, progress=report),
@@ -93,7 +93,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> C
     )
 
 
-def recorded(case: Case, recording: Recording, whole: Recording) -> Channel:
+def recorded(case: Case, recording: Recording, whole: Recording) -> SimulatedChannel:
     """Return the channel of a recording.
 
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
@@ -114,7 +114,7 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> Channel:
     followed = None
     if whole.six is not None:
         followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)
-    return Channel(
+    return SimulatedChannel(
         recording.name,
         recording.mode,
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),

@@ -9,7 +9,7 @@ from bushcli.case import Case
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve, ExactCurve
 from bushcli.recording.odd import unfolded
-from bushcli.simulate.channels import Channel
+from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.simulation import Answer
 from cases.march import History
 from cases.mode import modes
@@ -18,13 +18,13 @@ from cases.simulate import is_odd
 Array = NDArray[np.float64]
 
 
-def curve_of(case: Case, channel: Channel, history: History, answer: Answer | None) -> Curve:
+def curve_of(case: Case, channel: SimulatedChannel, history: History, answer: Answer | None) -> Curve:
     """Return the curve of a channel.
 
     Parameters
     ----------
     case : Case
-    channel : Channel
+    channel : SimulatedChannel
     history : History
         Its march or sweep.
     answer : Answer or None
@@ -33,7 +33,7 @@ def curve_of(case: Case, channel: Channel, history: History, answer: Answer | No
     return _curve(case, channel, history) if answer is None else _along(channel, answer)
 
 
-def _along(channel: Channel, answer: Answer) -> Curve:
+def _along(channel: SimulatedChannel, answer: Answer) -> Curve:
     """Return the force at the samples of the channel."""
     if channel.recording is None or channel.whole is None:
         return ExactCurve(channel.mode, channel.displacement, answer.force, channel.time)
@@ -42,7 +42,7 @@ def _along(channel: Channel, answer: Answer) -> Curve:
     return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
 
 
-def _curve(case: Case, channel: Channel, history: History) -> Curve:
+def _curve(case: Case, channel: SimulatedChannel, history: History) -> Curve:
     """Return the part of the curve that was reached, with at least two points even if the first step failed."""
     q, force = history.displacement, history.force
     if len(q) < 2:

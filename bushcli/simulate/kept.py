@@ -10,7 +10,7 @@ from cases.simulate import Prepare, prepare
 
 
 @dataclass(frozen=True)
-class Kept:
+class PredictionCache:
     """Models, recordings and fineness that one prediction passes on to the next.
 
     Attributes

@@ -24,9 +24,9 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.admitted import admitted
-from bushcli.simulate.channels import Channel
+from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.curves import change, changed, curve_of
-from bushcli.simulate.kept import Kept
+from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.response import (
     ERROR_OVER_CHANGE,
@@ -65,7 +65,7 @@ def predict(
     comm: MPI.Comm = MPI.COMM_WORLD,
     stiffness: bool = False,
     stiffness_at: float | None = None,
-    kept: Kept | None = None,
+    kept: PredictionCache | None = None,
     pictures: bool = True,
 ) -> Response:
     """Simulate every load case and every recording of a case.
@@ -86,7 +86,7 @@ def predict(
         Ranks that share each model.
     stiffness, stiffness_at : bool, float or None
         Take the 6 x 6 stiffness matrix at rest and at the end of every channel, and at this displacement (mm, °; s).
-    kept : Kept or None
+    kept : PredictionCache or None
         Models, recordings and steps of earlier predictions, which are reused.
     pictures : bool
         Whether to keep the deformed surface of each channel.
@@ -105,7 +105,7 @@ def predict(
     """
     material = material or case.material
     check_material(case, material)
-    kept = kept or Kept()
+    kept = kept or PredictionCache()
     channels, faults = admitted(case, kept.measured)
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
@@ -153,7 +153,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
     """
     check_material(case, material)
     channels, _ = admitted(case, measured)
-    run = _Run(case, rubber_of(material), False, None, None, MPI.COMM_SELF, Kept(), False)
+    run = _Run(case, rubber_of(material), False, None, None, MPI.COMM_SELF, PredictionCache(), False)
     found = {}
     for channel in channels:
         simulation = run.simulation(channel)
@@ -182,7 +182,7 @@ class _Run:
     fields: Path | None
     progress: Progress | None
     comm: MPI.Comm
-    kept: Kept
+    kept: PredictionCache
     pictures: bool
     stiffness: bool = False
     stiffness_at: float | None = None
@@ -194,13 +194,15 @@ class _Run:
             return self
         return replace(self, comm=comm, fields=self.fields if self.comm.rank == 0 else None, paths={})
 
-    def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> FiniteElementModel:
+    def model(
+        self, channel: SimulatedChannel, factor: float = 1.0, mode: Mode | None = None
+    ) -> FiniteElementModel:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
         return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
-    def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]] | None:
+    def matrices(self, channel: SimulatedChannel) -> dict[str, tuple[float, Array]] | None:
         """Return the stiffness matrices that were requested; None if the march did not reach its end."""
         if not self.stiffness or modes()[channel.mode].specimen != "bushing":
             return {}
@@ -209,7 +211,7 @@ class _Run:
         except NotConverged:
             return None
 
-    def simulate_all(self, channels: Sequence[Channel]) -> tuple[tuple[Simulated, ...], bool]:
+    def simulate_all(self, channels: Sequence[SimulatedChannel]) -> tuple[tuple[Simulated, ...], bool]:
         """March the channels; also return whether the user interrupted one of them, which is then the last."""
         found: list[Simulated] = []
         try:
@@ -223,7 +225,7 @@ class _Run:
             return tuple(found), True
         return tuple(found), False
 
-    def simulate(self, channel: Channel) -> Simulated:
+    def simulate(self, channel: SimulatedChannel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""
 
         def report(step: int, steps: int, newton: int, q: float) -> None:
@@ -284,14 +286,14 @@ class _Run:
             touched=touched(model, history),
         )
 
-    def _steps(self, channel: Channel, simulation: Simulation | Reaction) -> float | None:
+    def _steps(self, channel: SimulatedChannel, simulation: Simulation | Reaction) -> float | None:
         """Choose the steps along a recorded path, and return their error if it was requested."""
         if channel.name in self.kept.fineness:
             simulation.plan(self.kept.fineness[channel.name])
             return None
         return 100.0 * simulation.refine({}) if simulation.path_dependent else None
 
-    def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
+    def _reaction(self, channel: SimulatedChannel, path: RecordedPath, factor: float) -> Reaction:
         """Return the model of one channel of a recorded path of six motions; its channels share one simulation."""
         # Few recordings are such a path: what simulates it is loaded with the first one.
         from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
@@ -306,7 +308,7 @@ class _Run:
         active = acting(self.case.effects, channel.name, channel.mode)
         return Reaction(self.paths[key], path.number, active)
 
-    def simulation(self, channel: Channel, factor: float = 1.0) -> Simulation | Reaction | None:
+    def simulation(self, channel: SimulatedChannel, factor: float = 1.0) -> Simulation | Reaction | None:
         """Return the channel with the effects that act on it; None if no effect does."""
         if channel.recording is not None and channel.recording.six is not None:
             return self._reaction(channel, channel.recording.six, factor)
@@ -329,7 +331,7 @@ class _Run:
             self.kept.prepared,
         )
 
-    def _mesh_error(self, channel: Channel, history: History, answer: Answer | None) -> float:
+    def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:
         """Return the error of the mesh, estimated with a finer one, percent of the force range; inf if that fails."""
         try:
             simulation = self.simulation(channel, FINER)

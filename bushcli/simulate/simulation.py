@@ -27,7 +27,7 @@ from cases.march import History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
 from cases.program import Program
-from cases.series import Series
+from cases.series import SeriesSpring
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from geometry.shape import Refinement, Shape
 
@@ -243,7 +243,7 @@ class Simulation:
             raise rig.NoEquilibrium(STANDS_STILL)
         series = None
         if rig.has_springs(active, names):
-            series = Series(extension_in_series(active, names, self._clock[0]))
+            series = SeriesSpring(extension_in_series(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
@@ -261,7 +261,7 @@ class Simulation:
         program: Program,
         inner: tuple[str, ...],
         path_rates: Mapping[str, Array],
-        series: Series | None,
+        series: SeriesSpring | None,
         keep_states: bool,
         progress: Steps | None,
         patience: int | None,

@@ -59,7 +59,7 @@ class SixCurve:
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class StiffnessMatrices:
     """Stiffness matrices at states of a march.
 
     Attributes
@@ -138,7 +138,7 @@ def followed(
     keep_states: bool,
     progress: StepProgress,
     at: Sequence[float] = (),
-) -> tuple[History, Stiffness]:
+) -> tuple[History, StiffnessMatrices]:
     """March along a path of six motions, and take the stiffness matrix at some of its targets.
 
     Parameters
@@ -162,7 +162,7 @@ def followed(
             found[solver.q] = tangent(model, solver.factor, solver.q).symmetric
 
     history = march(model, program, keep_states=keep_states, progress=progress, observer=observe)
-    return history, Stiffness(found)
+    return history, StiffnessMatrices(found)
 
 
 def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:

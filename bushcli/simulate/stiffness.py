@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.simulate.channels import Channel
+from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.six import as_path, followed, mode_of, whole
 from cases.mode import Mode, modes
 from cases.model import FiniteElementModel
@@ -17,12 +17,12 @@ from cases.program import Program
 Array = NDArray[np.float64]
 
 
-def with_state(channel: Channel, at: float | None) -> tuple[Program, float | None]:
+def with_state(channel: SimulatedChannel, at: float | None) -> tuple[Program, float | None]:
     """Return the program of a channel with a step inserted at a displacement, and the displacement in its unit.
 
     Parameters
     ----------
-    channel : Channel
+    channel : SimulatedChannel
     at : float or None
         mm or degrees, s of a path; None is returned for it if the channel does not pass it.
     """
@@ -47,12 +47,12 @@ def with_state(channel: Channel, at: float | None) -> tuple[Program, float | Non
     return Program(np.insert(program.displacement, i, at), time, corners), at
 
 
-def check_state(channels: Sequence[Channel], at: float | None) -> None:
+def check_state(channels: Sequence[SimulatedChannel], at: float | None) -> None:
     """Refuse a travel that no channel passes.
 
     Parameters
     ----------
-    channels : sequence of Channel
+    channels : sequence of SimulatedChannel
     at : float or None
         mm or degrees, s of a path.
 
@@ -68,7 +68,7 @@ def check_state(channels: Sequence[Channel], at: float | None) -> None:
 
 
 def matrices(
-    channel: Channel, at: float | None, made: Callable[[Mode], FiniteElementModel]
+    channel: SimulatedChannel, at: float | None, made: Callable[[Mode], FiniteElementModel]
 ) -> dict[str, tuple[float, Array]]:
     """Return the matrices of a channel by state: "start", "end", and "at" where it passes the travel asked for.
 
@@ -77,7 +77,7 @@ def matrices(
 
     Parameters
     ----------
-    channel : Channel
+    channel : SimulatedChannel
     at : float or None
         mm or degrees, s of a path.
     made : callable

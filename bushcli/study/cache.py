@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.measured import Measured
 
 
@@ -15,13 +15,13 @@ class DesignCache:
 
     Attributes
     ----------
-    bodies : Bodies
+    bodies : PreparedModels
         The models.
     measured : Measured
         The recordings.
     """
 
-    bodies: Bodies = field(default_factory=Bodies)
+    bodies: PreparedModels = field(default_factory=PreparedModels)
     measured: Measured = field(default_factory=Measured)
 
     @property

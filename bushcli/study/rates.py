@@ -26,7 +26,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.predict import rubber_of
 from bushcli.study.cache import DesignCache
 from bushcli.study.target import Target
@@ -55,7 +55,7 @@ PARAMETERS = "material.parameters."
 
 
 @dataclass(frozen=True)
-class Rates:
+class TargetRates:
     """Values of targets, shape (targets,), in internal units, and derivatives by keys, shape (targets, keys)."""
 
     value: Array
@@ -68,7 +68,7 @@ def rates(
     targets: Sequence[Target],
     values: Sequence[float],
     by: Sequence[str] = (),
-) -> Rates:
+) -> TargetRates:
     """Return the rates of a design.
 
     Parameters
@@ -105,7 +105,7 @@ def rates(
         left = np.flatnonzero(np.isnan(slope[:, j]))
         if len(left):
             slope[left, j] = _difference(cache, task, [targets[i] for i in left], values, key)
-    return Rates(value, slope)
+    return TargetRates(value, slope)
 
 
 def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
@@ -149,7 +149,7 @@ def _difference(
 
 
 def _rate(
-    bodies: Bodies,
+    bodies: PreparedModels,
     case: Case,
     material: Material,
     one: Target,
@@ -178,7 +178,7 @@ def _rate(
 
 
 def _moved(
-    bodies: Bodies,
+    bodies: PreparedModels,
     model: FiniteElementModel,
     solver: Equilibrium,
     shapes: Mapping[str, tuple[Shape, Shape, float]],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import InputError
 from bushcli.study.cache import DesignCache
-from bushcli.study.rates import Rates, rates
+from bushcli.study.rates import TargetRates, rates
 from bushcli.study.target import Target
 from bushcli.study.task import StudyTask
 from cases.march import NotConverged
@@ -57,10 +57,10 @@ def search(
     scale = high - low
     wanted = np.array([one.value for one in targets])
     allowed = np.array([one.value if math.isnan(one.deviation) else one.deviation for one in targets])
-    known: dict[bytes, Rates | None] = {}
+    known: dict[bytes, TargetRates | None] = {}
     reason = ""
 
-    def at(unit: Array) -> Rates | None:
+    def at(unit: Array) -> TargetRates | None:
         nonlocal reason
         if unit.tobytes() not in known:
             values = [float(v) for v in low + unit * scale]

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from bushcli.case import Case, Material, load_case
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
-from bushcli.simulate.kept import Kept
+from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Asked, NoAnswer, answered, quantity_unit
@@ -184,7 +184,7 @@ def _evaluated(cache: DesignCache, task: StudyTask, number: int, values: Sequenc
 
 def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:
     case, material = task.load(values, cache.tables)
-    kept = Kept(cache.bodies, cache.measured, task.fineness)
+    kept = PredictionCache(cache.bodies, cache.measured, task.fineness)
     response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)
     if task.curves:
         row |= curves(response)

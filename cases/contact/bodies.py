@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cases.contact.facets import Basis
 from cases.contact.mirrors import MirrorPlane
-from cases.contact.sleeves import Strip
+from cases.contact.sleeves import RigidFacets
 from cases.contact.surface import Patch, normals, rule
 
 if TYPE_CHECKING:
@@ -63,14 +63,14 @@ class Bodies:
     planes: Sequence[MirrorPlane] = ()
 
     @classmethod
-    def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
+    def of(cls, free: Patch, strips: Sequence[RigidFacets], axisymmetric: bool) -> Bodies:
         """Collect the facets of the free surface and of the sleeves beyond the bonds.
 
         Parameters
         ----------
         free : Patch
             The free surface.
-        strips : sequence of Strip
+        strips : sequence of RigidFacets
             Sleeves beyond their bonds.
         axisymmetric : bool
             Whether the mesh is the half-plane.

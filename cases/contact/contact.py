@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from cases.contact.bodies import Bodies
 from cases.contact.energy import Pressed
 from cases.contact.mirrors import MirrorPlane, mirror_planes
-from cases.contact.search import Search
-from cases.contact.sleeves import Strip, strip
+from cases.contact.search import ContactSearch
+from cases.contact.sleeves import RigidFacets, strip
 from cases.contact.surface import Patch, exterior, on_rubber, patch, places, tagged
 from cases.matrix import MISSING, Pattern
 from cases.mode import Mode
@@ -75,7 +75,7 @@ class Contact:
     def __init__(
         self,
         free: Patch,
-        strips: Sequence[Strip],
+        strips: Sequence[RigidFacets],
         axisymmetric: bool,
         stress_free: StressFree | None = None,
         planes: Sequence[MirrorPlane] = (),
@@ -83,10 +83,10 @@ class Contact:
         self.bodies = Bodies.of(free, strips, axisymmetric)
         if strips:
             # A sleeve continues beyond its bond only where there is no rubber.
-            blocked = Search(self.bodies).inside(self.bodies.X, BEYOND).other
+            blocked = ContactSearch(self.bodies).inside(self.bodies.X, BEYOND).other
             self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
         self.bodies = self.bodies.beside(planes)
-        self._search = Search(self.bodies)
+        self._search = ContactSearch(self.bodies)
         self._patch, self._free = free, len(free.X)
         self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
         self._shift = np.zeros(self.bodies.X.shape)
@@ -102,7 +102,7 @@ class Contact:
             return False
         planes = self.bodies.X[self.bodies.movable :]
         self.bodies = replace(self.bodies, X=np.concatenate([places(mesh, self._patch), planes]))
-        self._search, self._state = Search(self.bodies), None
+        self._search, self._state = ContactSearch(self.bodies), None
         return True
 
     def take(self, shear_modulus: float) -> None:
@@ -335,7 +335,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     return Contact(surface, strips, mesh.dimension == 2, stress_free, mirror_planes(mesh, surface))
 
 
-def _surroundings(free: Patch, strips: Sequence[Strip], stress_free: StressFree) -> Surroundings | None:
+def _surroundings(free: Patch, strips: Sequence[RigidFacets], stress_free: StressFree) -> Surroundings | None:
     parts = []
     for cells, where in ((free.cells, free.where), *((s.anchors.cells, s.anchors.where) for s in strips)):
         points = stress_free.at(cells, free.points)

@@ -73,7 +73,7 @@ class Inside:
         return np.asarray(np.linalg.norm(self.r, axis=1))
 
 
-class Search:
+class ContactSearch:
     """Finds points that penetrate other facets.
 
     Parameters

@@ -32,7 +32,7 @@ class Anchors:
 
 
 @dataclass(frozen=True)
-class Strip:
+class RigidFacets:
     """Rigid facets.
 
     Attributes
@@ -61,7 +61,7 @@ class Strip:
 
 def strip(
     mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]
-) -> Strip | None:
+) -> RigidFacets | None:
     """Return the continuation of a bond beyond its edges; None if the bond has no edges.
 
     Parameters
@@ -101,7 +101,7 @@ def strip(
     places = np.concatenate(X)
     anchors, weights = _anchored(bond.X, places)
     held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
-    return Strip(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
+    return RigidFacets(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:

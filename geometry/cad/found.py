@@ -37,7 +37,7 @@ Planes = frozenset[Literal["x", "y", "z"]]
 LOPSIDED = 1e-3
 
 
-class Wanted(NamedTuple):
+class CadStatements(NamedTuple):
     """Statements of the case about a CAD file."""
 
     path: Path
@@ -115,7 +115,7 @@ class FoundPart:
 
 
 @lru_cache(maxsize=16)
-def find_part(wanted: Wanted) -> FoundPart:
+def find_part(wanted: CadStatements) -> FoundPart:
     """Open and interpret a CAD file; each file only once.
 
     Raises
@@ -157,7 +157,7 @@ def _outside(meshed: Sequence[int]) -> list[int]:
     return sorted(face for face, times in count.items() if times == 1)
 
 
-def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
+def _axis(wanted: CadStatements, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
     where = str(wanted.path)
     _, gravity, _ = moments([(3, tag) for tag in part.solids])
     found = find_axis(faces, part.size, gravity)
@@ -195,7 +195,7 @@ def _refuse_segment(
 
 
 def _described(
-    wanted: Wanted,
+    wanted: CadStatements,
     part: Part,
     roles: Mapping[int, str],
     meshed: tuple[int, ...],
@@ -309,7 +309,7 @@ def _extent(tags: Sequence[int], axis: Axis, along: Array) -> tuple[float, float
 
 
 def _frame(
-    wanted: Wanted,
+    wanted: CadStatements,
     part: Part,
     meshed: Sequence[int],
     groups: Mapping[str, Sequence[int]],

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
-from geometry.section.outline import CLOSE, Curve, Loop
+from geometry.section.outline import CLOSE, Loop, OutlineCurve
 
 #: Pieces of a curved edge.
 PIECES = 24
@@ -55,7 +55,7 @@ def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
             raise GeometryError(where, f"the outline crosses itself at ({r:.4g}, {z:.4g})")
 
 
-def polyline(curve: Curve) -> Array:
+def polyline(curve: OutlineCurve) -> Array:
     """Points along a curve, ends included, shape (n, 2)."""
     points = np.array(curve.points, dtype=float)
     if curve.kind == "line":

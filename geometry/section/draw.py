@@ -11,7 +11,7 @@ import numpy as np
 from geometry.blocks import Array
 from geometry.errors import GeometryError
 from geometry.section.crossing import polyline
-from geometry.section.outline import CLOSE, FREE, RUBBER, Curve, Loop
+from geometry.section.outline import CLOSE, FREE, RUBBER, Loop, OutlineCurve
 from geometry.session import model, refusing
 
 
@@ -114,7 +114,7 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
     return faces, names
 
 
-def _add(curve: Curve, points: dict[tuple[float, float], int]) -> int:
+def _add(curve: OutlineCurve, points: dict[tuple[float, float], int]) -> int:
     occ = model().occ
 
     def point(p: tuple[float, float], shared: bool) -> int:

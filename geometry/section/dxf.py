@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.joined import BONDS
-from geometry.section.outline import FREE, RUBBER, Curve, Loop
+from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve
 from geometry.section.spline import pieces
 
 #: $INSUNITS -> mm; 0 is "no unit", which in drawings of parts means mm.
@@ -66,7 +66,7 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     return _loops(curves, str(path), off)
 
 
-def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[Curve]:
+def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:
     """The curves of a drawing, at most `MOST_CURVES`; blocks in blocks may have any number."""
     left = iter(range(MOST_PARTS))
     try:
@@ -84,7 +84,7 @@ def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: 
 
 def _curves(
     entity: Any, scale: float, left: Iterator[int], hidden: Set[str] = frozenset(), block: str = "0"
-) -> Iterator[Curve]:
+) -> Iterator[OutlineCurve]:
     """Yield the curves of an entity; no more once as many parts of blocks as `left` has have been visited.
 
     What a block draws on layer 0 takes the layer of the block, `block`.
@@ -106,7 +106,7 @@ def _curves(
         for part in entity.virtual_entities():
             yield from _curves(part, scale, left, block=layer)
     elif kind == "LINE":
-        yield Curve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
+        yield OutlineCurve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
     elif kind == "ARC":
         start, end = entity.dxf.start_angle, entity.dxf.end_angle
         yield _arc(entity, start, (end - start) % 360.0 or 360.0, scale, name)
@@ -117,16 +117,16 @@ def _curves(
         yield from _spline(entity, kind, scale, name)
 
 
-def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> Curve:
+def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> OutlineCurve:
     turns = np.radians(start + angle * np.array([0.0, 0.5, 1.0]))
     centre, radius = entity.dxf.center, entity.dxf.radius
     # In drawings made from the other side the axis is reversed.
     sign = -1.0 if entity.dxf.extrusion.z < 0 else 1.0
     points = [(sign * (centre.x + radius * np.cos(a)), centre.y + radius * np.sin(a)) for a in turns]
-    return Curve("arc", tuple((float(x) * scale, float(y) * scale) for x, y in points), name)
+    return OutlineCurve("arc", tuple((float(x) * scale, float(y) * scale) for x, y in points), name)
 
 
-def _spline(entity: Any, kind: str, scale: float, name: str) -> list[Curve]:
+def _spline(entity: Any, kind: str, scale: float, name: str) -> list[OutlineCurve]:
     from ezdxf.math import rational_bspline_from_ellipse
 
     tool = entity.construction_tool()
@@ -134,14 +134,14 @@ def _spline(entity: Any, kind: str, scale: float, name: str) -> list[Curve]:
         tool = rational_bspline_from_ellipse(tool)
     weights = tuple(map(float, tool.weights())) or (1.0,) * len(tool.control_points)
     points = _points(tool.control_points, scale)
-    return pieces(Curve("nurbs", points, name, tool.degree, tuple(map(float, tool.knots())), weights))
+    return pieces(OutlineCurve("nurbs", points, name, tool.degree, tuple(map(float, tool.knots())), weights))
 
 
 def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], ...]:
     return tuple((float(p.x) * scale, float(p.y) * scale) for p in points)
 
 
-def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loop, ...]:
+def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tuple[Loop, ...]:
     """Chain the curves: first those of one layer that close by themselves, then the rest."""
     every = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
     gap = GAP * float(np.ptp(every, axis=0).max())
@@ -174,7 +174,9 @@ def _loops(curves: Sequence[Curve], where: str, off: Sequence[str]) -> tuple[Loo
     return (*(Loop(loop) for loop in closed), *loops)
 
 
-def _chained(curves: Sequence[Curve], gap: float) -> tuple[list[tuple[Curve, ...]], list[Curve]]:
+def _chained(
+    curves: Sequence[OutlineCurve], gap: float
+) -> tuple[list[tuple[OutlineCurve, ...]], list[OutlineCurve]]:
     """Closed chains of curves, and the curves that are left."""
     ends = np.array([(curve.points[0], curve.points[-1]) for curve in curves]).reshape(-1, 2, 2)
     waiting = np.ones(len(curves), dtype=bool)
@@ -205,6 +207,8 @@ def _meet(a: tuple[float, float], b: tuple[float, float], gap: float) -> bool:
     return float(np.hypot(a[0] - b[0], a[1] - b[1])) <= gap
 
 
-def _moved(curve: Curve, start: tuple[float, float]) -> Curve:
+def _moved(curve: OutlineCurve, start: tuple[float, float]) -> OutlineCurve:
     """The curve with its first point where the last one ended."""
-    return Curve(curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights)
+    return OutlineCurve(
+        curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights
+    )

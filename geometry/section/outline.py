@@ -53,7 +53,7 @@ class Edge(BaseModel):
 
 
 @dataclass(frozen=True)
-class Curve:
+class OutlineCurve:
     """A piece of an outline.
 
     Attributes
@@ -74,10 +74,10 @@ class Curve:
     knots: tuple[float, ...] = ()
     weights: tuple[float, ...] = ()
 
-    def reversed(self) -> Curve:
+    def reversed(self) -> OutlineCurve:
         """The same curve from its end to its start."""
         top = self.knots[-1] + self.knots[0] if self.knots else 0.0
-        return Curve(
+        return OutlineCurve(
             self.kind,
             self.points[::-1],
             self.name,
@@ -91,7 +91,7 @@ class Curve:
 class Loop:
     """A closed outline; `body` is what it surrounds: "rubber", a plate's or a sleeve's name."""
 
-    curves: tuple[Curve, ...]
+    curves: tuple[OutlineCurve, ...]
     body: str = RUBBER
 
 
@@ -112,7 +112,7 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
     """
     size = _size([p for edge in edges for p in (edge.start, edge.to) if p is not None])
     loops: list[Loop] = []
-    curves: list[Curve] = []
+    curves: list[OutlineCurve] = []
     body = RUBBER
     for number, edge in enumerate(edges):
         key = f"{where}[{number}]"
@@ -152,7 +152,9 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
     return tuple(loops)
 
 
-def _curve(edge: Edge, start: tuple[float, float], end: tuple[float, float], key: str, size: float) -> Curve:
+def _curve(
+    edge: Edge, start: tuple[float, float], end: tuple[float, float], key: str, size: float
+) -> OutlineCurve:
     if edge.arc_through is not None and edge.spline_through is not None:
         raise GeometryError(key, "is given as an arc and as a spline", "arc_through or spline_through")
     between = edge.spline_through or (() if edge.arc_through is None else (edge.arc_through,))
@@ -164,7 +166,7 @@ def _curve(edge: Edge, start: tuple[float, float], end: tuple[float, float], key
     kind: Literal["line", "arc", "spline"] = (
         "line" if len(points) == 2 else "spline" if edge.spline_through else "arc"
     )
-    return Curve(kind, points, edge.name)
+    return OutlineCurve(kind, points, edge.name)
 
 
 def _is_straight(points: Sequence[tuple[float, float]], size: float) -> bool:

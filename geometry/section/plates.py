@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from geometry.errors import GeometryError
 from geometry.joined import BONDS
-from geometry.section.outline import FREE, Curve, Loop
+from geometry.section.outline import FREE, Loop, OutlineCurve
 
 #: Names of edges that do not name a plate.
 KNOWN = ("inner", "outer", FREE)
@@ -63,7 +63,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
         raise GeometryError(
             where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
         )
-    joints = [Curve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
+    joints = [OutlineCurve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
     curves = [*one, joints[0], *other, *joints[1:]]
     return Loop(tuple(curves), name)
 
@@ -73,13 +73,13 @@ def _area(points: Sequence[tuple[float, float]]) -> float:
     return 0.5 * abs(sum(r * points[i - 1][1] - points[i - 1][0] * z for i, (r, z) in enumerate(points)))
 
 
-def _chains(loop: Loop, name: str) -> list[list[Curve]]:
+def _chains(loop: Loop, name: str) -> list[list[OutlineCurve]]:
     """Rows of neighbouring edges of one name, around a closed loop."""
     curves = list(loop.curves)
     start = next((i for i in range(len(curves)) if curves[i - 1].name != name == curves[i].name), None)
     if start is None:
         return [curves] if curves and curves[0].name == name else []
-    chains: list[list[Curve]] = []
+    chains: list[list[OutlineCurve]] = []
     before = ""
     for curve in curves[start:] + curves[:start]:
         if curve.name == name:

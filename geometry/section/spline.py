@@ -11,10 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from geometry.section.outline import CLOSE, Curve
+from geometry.section.outline import CLOSE, OutlineCurve
 
 
-def pieces(curve: Curve) -> list[Curve]:
+def pieces(curve: OutlineCurve) -> list[OutlineCurve]:
     """Return a NURBS curve with its ends at its first and last control points; a closed one in two halves.
 
     Parameters
@@ -52,7 +52,7 @@ def pieces(curve: Curve) -> list[Curve]:
         t = [start] * (degree + 1) + [float(knot) for knot in inner] + [stop] * (degree + 1)
         points = control[:, :2] / control[:, 2:]
         found.append(
-            Curve(
+            OutlineCurve(
                 "nurbs",
                 tuple((float(r), float(z)) for r, z in points),
                 curve.name,

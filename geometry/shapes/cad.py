@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from typing_extensions import override
 
-from geometry.cad.found import FoundPart, Wanted, find_part
+from geometry.cad.found import CadStatements, FoundPart, find_part
 from geometry.cad.part import MILLIMETRES
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
@@ -81,9 +81,9 @@ class Cad(Meets):
         return hash((self._wanted, tuple(self.plates.items())))
 
     @property
-    def _wanted(self) -> Wanted:
+    def _wanted(self) -> CadStatements:
         path = Path(self.file)
-        return Wanted(
+        return CadStatements(
             path,
             path.stat().st_mtime,
             self.unit,

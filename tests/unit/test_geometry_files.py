@@ -16,7 +16,7 @@ from geometry.errors import GeometryError
 from geometry.file import beside
 from geometry.section.crossing import refuse_crossings
 from geometry.section.dxf import MOST_CURVES, read_dxf
-from geometry.section.outline import Curve, Loop
+from geometry.section.outline import Loop, OutlineCurve
 
 SUFFIXES = [".dxf", ".step", ".stp", ".brep", ".brp", ".msh", ".inp"]
 
@@ -114,7 +114,9 @@ def ring(count):
         (float(x), float(y)) for x, y in np.column_stack([20.0 + 5.0 * np.cos(turn), 5.0 * np.sin(turn)])
     ]
     return Loop(
-        tuple(Curve("line", pair, "free") for pair in zip(points, [*points[1:], points[0]], strict=True))
+        tuple(
+            OutlineCurve("line", pair, "free") for pair in zip(points, [*points[1:], points[0]], strict=True)
+        )
     )
 
 
@@ -124,7 +126,11 @@ def test_crossings_of_fine_outlines_are_found_and_finer_ones_refused():
     first, *rest = fine.curves
     far = (18.0, 4.9)
     crossed = Loop(
-        (Curve("line", (first.points[0], far), "free"), Curve("line", (far, first.points[1]), "free"), *rest)
+        (
+            OutlineCurve("line", (first.points[0], far), "free"),
+            OutlineCurve("line", (far, first.points[1]), "free"),
+            *rest,
+        )
     )
     with pytest.raises(GeometryError, match="the outline crosses itself at"):
         refuse_crossings([crossed], "part.dxf")

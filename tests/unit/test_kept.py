@@ -1,10 +1,10 @@
 """The last results of a body."""
 
-from cases.kept import Kept
+from cases.kept import ResultCache
 
 
 def test_the_last_results_are_kept_and_the_one_not_asked_for_longest_goes():
-    kept: Kept[str] = Kept(2)
+    kept: ResultCache[str] = ResultCache(2)
     assert kept.get("a") is None
     kept.put("a", "A")
     kept.put(["b"], "B")  # without a hash
@@ -17,7 +17,7 @@ def test_the_last_results_are_kept_and_the_one_not_asked_for_longest_goes():
 
 
 def test_one_result():
-    kept: Kept[int] = Kept(1)
+    kept: ResultCache[int] = ResultCache(1)
     kept.put(1, 10)
     kept.put(2, 20)
     assert (kept.get(1), kept.get(2)) == (None, 20)

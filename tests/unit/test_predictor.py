@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cases.predictor import Known
+from cases.predictor import RecentPoints
 
 #: Displacements of three equilibria, the next one further on, and one on the way back.
 NODES, AHEAD = (0.3, 0.7, 1.2), (1.9, 0.9)
@@ -21,7 +21,7 @@ def rate(q):
 
 def known(drift, differentiated=True):
     """Points of a cubic path to which a drift with time is added, at a constant speed."""
-    found = Known()
+    found = RecentPoints()
     for q in NODES:
         found.add(q, cubic(q) + drift * q)
         if differentiated:

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.touching import touched
 from cases.contact import bodies as surfaces
 from cases.contact.contact import DEEPEST
 from cases.contact.facets import Basis
-from cases.contact.search import Search
+from cases.contact.search import ContactSearch
 from cases.equilibrium import Equilibrium
 from cases.march import TOLERANCE, march
 from cases.mode import modes
@@ -251,7 +251,7 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
         raise AssertionError("searched")
 
     for name in ("inside", "near"):
-        monkeypatch.setattr(Search, name, never)
+        monkeypatch.setattr(ContactSearch, name, never)
     model = prepare(shape, modes()[mode], YEOH)
     np.testing.assert_allclose(march(model, Program(np.array(q))).force, known, rtol=1e-12)
     assert model.surfaces.contact is not None
@@ -261,8 +261,8 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
 def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
     """Until the surfaces meet, the states that Newton's method tries between equilibria are not searched."""
     calls = []
-    usual = Search.inside
-    monkeypatch.setattr(Search, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
+    usual = ContactSearch.inside
+    monkeypatch.setattr(ContactSearch, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
     _, history = closed([-0.1, -0.2, -0.3])
     assert len(calls) <= 2 * len(history.attempts)
 
@@ -310,7 +310,7 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
         nodes = np.arange(len(X) + len(more)).reshape(-1, len(basis.nodes))
         sign, names = np.ones(len(nodes)), np.repeat("free", len(nodes))
         places = np.concatenate([X, more])
-        search = Search(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
+        search = ContactSearch(surfaces.Bodies(basis, nodes, sign, places, soft, nodes, None, False, names))
         assert search.meeting(np.concatenate([x, more]), 0.5)
         found.append(search.inside(np.concatenate([x, more])))
     alone, all_pairs = found
@@ -320,7 +320,7 @@ def test_facets_are_compared_with_all_that_are_near(dimension):
 
 
 def test_a_model_moved_to_another_shape_has_its_surfaces_there():
-    prepared, rubber = Bodies(), YEOH
+    prepared, rubber = PreparedModels(), YEOH
     made = [
         prepared(shapes()["plain"](**PLAIN | {"length": length}), AXIAL, rubber, Refinement(), MPI.COMM_SELF)
         for length in (40.0, 40.5)

@@ -12,7 +12,7 @@ import pytest
 
 from bushcli.export import Order, read_source, unit_system, writer_for
 from bushcli.export.bushing import bushing_of
-from bushcli.export.fmu.force_law import Channel, Cubic
+from bushcli.export.fmu.force_law import ChannelForceLaw, Cubic
 from bushcli.export.reduce import follow
 
 CASE = """
@@ -122,7 +122,7 @@ def test_softening_in_one_dimension_is_what_was_given():
     data |= {"elastic": [0.0, 0.0], "elastic_slope": [0.0, 0.0], "sliders": []}
     softening = {"reached": reached.tolist(), "share": share.tolist()}
     softening |= {"lost": [one.tolist() for one in loss], "lost_slope": [one.tolist() for one in slope]}
-    law = Channel(data | {"softening": softening})
+    law = ChannelForceLaw(data | {"softening": softening})
     assert law.advance(1.0, 1.0) == pytest.approx(10.0)  # a first loading has lost nothing
     assert law.advance(0.5, 1.0) == pytest.approx(5.0 - 0.5 * 0.75, rel=1e-4)
     assert law.advance(-0.5, 1.0) == pytest.approx(-5.0 + 0.5 * 0.75, rel=1e-4)
@@ -213,11 +213,11 @@ def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
 def test_set_and_warming_in_one_dimension_have_their_closed_forms():
     straight = {"displacement": [-4.0, 4.0], "force": [-40.0, 40.0], "force_slope": [10.0, 10.0]}
     straight |= {"elastic": [0.0, 0.0], "elastic_slope": [0.0, 0.0], "maxwell": [], "sliders": []}
-    kept = Channel(straight | {"set": 0.1})
+    kept = ChannelForceLaw(straight | {"set": 0.1})
     # q - set (M+ + M-): after 2 mm rest is at 0.2 mm; after -1 mm at 0.1 mm.
     assert [kept.advance(q, 1.0) for q in (2.0, 0.2, -1.0, 0.1)] == pytest.approx([18.0, 0.0, -11.0, 0.0])
     assert kept.state == [2.0, -1.0]
-    warm = Channel(straight | {"warming": [0.2, 5.0]})
+    warm = ChannelForceLaw(straight | {"warming": [0.2, 5.0]})
     assert warm.advance(1.0, 5.0) == pytest.approx(10.0 * (1 - 0.2 * (1 - np.exp(-1.0))))
     warm.begin(1.0)
     assert warm.force == pytest.approx(10.0)
@@ -356,14 +356,14 @@ def test_a_cubic_meets_its_points_and_slopes_and_goes_on_straight():
 def test_a_maxwell_branch_and_a_slider_have_their_closed_forms():
     straight = {"displacement": [-1.0, 1.0], "force": [-10.0, 10.0], "force_slope": [10.0, 10.0]}
     straight |= {"elastic": [-10.0, 10.0], "elastic_slope": [10.0, 10.0]}
-    ramp = Channel(straight | {"maxwell": [[0.5, 2.0]], "sliders": []})
+    ramp = ChannelForceLaw(straight | {"maxwell": [[0.5, 2.0]], "sliders": []})
     # A ramp of H at rate v against tau: g v tau (1 - exp(-t/tau)), whatever the steps; then a hold.
     for duration in (0.3, 1.2, 1.5):
         ramp.advance(ramp.q + duration / 6.0, duration)
     peak = 0.5 * (10.0 / 6.0) * 2.0 * (1 - np.exp(-1.5))
     assert ramp.force == pytest.approx(5.0 + peak)
     assert ramp.advance(ramp.q, 4.0) == pytest.approx(5.0 + peak * np.exp(-2.0))
-    slider = Channel(straight | {"maxwell": [], "sliders": [[0.5, 2.0]]})
+    slider = ChannelForceLaw(straight | {"maxwell": [], "sliders": [[0.5, 2.0]]})
     # The slider sticks up to H = 4, then slips, and after the reversal slips back after twice that.
     assert [slider.advance(q, 1.0) - 10 * q for q in (0.2, 0.4, 0.9, 0.7, 0.1, -0.5)] == pytest.approx(
         [1.0, 2.0, 2.0, 1.0, -2.0, -2.0]

@@ -9,7 +9,7 @@ from mpi4py import MPI
 from bushcli.effects.library.mullins import feature as mullins
 from bushcli.effects.library.swaging import feature as swaging
 from bushcli.effects.library.viscoelasticity import feature as viscoelasticity
-from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.study.cache import DesignCache
 from bushcli.study.rates import _difference, rates
 from bushcli.study.target import target
@@ -58,7 +58,7 @@ def rubber(c10=0.5):
     ],
 )
 def test_a_moved_model_is_the_one_that_is_built(shape, mode, q, first, other):
-    bodies = Bodies()
+    bodies = PreparedModels()
     one, two = (shapes()[shape](**dimensions) for dimensions in (first, other))
     bodies(one, modes()[mode], rubber(), COARSE, MPI.COMM_SELF)
     moved = bodies(two, modes()[mode], rubber(0.7), COARSE, MPI.COMM_SELF)
@@ -72,7 +72,7 @@ def test_a_moved_model_is_the_one_that_is_built(shape, mode, q, first, other):
 
 def test_a_moved_model_remembers_what_its_rubber_does_there_alone():
     """With effects in the rubber: the moved model has the new values, and no memory of the march in the first shape."""
-    bodies = Bodies()
+    bodies = PreparedModels()
     histories = []
     for dimensions, g in ((FIRST, 0.4), (OTHER, 0.2)):
         features = [Installed("viscoelasticity", viscoelasticity(), {"g1": g, "tau1": 2.0})]
@@ -88,7 +88,7 @@ def test_a_moved_model_remembers_what_its_rubber_does_there_alone():
 
 
 def test_effects_of_the_assembly_make_another_model():
-    bodies = Bodies()
+    bodies = PreparedModels()
     features = [Installed("swaging", swaging(), {"reduction": 0.2})]
     for dimensions in (FIRST, OTHER):
         shape = shapes()["plain"](**dimensions)
@@ -97,7 +97,7 @@ def test_effects_of_the_assembly_make_another_model():
 
 
 def test_other_elements_are_another_model():
-    bodies = Bodies()
+    bodies = PreparedModels()
     for length in (40.0, 80.0, 40.5):
         shape = shapes()["plain"](**FIRST | {"length": length})
         bodies(shape, modes()["axial"], rubber(), Refinement(), MPI.COMM_SELF)

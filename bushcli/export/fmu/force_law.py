@@ -81,7 +81,7 @@ class Softening:
         return low + at * (self.lost[i](x) - low)
 
 
-class Channel:
+class ChannelForceLaw:
     """One channel's force law and its state.
 
     Parameters
@@ -201,8 +201,8 @@ class ForceLaw:
     Parameters
     ----------
     data : dict
-        ``channels``: name -> data of a `Channel`.
+        ``channels``: name -> data of a `ChannelForceLaw`.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
-        self.channels = {name: Channel(one) for name, one in data["channels"].items()}
+        self.channels = {name: ChannelForceLaw(one) for name, one in data["channels"].items()}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 
-from bushcli.export.fmu.force_law import Channel, ForceLaw
+from bushcli.export.fmu.force_law import ChannelForceLaw, ForceLaw
 
 #: The force law, which `build` inserts. A file beside the script would be lost if a program loads the FMU again from
 #: another folder while Python still has the module.
@@ -40,7 +40,7 @@ class Variables:
             for what, ending in (("displacement", ""), ("velocity", "_rate"))
         ]
 
-    def outputs(self) -> list[tuple[str, str, str, Channel]]:
+    def outputs(self) -> list[tuple[str, str, str, ChannelForceLaw]]:
         """Return name, unit, description and channel of each output."""
         units = self.data["units"]
         return [
@@ -49,7 +49,7 @@ class Variables:
             for what in ("moment" if kind == "angle" else "force",)
         ]
 
-    def states(self) -> list[tuple[str, Channel, int]]:
+    def states(self) -> list[tuple[str, ChannelForceLaw, int]]:
         """Return name, channel and index of each state; index -1 is the present displacement."""
         return [
             (f"{name}_state_{i + 1}", channel, i)

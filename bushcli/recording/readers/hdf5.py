@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import Part, Reader, unit_of
+from bushcli.recording.reader import FilePart, Reader, unit_of
 
 _UNIT, _UNITS = (
     ("unit", "units", "Unit", "Units", "unit_string", "UNITS"),
@@ -26,7 +26,7 @@ _MOST, _WIDEST = 10_000, 1_000
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -41,7 +41,7 @@ def _collect(item: Any, found: list[Any]) -> bool | None:
     return True if len(found) >= _MOST else None
 
 
-def _parts(datasets: Sequence[Any]) -> Iterator[Part]:
+def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
     vectors: dict[tuple[str, int], list[Any]] = {}
     for data in datasets:
         if data.shape is None or data.is_virtual or data.external:
@@ -60,7 +60,7 @@ def _parts(datasets: Sequence[Any]) -> Iterator[Part]:
         name = parent if groups.count(parent) == 1 else f"{parent}, {samples} samples"
         names = [member.name.rsplit("/", 1)[-1] for member in members]
         units = [_unit(member.attrs) for member in members]
-        yield Part(name, names, units, samples, partial(_vector, members))
+        yield FilePart(name, names, units, samples, partial(_vector, members))
 
 
 def _unit(attributes: Mapping[str, Any]) -> str:
@@ -76,19 +76,19 @@ def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> li
     return [""] * count
 
 
-def _records(data: Any, samples: int) -> Part:
+def _records(data: Any, samples: int) -> FilePart:
     names = list(data.dtype.names)
     units = _texts(data.attrs, _UNITS, len(names))
-    return Part(data.name, names, units, samples, lambda i: np.asarray(data[names[i]]).reshape(-1))
+    return FilePart(data.name, names, units, samples, lambda i: np.asarray(data[names[i]]).reshape(-1))
 
 
-def _matrix(data: Any, shape: tuple[int, ...]) -> Part:
+def _matrix(data: Any, shape: tuple[int, ...]) -> FilePart:
     """Return a matrix as columns; time runs along the longer side."""
     samples, width = max(shape), min(shape)
     along = shape[0] >= shape[1]
     names, units = _texts(data.attrs, _NAMES, width), _texts(data.attrs, _UNITS, width)
     # `shape` lacks sides of length 1, which are the first or last.
-    return Part(data.name, names, units, samples, lambda i: _side(data, shape, i, along))
+    return FilePart(data.name, names, units, samples, lambda i: _side(data, shape, i, along))
 
 
 def _side(data: Any, shape: tuple[int, ...], index: int, along: bool) -> NDArray[Any]:

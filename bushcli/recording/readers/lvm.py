@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.decode import decoded
 from bushcli.recording.fields import is_number, to_float
-from bushcli.recording.reader import Part, Reader
+from bushcli.recording.reader import FilePart, Reader
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ class _Segment:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     segments = list(_segments(decoded(path).splitlines()))
     if not segments:
         raise ValueError("holds no segment with channels")
@@ -200,11 +200,11 @@ def _joined(segments: Sequence[_Segment]) -> _Segment | None:
     return _Segment(first.names, first.units, x, first.x_unit, values, first.begin)
 
 
-def _part(name: str, segment: _Segment) -> Part:
+def _part(name: str, segment: _Segment) -> FilePart:
     columns = [segment.x, *segment.values]
     title = "time" if segment.x_unit == "s" else "x"
     names, units = [title, *segment.names], [segment.x_unit, *segment.units]
-    return Part(name, names, units, len(segment.x), columns.__getitem__)
+    return FilePart(name, names, units, len(segment.x), columns.__getitem__)
 
 
 READER = Reader(

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import Part, Reader, numbered
+from bushcli.recording.reader import FilePart, Reader, numbered
 
 #: Largest number of groups whose time stamps are compared, to join groups with the same stamps.
 _MOST_COMPARED = 200
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     from asammdf import MDF
 
     # Given a name, the library would judge the file by its suffix.
@@ -36,7 +36,7 @@ def _name(group: Any, index: int) -> str:
     return name.strip() or f"group {index + 1}"
 
 
-def _part(file: Any, index: int, group: Any, name: str) -> Part:
+def _part(file: Any, index: int, group: Any, name: str) -> FilePart:
     master = file.masters_db.get(index)
     names = [channel.name for channel in group.channels]
     units = [file.get_channel_unit(group=index, index=i) or "" for i in range(len(names))]
@@ -44,7 +44,7 @@ def _part(file: Any, index: int, group: Any, name: str) -> Part:
         # Loggers call this channel t, timestamps or by the name of the bus; the format itself marks it as the time.
         names[master], units[master] = "time", units[master] or "s"
     load = partial(_load, file, index)
-    return Part(name, names, units, int(group.channel_group.cycles_nr), load)
+    return FilePart(name, names, units, int(group.channel_group.cycles_nr), load)
 
 
 def _is_time(channel: Any) -> bool:
@@ -63,7 +63,7 @@ def _load(file: Any, group: int, index: int) -> NDArray[Any]:
     return np.where(np.asarray(invalid, dtype=bool), np.nan, values)
 
 
-def _joined(file: Any, groups: Sequence[int], parts: Sequence[Part]) -> Iterator[Part]:
+def _joined(file: Any, groups: Sequence[int], parts: Sequence[FilePart]) -> Iterator[FilePart]:
     """Yield groups with the same time stamps as one group: some loggers write one group per channel."""
     alike: list[tuple[NDArray[Any], list[int]]] = []
     for place, group in list(enumerate(groups))[:_MOST_COMPARED]:
@@ -85,7 +85,7 @@ def _joined(file: Any, groups: Sequence[int], parts: Sequence[Part]) -> Iterator
             for i, name in enumerate(parts[place].names)
             if name != "time" or order == 0
         ]
-        yield Part(
+        yield FilePart(
             " + ".join(parts[place].name for place in members)[:200],
             [parts[place].names[i] for place, i in columns],
             [parts[place].units[i] for place, i in columns],
@@ -95,7 +95,7 @@ def _joined(file: Any, groups: Sequence[int], parts: Sequence[Part]) -> Iterator
         )
 
 
-def _load_joined(parts: Sequence[Part], columns: Sequence[tuple[int, int]], index: int) -> NDArray[Any]:
+def _load_joined(parts: Sequence[FilePart], columns: Sequence[tuple[int, int]], index: int) -> NDArray[Any]:
     place, column = columns[index]
     load = parts[place].load
     assert load is not None

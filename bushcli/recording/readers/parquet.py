@@ -12,18 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import Part, Reader, seconds, unit_of
+from bushcli.recording.reader import FilePart, Reader, seconds, unit_of
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(path) as file:
         schema = file.schema_arrow
         common = _common_units(schema.metadata or {})
         units = [_unit(field, common) for field in schema]
-        yield [Part("", schema.names, units, file.metadata.num_rows, partial(_load, file, schema.names))]
+        yield [FilePart("", schema.names, units, file.metadata.num_rows, partial(_load, file, schema.names))]
 
 
 def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import Part, Reader
+from bushcli.recording.reader import FilePart, Reader
 
 _RECORD, _KEYWORD, _BLOCK = 128, 32, 512
 #: Limits above those of the format (256 channels, 1024 parameters); a damaged header exceeds them.
@@ -46,7 +46,7 @@ class _Layout:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     header = _header(path)
     layout = _layout(path, header)
     step = _number(header, "DELTA_T")
@@ -58,7 +58,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
     scales = [_number(header, f"SCALE.CHAN_{i}", 1.0) for i in numbers]
     time = np.asarray(step * np.arange(layout.points), dtype=np.float64)
     load = partial(_load, layout, scales, time)
-    yield [Part("", ["time", *names], ["s", *units], layout.points, load)]
+    yield [FilePart("", ["time", *names], ["s", *units], layout.points, load)]
 
 
 def _header(path: Path) -> Mapping[str, str]:

@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.header import match_quality
-from bushcli.recording.reader import Part, Reader, seconds, unit_of
+from bushcli.recording.reader import FilePart, Reader, seconds, unit_of
 
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit", "units")
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
         yield [part for group in file.groups() for part in _parts(group)]
 
 
-def _parts(group: Any) -> Iterator[Part]:
+def _parts(group: Any) -> Iterator[FilePart]:
     """Yield the channels of a group by their length: channels of different lengths have different rasters."""
     lengths: dict[int, list[Any]] = {}
     for channel in group.channels():
@@ -42,7 +42,7 @@ def _parts(group: Any) -> Iterator[Part]:
             if step is not None:
                 names, units = ["time", *names], ["s", *units]
                 load = partial(_load_timed, channels, start + step * np.arange(samples))
-        yield Part(name, names, units, samples, load)
+        yield FilePart(name, names, units, samples, load)
 
 
 def _unit(channel: Any) -> str:

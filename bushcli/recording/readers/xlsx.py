@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from bushcli.recording.reader import Part, Reader
+from bushcli.recording.reader import FilePart, Reader
 
 #: Largest number of cells of a workbook: two million rows of three columns, as in a text file.
 _MOST_CELLS = 6_000_000
@@ -20,7 +20,7 @@ _WIDEST, _GAP = 1_000, 10_000
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     from openpyxl import load_workbook
 
     with zipfile.ZipFile(path) as packed:
@@ -35,7 +35,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
             book.close()
 
 
-def _sheets(book: Any) -> list[Part]:
+def _sheets(book: Any) -> list[FilePart]:
     parts, left = [], _MOST_CELLS
     for sheet in book.worksheets:
         # The extent stated in the file may be wrong.
@@ -54,7 +54,7 @@ def _sheets(book: Any) -> list[Part]:
                 break
         if cells:
             width = max(_filled(fields) for _, fields in cells)
-            parts.append(Part(sheet.title, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+            parts.append(FilePart(sheet.title, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
     return parts
 
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording.header import heading
-from bushcli.recording.reader import Part, Reader, numbered
+from bushcli.recording.reader import FilePart, Reader, numbered
 
 #: Largest size of the unpacked stream, bytes; a series of ten specimens has some ten million.
 _MOST_BYTES = 400_000_000
@@ -57,7 +57,7 @@ class _Node:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[Part]]:
+def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     from zs2decode import parser
 
     with gzip.open(path) as packed:
@@ -111,7 +111,7 @@ def _labels(root: _Node, count: int) -> list[str]:
     return numbered(found if len(found) == count else [f"specimen {i + 1}" for i in range(count)])
 
 
-def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[Part]:
+def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]:
     channels = [one for one in block.get("DataChannels").inside if one.get("DataArray")]  # type: ignore[union-attr]
     arrays = [np.asarray(_value(channel, "DataArray"), dtype=float).reshape(-1) for channel in channels]
     titles = [str(names.get(_value(channel, "TrsChannelId")) or "") for channel in channels]
@@ -121,7 +121,7 @@ def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[Part]:
         part = name if len(lengths) == 1 else f"{name}, {samples} samples"
         units = ["" if heading(titles[i]).written else UNKNOWN for i in at]
         taken = [arrays[i] for i in at]
-        yield Part(part, [titles[i] for i in at], units, samples, taken.__getitem__)
+        yield FilePart(part, [titles[i] for i in at], units, samples, taken.__getitem__)
 
 
 def _recognises(head: bytes, suffix: str) -> bool:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.figures import projection
 from bushcli.report.figures.picture import BLACK, GREY, METAL, literal, new_figure, style
-from bushcli.report.figures.projection import View
+from bushcli.report.figures.projection import Projection
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ def _scale(surface: Surface) -> Normalize:
 class _Drawing:
     """One drawing of a surface: faces, element edges, outline, and axes or a scale bar to measure it."""
 
-    def __init__(self, surface: Surface, points: Array, view: View, scale: Normalize | None) -> None:
+    def __init__(self, surface: Surface, points: Array, view: Projection, scale: Normalize | None) -> None:
         self.surface, self.view, self.scale = surface, view, scale
         self.flat = view is projection.SECTION
         # Triangles are small enough to be sorted and coloured as a whole.

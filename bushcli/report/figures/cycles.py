@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from bushcli.recording.cycles import Cycle, Uncertain
 from bushcli.recording.holds import Hold
-from bushcli.report.cycles import History, energy_unit
+from bushcli.report.cycles import ChannelHistory, energy_unit
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,
@@ -35,12 +35,12 @@ _BARS = 24
 _SAME = 1e-5
 
 
-def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> tuple[Picture, ...]:
+def history_figures(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> tuple[Picture, ...]:
     """Return a picture of the loops of each channel, and one of its holds where the recording has time.
 
     Parameters
     ----------
-    histories : sequence of History
+    histories : sequence of ChannelHistory
         Channels with cycles or holds.
     names : mapping of str to str
         File name by channel name.
@@ -57,7 +57,7 @@ def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> t
     return tuple(found)
 
 
-def cycle_title(history: History) -> str:
+def cycle_title(history: ChannelHistory) -> str:
     """Return the title of the picture, with the energy of all closed cycles."""
     name = history.name[:1].upper() + history.name[1:]
     unit, std, parts = energy_unit(history.mode), 0.0, []
@@ -71,7 +71,7 @@ def cycle_title(history: History) -> str:
     return f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
 
 
-def cycle_figure(history: History) -> Figure:
+def cycle_figure(history: ChannelHistory) -> Figure:
     """Draw the loops; beside them energy and secant stiffness of each cycle."""
     with style():
         figure = new_figure(11.0, 5.2)
@@ -87,7 +87,7 @@ def cycle_figure(history: History) -> Figure:
         return figure
 
 
-def _loops(axes: Axes, history: History, shown: Quantities) -> None:
+def _loops(axes: Axes, history: ChannelHistory, shown: Quantities) -> None:
     axes.axhline(0, color=GREY, lw=0.8, zorder=1)
     axes.axvline(shown.rest, color=GREY, lw=0.8, zorder=1)
     q = shown.shown(history.path.displacement)
@@ -99,7 +99,7 @@ def _loops(axes: Axes, history: History, shown: Quantities) -> None:
     legend(axes, loc="upper left")
 
 
-def _energy(axes: Axes, history: History) -> None:
+def _energy(axes: Axes, history: ChannelHistory) -> None:
     """Draw the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
     series = [
         ("recorded", BLACK, {r.number: r.energy for _, r, _ in history.cycles if r is not None and r.closed}),
@@ -119,7 +119,7 @@ def _energy(axes: Axes, history: History) -> None:
     axes.set_title(title, fontsize=9, fontweight="normal", pad=4)
 
 
-def _secant(axes: Axes, history: History, shown: Quantities) -> None:
+def _secant(axes: Axes, history: ChannelHistory, shown: Quantities) -> None:
     def values(cycles: Sequence[Cycle | None]) -> dict[int, Uncertain]:
         per = 1.0 / shown.per_internal
         return {
@@ -138,7 +138,10 @@ def _secant(axes: Axes, history: History, shown: Quantities) -> None:
 
 
 def _by_cycle(
-    axes: Axes, series: Sequence[tuple[str, str, Mapping[int, Uncertain]]], history: History, bars: bool
+    axes: Axes,
+    series: Sequence[tuple[str, str, Mapping[int, Uncertain]]],
+    history: ChannelHistory,
+    bars: bool,
 ) -> None:
     bars = bars and len(history.cycles) <= _BARS
     series = [entry for entry in series if entry[2]]
@@ -164,7 +167,7 @@ def _by_cycle(
     axes.grid(False, axis="x")
 
 
-def drawn_holds(history: History) -> list[tuple[Hold, Hold | None, Hold | None]]:
+def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold | None]]:
     """Return the holds that are drawn, in their order: if there are many, those with the largest change of force."""
     timed = [entry for entry in history.holds if entry[0].duration is not None]
     largest = sorted(timed, key=lambda entry: -abs(entry[0].force_start.value - entry[0].force_end.value))[
@@ -173,7 +176,7 @@ def drawn_holds(history: History) -> list[tuple[Hold, Hold | None, Hold | None]]
     return [entry for entry in timed if entry in largest]
 
 
-def hold_title(history: History) -> str:
+def hold_title(history: ChannelHistory) -> str:
     """Return the title of the picture, with the relaxation of the hold at the largest force."""
     name = history.name[:1].upper() + history.name[1:]
     std, parts = 0.0, []
@@ -189,7 +192,7 @@ def hold_title(history: History) -> str:
     )
 
 
-def hold_figure(history: History) -> Figure:
+def hold_figure(history: ChannelHistory) -> Figure:
     """Draw the force over the logarithm of the time since the start of each hold."""
     with style():
         drawn, shown = drawn_holds(history), quantities(history.mode)
@@ -208,7 +211,9 @@ def hold_figure(history: History) -> Figure:
         return figure
 
 
-def _relaxation(axes: Axes, history: History, hold: Hold, recorded: Hold | None, shown: Quantities) -> None:
+def _relaxation(
+    axes: Axes, history: ChannelHistory, hold: Hold, recorded: Hold | None, shown: Quantities
+) -> None:
     assert history.path.time is not None
     cut = slice(hold.start, hold.stop)
     since = history.path.time[cut] - history.path.time[hold.start]

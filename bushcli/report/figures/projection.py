@@ -22,7 +22,7 @@ _SECTOR, _MERIDIANS = 270.0, 15.0
 
 
 @dataclass(frozen=True)
-class View:
+class Projection:
     """A parallel projection by three orthogonal unit vectors: to the right, up, and towards the eye."""
 
     right: Array
@@ -38,18 +38,18 @@ class View:
         return np.asarray(points @ self.towards)
 
 
-SECTION = View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]))
+SECTION = Projection(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]))
 
 
-def view_from(direction: Array) -> View:
+def view_from(direction: Array) -> Projection:
     """Return the view from a direction, with z upwards."""
     towards = direction / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], towards)
     right /= np.linalg.norm(right)
-    return View(right, np.cross(towards, right), towards)
+    return Projection(right, np.cross(towards, right), towards)
 
 
-def cut_view(reference: Array) -> View:
+def cut_view(reference: Array) -> Projection:
     """Return a view of the cut faces: a model on one side of x = 0 or y = 0 was cut there.
 
     The view is always from above, because the free end of the rubber is there.
@@ -230,13 +230,13 @@ def revolved(surface: Surface) -> Surface:
     )
 
 
-def revolved_view() -> View:
+def revolved_view() -> Projection:
     """Return the view into the open quarter, from above."""
     middle = np.radians((_SECTOR + 360.0) / 2.0)
     return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
 
 
-def shade(pieces: Array, view: View) -> Array:
+def shade(pieces: Array, view: Projection) -> Array:
     """Return the brightness (n,) of faces, from 0 to 1, in a light from the upper left.
 
     The contrast is low, because the colour of a face shows a value.
@@ -245,7 +245,7 @@ def shade(pieces: Array, view: View) -> Array:
     ----------
     pieces : (n, 3, 3) or (n, 4, 3) array
         Corners of the faces in order around them, mm.
-    view : View
+    view : Projection
         Direction of view.
     """
     normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, -1] - pieces[:, 1])

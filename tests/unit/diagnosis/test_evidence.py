@@ -14,7 +14,7 @@ from scipy.stats import norm, t
 
 from bushcli.effects.prior import Prior
 from bushcli.evidence.laplace import LAW_SHARE, STUDENT, Evidence, standard_errors
-from bushcli.evidence.prior import Known
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
 from bushcli.selection.fit import pose
@@ -41,7 +41,7 @@ CONSTANT = log_of(np.zeros(ROWS))
 
 
 def of(misfit, slopes, values, priors, one_sided=()):
-    known = [Known(p, {}, i in one_sided) for i, p in enumerate(priors)]
+    known = [ParameterPrior(p, {}, i in one_sided) for i, p in enumerate(priors)]
     return Evidence(likelihood(), [misfit], [slopes], np.asarray(values), known, [0.0] * len(priors))
 
 

@@ -10,7 +10,7 @@ import pytest
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.evidence import prior
-from bushcli.evidence.prior import ODDS, Known, effect_odds, log_odds
+from bushcli.evidence.prior import ODDS, ParameterPrior, effect_odds, log_odds
 
 SCALES = {
     "duration": 120.0,
@@ -101,7 +101,7 @@ def test_every_identified_parameter_of_the_catalogue_has_a_prior_with_a_source()
 @pytest.mark.parametrize(("name", "parameter"), KNOWN, ids=[name for name, _ in KNOWN])
 def test_a_fit_meets_the_density_of_the_prior(name, parameter):
     """Up to a constant, half the square of the row is the negative log density (of the logarithm, where it applies)."""
-    known = Known(parameter.prior, SCALES, False)
+    known = ParameterPrior(parameter.prior, SCALES, False)
     if parameter.prior.shape == "choice":
         return
     low, high = parameter.prior.range(SCALES)

@@ -14,7 +14,7 @@ import pytest
 from bushcli.case import Material
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
-from bushcli.export.rubber import ExportedRubber, Softening, rubber_of
+from bushcli.export.rubber import ExportedRubber, OgdenRoxburgh, rubber_of
 from cases.stability import nominal_stress
 from forms.law import law
 
@@ -29,7 +29,7 @@ LAWS = {
 }
 BULK = 2000.0
 SERIES = ((0.2, 10.0), (0.1, 0.5))
-SOFTENING = Softening(inverse_r=0.4, m=0.08, beta=0.15)
+SOFTENING = OgdenRoxburgh(inverse_r=0.4, m=0.08, beta=0.15)
 # Precision of a field of ten characters.
 DIGITS = 2e-5
 
@@ -452,6 +452,6 @@ def test_effects_of_the_rubber_go_into_the_card():
     # 1/kappa is 1/2000 + 1/2000; another batch is stiffer in volume too.
     assert found.bulk_modulus == pytest.approx(1500.0)
     assert found.series == ((0.2, 3.0),)
-    assert found.softening == Softening(0.5, pytest.approx(0.15), 0.1)
+    assert found.softening == OgdenRoxburgh(0.5, pytest.approx(0.15), 0.1)
     assert found.inexpressible == ()
     assert found.beside == ("swaging",)

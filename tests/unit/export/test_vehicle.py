@@ -12,7 +12,7 @@ import pytest
 
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
-from bushcli.export.curves import Bushing, ForceCurve, curves_of, matrix_of
+from bushcli.export.curves import BushingData, ForceCurve, curves_of, matrix_of
 from bushcli.export.rubber import ExportedRubber
 
 MATRIX = np.diag([2500.0, 2500.0, 350.0, 4e5, 4e5, 9e4])
@@ -57,7 +57,7 @@ def teim_orbit(text):
 )
 @pytest.mark.parametrize(("program", "block"), [("adams", "{}_CURVE"), ("altair", "SPLINE_STIFFNESS_{}")])
 def test_property_files_have_the_curves(program, block, units, length, force):
-    found = teim_orbit(written(program, Bushing(CURVES), units))
+    found = teim_orbit(written(program, BushingData(CURVES), units))
     assert found["UNITS"]["LENGTH"] == {1.0: "mm", 1e-3: "meter"}[length]
     assert found["UNITS"]["FORCE"] == {1.0: "newton", 1e-3: "knewton"}[force]
     by_mode = {curve.mode: curve for curve in CURVES}
@@ -80,12 +80,12 @@ def test_property_files_have_the_curves(program, block, units, length, force):
 
 
 def test_headers_are_those_that_the_programs_look_for():
-    adams = teim_orbit(written("adams", Bushing(CURVES)))
+    adams = teim_orbit(written("adams", BushingData(CURVES)))
     assert adams["MDI_HEADER"]["FILE_TYPE"] == "bus"
     assert adams["UNITS"]["ANGLE"] == "degrees"
     assert set(adams["DAMPING"]) == {"table", *(f"{d}_DAMPING" for d in ("FX", "FY", "FZ", "TX", "TY", "TZ"))}
     assert adams["FX_CURVE"]["heads"] == ["x", "fx"]
-    altair = teim_orbit(written("altair", Bushing(CURVES)))
+    altair = teim_orbit(written("altair", BushingData(CURVES)))
     assert altair["HEADER"]["FILE_TYPE"] == "gbs"
     assert altair["UNITS"]["ANGLE"] == "degree"
     assert altair["GLOBAL"]["COUPLING"] == "cylindrical"
@@ -97,8 +97,8 @@ def test_headers_are_those_that_the_programs_look_for():
 
 def test_a_direction_without_a_curve_is_a_line_of_the_matrix_or_refused():
     with pytest.raises(InputError, match='mode = "conical"'):
-        written("adams", Bushing(CURVES[:2]))
-    text = written("adams", Bushing(CURVES[:2], MATRIX))
+        written("adams", BushingData(CURVES[:2]))
+    text = written("adams", BushingData(CURVES[:2], MATRIX))
     table = np.array(teim_orbit(text)["TZ_CURVE"]["table"], dtype=float)
     assert table[:, 1] == pytest.approx(9e4 * np.radians(table[:, 0]))
     assert "$ TZ: a line of the stiffness matrix" in text
@@ -118,7 +118,7 @@ def test_loading_and_unloading_are_averaged_and_one_side_is_mirrored():
 
 @pytest.mark.parametrize(("units", "row", "column"), [("N-mm-s", 1.0, 1.0), ("SI", 1e-3, 1e-3)])
 def test_the_matrix_for_chrono_runs(monkeypatch, units, row, column):
-    text = written("chrono", Bushing((), MATRIX), units)
+    text = written("chrono", BushingData((), MATRIX), units)
 
     class Matrix(dict):
         def __init__(self, rows, columns):
@@ -140,7 +140,7 @@ def test_the_matrix_for_chrono_runs(monkeypatch, units, row, column):
 
 
 def test_json_has_all_curves_and_the_matrix():
-    document = json.loads(written("json", Bushing(CURVES, MATRIX), "SI"))
+    document = json.loads(written("json", BushingData(CURVES, MATRIX), "SI"))
     assert document["units"] == {
         "displacement": "m",
         "rotation": "rad",
@@ -189,7 +189,7 @@ def test_no_text_of_the_user_leaves_its_comment(program, breaks):
     one, bad = writer_for(program), f"first{breaks}*INCLUDE, INPUT=harmful{breaks}--->"
     curves = tuple(replace(curve, name=bad) for curve in CURVES)
     rubber = ExportedRubber("neo_hookean", {"C10": 0.5}, 2000.0) if one.kind == "card" else None
-    bushing = None if rubber else Bushing(curves, MATRIX, (bad,))
+    bushing = None if rubber else BushingData(curves, MATRIX, (bad,))
     lines = one.text(Order(bad, bad, unit_system("SI"), None, rubber, bushing)).decode("ascii").splitlines()
     said = [line for line in lines if "INPUT=harmful" in line]
     begin, end = one.comment
@@ -199,7 +199,7 @@ def test_no_text_of_the_user_leaves_its_comment(program, breaks):
 
 
 def test_a_table_of_curves_has_one_row_per_point_whatever_the_channel_is_called():
-    bushing = Bushing((replace(CURVES[0], name='a "b", c\nd'),))
+    bushing = BushingData((replace(CURVES[0], name='a "b", c\nd'),))
     rows = list(csv.reader(io.StringIO(written("csv", bushing))))
     assert {len(row) for row in rows} == {5}
     assert {row[0] for row in rows[1:]} == {'a "b", c d'}

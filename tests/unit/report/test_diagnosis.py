@@ -12,7 +12,7 @@ from matplotlib.text import Text as MplText
 from rich.console import Console
 
 from bushcli import report
-from bushcli.diagnosis.result import FormError, Group, Named, Quantity
+from bushcli.diagnosis.result import DiagnosedEffect, FormError, Group, Quantity
 from bushcli.diagnosis.words import sentences
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
@@ -125,7 +125,7 @@ def test_every_verdict_is_json(case, diagnoses, kind):
 
 def test_a_choice_is_a_word(case, diagnoses):
     bond = Quantity(1.0, np.nan, "1", "which end is free", np.nan, np.nan, word="outer_top")
-    free = Named("debonding", "Debonding", "A bond is free.", {"bond": bond}, 0.97, 30.0, True)
+    free = DiagnosedEffect("debonding", "Debonding", "A bond is free.", {"bond": bond}, 0.97, 30.0, True)
     found = diagnoses.diagnosis(case(), effects=(free,), parameters={"debonding.bond": bond})
     value = report.diagnosis_json(found, {})["effects"][0]["parameters"]["bond"]
     assert (value["value"], value["std"], value["prior"]) == ("outer_top", None, None)
@@ -269,7 +269,9 @@ def test_the_paragraph_has_what_is_added_and_the_total(case, diagnoses):
         1.0,
         {"bulk_modulus": (2000.0, "MPa"), "total_bulk_modulus": (857.143, "MPa")},
     )
-    soft = Named("compressibility", "Compressibility", "It gives", {"compliance": added}, 0.99, 30.0, True)
+    soft = DiagnosedEffect(
+        "compressibility", "Compressibility", "It gives", {"compliance": added}, 0.99, 30.0, True
+    )
     text = paragraph(
         diagnoses.diagnosis(case(), effects=(soft,), parameters={"compressibility.compliance": added})
     )
