@@ -260,6 +260,11 @@ class Shape(BaseModel):
         """Surfaces with contact: none, those of the mesh, or also the rigid sleeves."""
         return False
 
+    @property
+    def beyond(self) -> Mapping[str, tuple[float, float]]:
+        """Lengths by which rigid sleeves are known to continue below and above their bonds (mm), by bond."""
+        return {}
+
 
 def _meeting(value: Any) -> Any:
     if value is not True and value is not False and value != "sleeves":

@@ -110,6 +110,8 @@ def _contact(shape: Shape) -> str:
     )
     if shape.meeting == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
+    elif shape.beyond:
+        surfaces += f", and the {' and the '.join(shape.beyond)} sleeve beyond the bond, as drawn"
     return f"{surfaces}, without friction; active from the step in which surfaces meet"
 
 

@@ -327,9 +327,10 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     components = (0, count - 1) if mesh.dimension == 2 else (0, 1, 2)
     surface = patch(mesh, space, free, components)
     strips = []
-    for name in bonds if mesh.shape.meeting == "sleeves" else ():
+    drawn = {name: mesh.shape.beyond.get(name) for name in bonds}
+    for name in bonds if mesh.shape.meeting == "sleeves" else [n for n in bonds if drawn[n]]:
         bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
-        one = strip(mesh, space, bonded, surface, components)
+        one = strip(mesh, space, bonded, surface, components, drawn[name])
         if one is not None:
             strips.append(one)
     return Contact(surface, strips, mesh.dimension == 2, stress_free, mirror_planes(mesh, surface))

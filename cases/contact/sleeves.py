@@ -60,9 +60,14 @@ class RigidFacets:
 
 
 def strip(
-    mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]
+    mesh: NamedMesh,
+    space: Any,
+    bonded: Ints,
+    free: Patch,
+    components: tuple[int, ...],
+    drawn: tuple[float, float] | None = None,
 ) -> RigidFacets | None:
-    """Return the continuation of a bond beyond its edges; None if the bond has no edges.
+    """Return the continuation of a bond beyond its edges; None if nothing continues there.
 
     Parameters
     ----------
@@ -72,17 +77,21 @@ def strip(
         Numbers of the bond's facets.
     free
         The free facets of the mesh.
+    drawn
+        Lengths by which the sleeve continues below and above the bond, mm; None where they are not known.
     """
     if not len(bonded):
         return None
     bond = patch(mesh, space, bonded, components)
     edges = _edges(bond, free)
-    if not edges:
-        return None
     # Rubber that flows out of the gap between two sleeves goes no further than this.
     length = 0.5 * float(np.ptp(bond.X, axis=0).max() + np.ptp(free.X, axis=0).max())
     order = int(bond.basis.powers.max())
     directions = _directions(bond, edges)
+    lengths = (length, length) if drawn is None else tuple(min(length, own) for own in drawn)
+    edges = [(facet, nodes) for facet, nodes in edges if _length_at(directions, nodes, lengths) > 0.0]
+    if not edges:
+        return None
     X, facets, sign = list[Array](), list[Ints](), list[float]()
 
     def add(own: Array, outward: Array) -> None:
@@ -92,7 +101,7 @@ def strip(
         X.append(own)
 
     for facet, nodes in edges:
-        reach = np.linspace(0.0, length, order + 1)[None, :, None]
+        reach = np.linspace(0.0, _length_at(directions, nodes, lengths), order + 1)[None, :, None]
         grid = bond.X[nodes][:, None, :] + reach * np.array([directions[n] for n in nodes])[:, None, :]
         outward = bond.sign[facet] * _middle(bond, facet)
         # Rubber may come to lie behind the bond too, where a corner folds.
@@ -102,6 +111,11 @@ def strip(
     anchors, weights = _anchored(bond.X, places)
     held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
     return RigidFacets(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
+
+
+def _length_at(directions: dict[int, Array], nodes: Ints, lengths: tuple[float, ...]) -> float:
+    """Length of the continuation at an edge, of those below and above the bond."""
+    return lengths[int(sum(directions[n][-1] for n in nodes) > 0.0)]
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:

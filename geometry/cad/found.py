@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -15,6 +14,7 @@ from geometry.blocks import Array
 from geometry.cad.axis import Axis, distance_between, find_axis, turned_about
 from geometry.cad.bonds import FREE, Bonds, find_bonds
 from geometry.cad.frame import Frame, frame_of
+from geometry.cad.held import beyond_bonds, held_area, is_even
 from geometry.cad.missing import require_bonds
 from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, Unit, open_part
@@ -89,6 +89,8 @@ class FoundPart:
         Contents of a picture, in the bushing's coordinates.
     wall
         The rubber between two coaxial sleeves; None where the part has no such rubber.
+    beyond : mapping
+        Bond -> lengths by which the drawn rigid sleeve continues below and above it, mm.
     """
 
     roles: Mapping[int, str]
@@ -106,6 +108,7 @@ class FoundPart:
     notes: tuple[str, ...]
     view: View | None
     wall: Wall | None
+    beyond: Mapping[str, tuple[float, float]]
 
     @property
     def regions(self) -> tuple[str, ...]:
@@ -225,14 +228,11 @@ def _described(
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
+    beyond = beyond_bonds(part, roles, meshed, bonds.labels, frame, axis)
+    if not is_even(beyond, thickness):
+        planes -= {"z"}
     states = {r: "rigid" if t not in meshed or r in wanted.stiff else "elastic" for t, r in roles.items()}
-    if view is not None:
-        view = replace(
-            view,
-            triangles=frame.local(view.triangles),
-            solids=frame.local(view.solids),
-            captions=captions_of(part, roles, states),
-        )
+    captions = captions_of(part, roles, states)
     return FoundPart(
         roles=roles,
         meshed=meshed,
@@ -241,7 +241,7 @@ def _described(
         planes=planes,
         measures=regions | {f"{k}_bond" if k in BONDS else k: v for k, v in areas.items()},
         thickness=thickness,
-        layer=2.0 * regions[RUBBER] / _held_area(part, roles, meshed, bonds.labels),
+        layer=2.0 * regions[RUBBER] / held_area(part, roles, meshed, bonds.labels),
         size=part.size,
         narrow=local_thickness(faces, thickness),
         curved={face.tag: (face.area, _least_radius(face.tag)) for face in faces},
@@ -249,26 +249,16 @@ def _described(
         notes=notes_of(
             part, roles, states, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
         ),
-        view=view,
+        view=None if view is None else _turned(view, frame, captions),
         wall=_wall(groups, by_tag, frame, axis),
+        beyond=beyond,
     )
 
 
-def _held_area(
-    part: Part, roles: Mapping[int, str], meshed: Sequence[int], labels: Mapping[int, str]
-) -> float:
-    """Area of the rubber's faces that are bonded, to a rigid body or to a solid of metal, mm^2."""
-    rubber, others = (
-        Counter(
-            int(face)
-            for solid in meshed
-            if (roles[solid] == RUBBER) == wanted
-            for _, face in model().getBoundary([(3, solid)], oriented=False)
-        )
-        for wanted in (True, False)
-    )
-    held = [f for f, times in rubber.items() if times == 1 and (f in others or labels.get(f) in BONDS)]
-    return sum(part.areas[f] if f in part.areas else float(model().occ.getMass(2, f)) for f in held)
+def _turned(view: View, frame: Frame, captions: Mapping[str, str]) -> View:
+    """Return the picture's contents in the bushing's coordinates, with its captions."""
+    triangles, solids = frame.local(view.triangles), frame.local(view.solids)
+    return replace(view, triangles=triangles, solids=solids, captions=captions)
 
 
 def _least_radius(face: int) -> float:

@@ -138,6 +138,12 @@ class Cad(Meets):
 
     @property
     @override
+    def beyond(self) -> Mapping[str, tuple[float, float]]:
+        found = self.found
+        return {} if isinstance(found, ReadyMesh) else found.beyond
+
+    @property
+    @override
     def mirror_planes(self) -> Mirrors:
         return self.found.planes
 

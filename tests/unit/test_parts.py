@@ -8,13 +8,16 @@ import ufl
 from dolfinx import fem
 
 from bushcli.report.figures.geometry import geometry_figure
+from cases.mode import modes
+from cases.simulate import Rubber, prepare
+from forms.law import laws
 from geometry.cad.meshing import refuse_flat
 from geometry.dolfinx_api import mesh_order
 from geometry.errors import GeometryError
 from geometry.mesh import build
 from geometry.raw import TETRAHEDRON4, RawMesh
 from geometry.shape import Refinement, shapes
-from tests.parts import PARTS, _occ, draw_to, make, ring
+from tests.parts import PARTS, _named, _occ, draw_to, make, ring
 
 CAD = shapes()["cad"]
 COARSE = Refinement(across=2)
@@ -80,6 +83,30 @@ def test_what_is_no_bushing_is_refused_with_a_sentence_and_a_picture(name, folde
 
 def test_every_part_is_tried():
     assert {name for name, (_, _, said) in PARTS.items() if not said} == set(PLANES)
+
+
+def test_a_drawn_sleeve_is_met_beyond_its_bond_as_far_as_it_goes(folder):
+    """The bolt is longer than the rubber by 10 mm at both ends, the housing by 6 mm at the upper end only."""
+
+    def drawn():
+        ring(10, 22, 40)
+        ring(8, 10, 60)
+        ring(22, 24, 46, at=(0.0, 0.0, 3.0))
+
+    file = draw_to(folder / "long.step", drawn)
+    file.write_text(_named("rubber", "bolt", "housing")(file.read_text()))
+    shape = shapes()["cad"](file=str(file))
+    assert shape.beyond == {"inner": pytest.approx((10, 10)), "outer": pytest.approx((0, 6), abs=1e-6)}
+    assert shape.mirror_planes == {"x", "y"}
+    rubber = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 2000.0)
+    contact = prepare(shape, modes()["radial"], rubber, Refinement(across=1)).surfaces.contact
+    x, y, z = contact.bodies.X.T
+    r = np.hypot(x, y)
+    for radius, ends in ((10, (-30, 30)), (22, (-20, 26))):
+        own = z[np.isclose(r, radius, rtol=0.02)]
+        assert (own.min(), own.max()) == pytest.approx(ends, abs=0.01)
+    flush = shapes()["cad"](file=str(make("layers", folder)))
+    assert flush.beyond == {}
 
 
 def test_what_names_do_not_tell_the_case_says(folder):
