@@ -25,7 +25,7 @@ LENGTH = {"mm": 1.0, "m": 1e-3}
 # Rows of time, strain and force -> the rows that were written.
 Sampling = Callable[..., tuple[Any, ...]]
 FEW = settings(
-    max_examples=4,
+    max_examples=3,
     deadline=None,
     derandomize=True,
     database=None,
