@@ -18,6 +18,11 @@ from cases.contact.facets import Basis
 from cases.contact.surface import Patch, normals, patch
 from geometry.mesh import NamedMesh
 
+# A tangent of a bond leads along the axis if its axial part is at least this; at a corner of a bond it is 0.7.
+ALONG = 0.5
+# A continuation that is shorter than this share of the bushing is none.
+NEGLIGIBLE = 1e-6
+
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -88,10 +93,6 @@ def strip(
     length = 0.5 * float(np.ptp(bond.X, axis=0).max() + np.ptp(free.X, axis=0).max())
     order = int(bond.basis.powers.max())
     directions = _directions(bond, edges)
-    lengths = (length, length) if drawn is None else tuple(min(length, own) for own in drawn)
-    edges = [(facet, nodes) for facet, nodes in edges if _length_at(directions, nodes, lengths) > 0.0]
-    if not edges:
-        return None
     X, facets, sign = list[Array](), list[Ints](), list[float]()
 
     def add(own: Array, outward: Array) -> None:
@@ -101,21 +102,33 @@ def strip(
         X.append(own)
 
     for facet, nodes in edges:
-        reach = np.linspace(0.0, _length_at(directions, nodes, lengths), order + 1)[None, :, None]
-        grid = bond.X[nodes][:, None, :] + reach * np.array([directions[n] for n in nodes])[:, None, :]
+        ways = length * np.array([directions[n] for n in nodes])
+        if drawn is not None:
+            ways = _along(ways, drawn)
+        if not np.any(np.abs(ways) > NEGLIGIBLE * length):
+            continue
+        reach = np.linspace(0.0, 1.0, order + 1)[None, :, None]
+        grid = bond.X[nodes][:, None, :] + reach * ways[:, None, :]
         outward = bond.sign[facet] * _middle(bond, facet)
         # Rubber may come to lie behind the bond too, where a corner folds.
         for own in (*_cut(bond.basis, grid), bond.X[bond.facets[facet]]):
             add(own, outward)
+    if not X:
+        return None
     places = np.concatenate(X)
     anchors, weights = _anchored(bond.X, places)
     held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
     return RigidFacets(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
 
 
-def _length_at(directions: dict[int, Array], nodes: Ints, lengths: tuple[float, ...]) -> float:
-    """Length of the continuation at an edge, of those below and above the bond."""
-    return lengths[int(sum(directions[n][-1] for n in nodes) > 0.0)]
+def _along(ways: Array, drawn: tuple[float, float]) -> Array:
+    """Continuation at an edge's nodes as far as a sleeve is drawn; zero where it bends around the axis instead."""
+    length = float(np.linalg.norm(ways[0]))
+    rise = float(ways[:, -1].mean()) / length
+    way = np.zeros_like(ways)
+    if abs(rise) > ALONG:
+        way[:, -1] = np.sign(rise) * min(length, drawn[int(rise > 0.0)])
+    return way
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:

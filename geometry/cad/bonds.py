@@ -187,7 +187,7 @@ def selectable(faces: Sequence[Sampled], axis: Axis, part: Part) -> str:
     lines = {face.tag: own_line(face, axis, part.size) for face in faces}
     about, beside = (
         {
-            float(f"{_radius(face, line):.4g}")
+            float(f"{radius_of(face, line):.4g}")
             for face in faces
             if face.kind == "Cylinder" and (line := lines[face.tag]) is not None and (line is axis) == on_axis
         }
@@ -239,7 +239,7 @@ def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> li
             groups.setdefault(part.colours[face.tag], []).append(face)
     if len(groups) != 2:
         return []
-    ordered = sorted(groups.values(), key=lambda group: float(np.mean([_radius(f, axis) for f in group])))
+    ordered = sorted(groups.values(), key=lambda group: float(np.mean([radius_of(f, axis) for f in group])))
     return [face.tag for face in ordered[0 if bond == "inner" else 1]]
 
 
@@ -265,7 +265,16 @@ def _looks_along(face: Sampled, line: Axis, toward: float, size: float) -> bool:
     return float(np.mean(toward * np.einsum("ij,ij->i", radial, face.normals))) > RADIAL
 
 
-def _radius(face: Sampled, axis: Axis) -> float:
+def radius_of(face: Sampled, axis: Axis) -> float:
+    """Return the mean distance of a face from the axis, mm.
+
+    Parameters
+    ----------
+    face : Sampled
+        Sampled face, mm.
+    axis : Axis
+        Axis of the bushing.
+    """
     return float(np.linalg.norm(from_axis(face.points, axis), axis=1).mean())
 
 
@@ -277,7 +286,7 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
         if not is_coaxial(face, axis, size):
             continue
         if _looks_along(face, axis, toward, size):
-            radii[face.tag] = _radius(face, axis)
+            radii[face.tag] = radius_of(face, axis)
     if not radii:
         return []
     areas = {face.tag: face.area for face in faces}

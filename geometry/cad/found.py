@@ -20,7 +20,7 @@ from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, Unit, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
-from geometry.cad.sampling import Sampled, sample
+from geometry.cad.sampling import Sampled, extent, sample
 from geometry.cad.splines import measured
 from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
@@ -213,9 +213,9 @@ def _described(
         name: [t for t, own in bonds.labels.items() if own == name]
         for name in dict.fromkeys(bonds.labels.values())
     }
-    along = np.concatenate([by_tag[tag].points for tag in groups["inner"]]) @ axis.direction
-    low, high = _extent(groups["inner"], axis, along)
-    own = turned_about([by_tag[tag] for tag in groups["inner"]], axis, part.size)
+    bonded = {name: [by_tag[tag] for tag in groups[name]] for name in BONDS}
+    low, high = extent(bonded["inner"], axis.direction)
+    own = turned_about(bonded["inner"], axis, part.size)
     middle = own + (0.5 * (low + high) - own @ axis.direction) * axis.direction
     centre = middle if wanted.origin is None else np.array(wanted.origin, dtype=float)
     # From the axis of most faces to the inner bond's own, or from that one to a given origin.
@@ -228,7 +228,7 @@ def _described(
         regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
     areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
     thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
-    beyond = beyond_bonds(part, roles, meshed, bonds.labels, frame, axis)
+    beyond = beyond_bonds(part, roles, meshed, bonded, axis)
     if not is_even(beyond, thickness):
         planes -= {"z"}
     states = {r: "rigid" if t not in meshed or r in wanted.stiff else "elastic" for t, r in roles.items()}
@@ -250,7 +250,7 @@ def _described(
             part, roles, states, frame, how, bonds, areas, planes, beside, (wanted.origin, wanted.direction)
         ),
         view=None if view is None else _turned(view, frame, captions),
-        wall=_wall(groups, by_tag, frame, axis),
+        wall=_wall(bonded, frame, axis),
         beyond=beyond,
     )
 
@@ -275,27 +275,12 @@ def _around(faces: Sequence[int]) -> float:
     return float(sum(model().occ.getMass(1, tag) for tag in curves))
 
 
-def _wall(
-    groups: Mapping[str, Sequence[int]],
-    faces: Mapping[int, Sampled],
-    frame: Frame,
-    axis: Axis,
-) -> Wall | None:
-    points = {name: np.concatenate([faces[tag].points for tag in groups[name]]) for name in BONDS}
+def _wall(bonded: Mapping[str, Sequence[Sampled]], frame: Frame, axis: Axis) -> Wall | None:
+    points = {name: np.concatenate([face.points for face in faces]) for name, faces in bonded.items()}
     middle = float(np.array(frame.centre) @ axis.direction)
-    ends = {name: _extent(groups[name], axis, points[name] @ axis.direction) for name in BONDS}
+    ends = {name: extent(faces, axis.direction) for name, faces in bonded.items()}
     spans = {name: (low - middle, high - middle) for name, (low, high) in ends.items()}
     return wall_of({name: cylindrical(frame.local(own)) for name, own in points.items()}, spans)
-
-
-def _extent(tags: Sequence[int], axis: Axis, along: Array) -> tuple[float, float]:
-    """Return the least and largest position of a bond along the axis, from its edges too, which have no samples."""
-    ends = [along.min(), along.max()]
-    for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
-        low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
-        points = np.array(model().getValue(1, curve, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
-        ends += [float(end) for end in points @ axis.direction]
-    return float(min(ends)), float(max(ends))
 
 
 def _frame(

@@ -8,16 +8,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from geometry.cad.axis import Axis, from_axis
-from geometry.cad.frame import Frame
+from geometry.cad.bonds import SAME_RADIUS, radius_of
 from geometry.cad.part import Part
 from geometry.cad.roles import INNER, OUTER, RUBBER
-from geometry.cad.sampling import sample
+from geometry.cad.sampling import Sampled, extent, sample
 from geometry.joined import BONDS
 from geometry.session import model
 
-#: A sleeve's face continues a bond if both are cylinders about the axis, whose radii differ by less than this share.
-SAME_RADIUS = 1e-3
-#: Lengths of a sleeve below and above its bond are the same if they differ by less than this share of the thickness.
+#: Lengths of a sleeve below and above its bond are the same if they differ by less than this share of the thickness
+#: (judgement: an edge that bulges so far is pressed against the sleeve's very end).
 EVEN = 0.01
 
 
@@ -47,8 +46,7 @@ def beyond_bonds(
     part: Part,
     roles: Mapping[int, str],
     meshed: Sequence[int],
-    labels: Mapping[int, str],
-    frame: Frame,
+    bonds: Mapping[str, Sequence[Sampled]],
     axis: Axis,
 ) -> dict[str, tuple[float, float]]:
     """Return by how much rigid sleeves continue as cylinders below and above their bonds, mm, by bond.
@@ -59,30 +57,32 @@ def beyond_bonds(
         Solids of the file, and the role of each.
     meshed
         Solids that are meshed: the others are rigid.
-    labels
-        Face on the outside of the meshed solids -> name of its boundary.
-    frame
-        The bushing's coordinates.
+    bonds
+        Sampled faces of each bond, mm.
     axis
         Axis of the bushing.
     """
     found = {}
     for bond, role in zip(BONDS, (INNER, OUTER), strict=True):
         solids = [tag for tag, own in roles.items() if own == role and tag not in meshed]
-        bonded = {face for face, name in labels.items() if name == bond}
-        radii = np.concatenate([_radii(face, part.size, axis) for face in bonded])
-        radius = float(radii.mean())
-        if not solids or np.ptp(radii) > SAME_RADIUS * radius:
-            continue
+        faces = list(bonds[bond])
+        bonded = {face.tag for face in faces}
         rest = {f for solid in solids for f in _sides(3, solid)} - bonded
-        alike = {f for f in rest if _is_cylinder(f, part.size, axis, radius)}
+        radius = float(np.mean([radius_of(face, axis) for face in faces]))
+        alike = {
+            face.tag: face
+            for face in (sample(tag, part.size, 0.0) for tag in rest)
+            if _is_cylinder(face, axis, radius)
+        }
+        if not alike or not all(_is_cylinder(face, axis, radius) for face in faces):
+            continue
         reached, curves = set[int](), {c for face in bonded for c in _sides(2, face)}
-        while fresh := {f for f in alike - reached if curves & set(_sides(2, f))}:
+        while fresh := {tag for tag in alike.keys() - reached if curves & set(_sides(2, tag))}:
             reached |= fresh
-            curves |= {c for face in fresh for c in _sides(2, face)}
-        ends = _ends(bonded, frame)
-        low, high = _ends(bonded | reached, frame)
+            curves |= {c for tag in fresh for c in _sides(2, tag)}
         if reached:
+            ends = extent(faces, axis.direction)
+            low, high = extent([*faces, *(alike[tag] for tag in reached)], axis.direction)
             found[bond] = (ends[0] - low, high - ends[1])
     return found
 
@@ -106,23 +106,9 @@ def _sides(dimension: int, tag: int) -> list[int]:
     return [int(side) for _, side in model().getBoundary([(dimension, tag)], oriented=False)]
 
 
-def _radii(face: int, size: float, axis: Axis) -> np.ndarray:  # type: ignore[type-arg]
-    return np.asarray(np.linalg.norm(from_axis(sample(face, size, 0.0).points, axis), axis=1))
-
-
-def _is_cylinder(face: int, size: float, axis: Axis, radius: float) -> bool:
+def _is_cylinder(face: Sampled, axis: Axis, radius: float) -> bool:
     """Whether a face lies on the cylinder of this radius about the axis."""
-    if model().getType(2, face) != "Cylinder":
+    if face.kind != "Cylinder" or not len(face.points):
         return False
-    radii = _radii(face, size, axis)
-    return bool(len(radii) and np.abs(radii - radius).max() < SAME_RADIUS * radius)
-
-
-def _ends(faces: set[int], frame: Frame) -> tuple[float, float]:
-    """Return the least and largest coordinate along the axis of the corners of faces, mm."""
-    corners = model().getBoundary(
-        [(2, face) for face in faces], combined=False, oriented=False, recursive=True
-    )
-    points = np.array([model().getValue(0, tag, []) for dimension, tag in corners if dimension == 0])
-    z = frame.local(points.reshape(-1, 3))[:, 2]
-    return float(z.min()), float(z.max())
+    radii = np.linalg.norm(from_axis(face.points, axis), axis=1)
+    return bool(np.abs(radii - radius).max() < SAME_RADIUS * radius)

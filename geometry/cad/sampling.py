@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,3 +61,22 @@ def sample(face: int, size: float, area: float | None = None) -> Sampled:
     if area is None:
         area = float(model().occ.getMass(2, face))
     return Sampled(face, str(model().getType(2, face)), points, normals, area)
+
+
+def extent(faces: Sequence[Sampled], direction: Array) -> tuple[float, float]:
+    """Return the least and largest position of faces along a direction (mm), from their edges too.
+
+    Parameters
+    ----------
+    faces
+        Sampled faces, mm, which have no samples on their edges.
+    direction
+        Unit vector, shape (3,).
+    """
+    ends = [float(end) for face in faces if len(face.points) for end in face.points @ direction]
+    sides = [(2, face.tag) for face in faces]
+    for _, curve in model().getBoundary(sides, combined=False, oriented=False):
+        low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
+        points = np.array(model().getValue(1, curve, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
+        ends += [float(end) for end in points @ direction]
+    return min(ends), max(ends)

@@ -17,7 +17,7 @@ from geometry.errors import GeometryError
 from geometry.mesh import build
 from geometry.raw import TETRAHEDRON4, RawMesh
 from geometry.shape import Refinement, shapes
-from tests.parts import PARTS, _named, _occ, draw_to, make, ring
+from tests.parts import PARTS, _kidney, _named, _occ, _without, draw_to, make, ring
 
 CAD = shapes()["cad"]
 COARSE = Refinement(across=2)
@@ -107,6 +107,29 @@ def test_a_drawn_sleeve_is_met_beyond_its_bond_as_far_as_it_goes(folder):
         assert (own.min(), own.max()) == pytest.approx(ends, abs=0.01)
     flush = shapes()["cad"](file=str(make("layers", folder)))
     assert flush.beyond == {}
+
+
+def test_between_two_spokes_no_tangent_of_a_drawn_sleeve_leaves_it(folder):
+    """Beside a spoke the sleeve bends around the axis: its tangent there would lie in the void, and be met."""
+
+    def drawn():
+        _without(ring(10, 22, 40), _kidney(0.0, 0.6, 9.0, 18.0), _kidney(np.pi, 0.6, 9.0, 18.0))
+        ring(8, 10, 60)
+
+    file = draw_to(folder / "spokes.step", drawn)
+    file.write_text(_named("rubber", "bolt")(file.read_text()))
+    shape = shapes()["cad"](file=str(file))
+    assert shape.beyond == {"inner": pytest.approx((10, 10))}
+    rubber = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 2000.0)
+    contact = prepare(shape, modes()["radial"], rubber, Refinement(across=1)).surfaces.contact
+    x, y, z = contact.bodies.X.T
+    r = np.hypot(x, y)
+    sleeve = (np.abs(z) > 20.01) & (r < 30.0)  # farther out are the planes of symmetry
+    assert sleeve.any()
+    np.testing.assert_allclose(r[sleeve], 10.0, rtol=0.02)
+    # The void reaches from the sleeve to a radius of 18 mm: nothing is in it.
+    inside = (r > 10.2) & (r < 17.8) & (np.abs(np.arctan2(y, np.abs(x))) < 0.5) & (np.abs(z) < 19.0)
+    assert not inside.any()
 
 
 def test_what_names_do_not_tell_the_case_says(folder):
