@@ -181,7 +181,7 @@ def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued |
         best = max(sets[names], key=lambda one: one.probability)
         if best.model.structure not in tried:
             log = best.log_evidence
-            return Queued(best.model, best.state, log, log, log, 0.0)
+            return Queued(best.model, best.state, log)
     return None
 
 

@@ -27,11 +27,12 @@ from bushcli.selection.branching import more_branches
 from bushcli.selection.columns import unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
+from bushcli.selection.learned import changes
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
-from bushcli.selection.queued import Queued, slack_of
+from bushcli.selection.queued import Queued, Waiting, slack_of
 from bushcli.selection.searched import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
@@ -63,7 +64,7 @@ class Search:
     ----------
     states : dict of Key to State
         Fitted models.
-    waiting : dict of Key to Queued
+    waiting : Waiting
         Models that are not fitted.
     rows, lost : list
         Fits in their order; models that cannot be solved, in words.
@@ -79,7 +80,7 @@ class Search:
     deadline: float
     progress: Progress
     states: dict[Key, State] = field(default_factory=dict)
-    waiting: dict[Key, Queued] = field(default_factory=dict)
+    waiting: Waiting = field(default_factory=Waiting)
     rows: list[TriedModel] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     solves: int = 0
@@ -114,8 +115,7 @@ class Search:
         """Share of the posterior that further fits may change; all of it before any neighbour is predicted."""
         if not self.waiting:
             return 0.0 if self._expanded else 1.0
-        hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
-        return float(1.0 / (1.0 + math.exp(min(self.total - hoped, 700.0))))
+        return float(1.0 / (1.0 + math.exp(min(self.total - self.waiting.uncertain, 700.0))))
 
     @property
     def total(self) -> float:
@@ -167,13 +167,12 @@ class Search:
     # -- fits ----------------------------------------------------------------------------------------------------
 
     def _fit_next(self) -> None:
-        order = sorted(self.waiting, key=lambda key: (-self.waiting[key].uncertain, key))
+        order = self.waiting.ordered()
         chosen = [self._first(order[0])]
         for key in order[1:BATCH]:
             # If the first one turns out as predicted, the search may end without the others.
             known = np.logaddexp(self.total, chosen[0].predicted)
-            hoped = logsumexp([one.uncertain for one in self.waiting.values()])
-            if key in self.waiting and hoped > known + math.log(LEFT):
+            if key in self.waiting and self.waiting.uncertain > known + math.log(LEFT):
                 chosen.append(self.waiting.pop(key))
         self._fit(chosen)
 
@@ -199,13 +198,18 @@ class Search:
             text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
-        for one, fitted in zip(chosen, self.workers.run(fit, questions, notify), strict=True):
+        entered = []
+        answers = self.workers.run(fit, questions, notify)
+        for one, question, fitted in zip(chosen, questions, answers, strict=True):
             if fitted is None:
                 none, why = float("nan"), "cannot be solved from any start"
                 self.lost.append(label(one.model))
                 self.rows.append(self._row(one.model, one.predicted, none, none, why))
                 continue
-            self._enter(State(self.problem, fitted), one.predicted)
+            state = State(self.problem, fitted)
+            self._enter(state, one.predicted)
+            entered.append((one, state, math.inf if question[-1] is None else question[-1].log))
+        self.waiting.learn(entered)
 
     def _first(self, key: Key) -> Queued:
         """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
@@ -251,8 +255,7 @@ class Search:
         every = [one for points in self._beside_plain.values() for one in points]
         others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
         for one in Beside(state, others).singles():
-            if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
-                self._queue(one, state, slack_of(BORROWED * one.reach))
+            self._queue(one, state, slack_of(BORROWED * one.reach))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log
@@ -283,11 +286,9 @@ class Search:
         if state is self.plain and room > 1:
             predictions += beside.pairs()
         for one in predictions:
-            names = [active.effect.name for active in one.model.effects]
-            if not unfit(self.problem.case, names):
-                is_more = len(one.model.identities) > len(state.model.identities)
-                silent = is_more and one.gain < FAINT
-                self._queue(one, state, 0.0 if silent else slack_of(one.reach), is_silent=silent)
+            is_more = len(one.model.identities) > len(state.model.identities)
+            silent = is_more and one.gain < FAINT
+            self._queue(one, state, 0.0 if silent else slack_of(one.reach), is_silent=silent)
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
@@ -317,8 +318,7 @@ class Search:
                 lost = abs(state.evidence.coarse - other.coarse)
                 self._queue(other.alone(), state, slack_of(lost))
                 for one in other.singles():
-                    names = [active.effect.name for active in one.model.effects]
-                    if one.gain >= FAINT and not unfit(self.problem.case, names):
+                    if one.gain >= FAINT:
                         self._queue(one, state, slack_of(lost + one.reach))
 
     def _exchange_law(self, state: State, model: Model) -> bool:
@@ -334,12 +334,17 @@ class Search:
     def _queue(
         self, one: Prediction, base: State, slack: float, is_bound: bool = False, is_silent: bool = False
     ) -> None:
-        """Queue a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
-        key, predicted = one.model.structure, one.log_evidence + self.odds(one.model)
+        """Queue a model that is not fitted, unless its effects exclude each other."""
+        names = [active.effect.name for active in one.model.effects]
+        if one.model.structure in self.states or unfit(self.problem.case, names):
+            return
+        odds = self.odds(one.model)
         # No model is better than one that leaves nothing but noise.
         room = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - one.log_likelihood
-        optimistic = predicted + max(0.0, min(slack + one.hope, room))
-        new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound, is_silent)
-        known = self.waiting.get(key)
-        if key not in self.states and (known is None or new.rank > known.rank) and math.isfinite(predicted):
-            self.waiting[key] = new
+        limit = one.log_evidence + odds + max(room, 0.0)
+        # A law that fits worse than its bound says nothing of the bounds of others.
+        changed = frozenset() if is_bound else changes(base.model, one.model)
+        evidence, hope = one.log_evidence, one.hope
+        self.waiting.put(
+            Queued(one.model, base, evidence, odds, slack, hope, limit, is_bound, is_silent, changed)
+        )

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
-from bushcli.selection.model import Model
+from scipy.special import logsumexp
+
+from bushcli.selection.learned import NONE, Changes, Expected, PredictionErrors
+from bushcli.selection.model import Key, Model
 from bushcli.selection.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
@@ -26,28 +30,61 @@ class Queued:
     model : Model
     base : State
         The fitted model beside which it was predicted.
-    log_evidence : float
-        Predicted logarithm of the evidence.
-    predicted : float
-        Predicted logarithm of the weight.
-    optimistic : float
-        The same plus the slack, as far as the likelihood can increase.
+    first_order : float
+        Logarithm of the evidence, to first order.
+    odds : float
+        Logarithm of the prior odds.
     slack : float
         Possible error of the first-order prediction, in nats.
+    hope : float
+        Nats by which a fit may find more in addition.
+    limit : float
+        Logarithm of the largest possible weight.
     is_bound : bool
         Whether the prediction is only an upper bound.
     is_silent : bool
         Whether its further effects improve on `base` too little to be visible.
+    changes : set of str
+        What distinguishes the model from `base`.
+    error : Expected
+        Error that the fits so far lead one to expect of it.
     """
 
     model: Model
     base: State
-    log_evidence: float
-    predicted: float
-    optimistic: float
-    slack: float
+    first_order: float
+    odds: float = 0.0
+    slack: float = 0.0
+    hope: float = 0.0
+    limit: float = math.inf
     is_bound: bool = False
     is_silent: bool = False
+    changes: Changes = frozenset()
+    error: Expected = NONE
+
+    def expecting(self, errors: PredictionErrors) -> Queued:
+        """Return it with the error that the fits so far lead one to expect."""
+        return replace(self, error=errors.expected(self.changes)) if self.changes else self
+
+    @property
+    def log_evidence(self) -> float:
+        """Predicted logarithm of the evidence."""
+        return self.first_order + self.error.mean * self.tolerance
+
+    @property
+    def predicted(self) -> float:
+        """Predicted logarithm of the weight."""
+        return self.log_evidence + self.odds
+
+    @property
+    def tolerance(self) -> float:
+        """Possible error before any fit, in nats."""
+        return self.slack + self.hope
+
+    @property
+    def optimistic(self) -> float:
+        """The predicted weight plus its possible error, as far as the likelihood can increase."""
+        return max(self.predicted, min(self.predicted + self.error.spread * self.tolerance, self.limit))
 
     @property
     def is_sure(self) -> bool:
@@ -66,10 +103,50 @@ class Queued:
             return self.optimistic
         # A fit may find up to the optimistic weight (the exponential overflows at 709), or one smaller by the slack.
         larger = math.expm1(min(self.optimistic - self.predicted, 700.0))
-        smaller = -math.expm1(-self.slack)
+        smaller = -math.expm1(-self.error.spread * self.slack)
         return self.predicted + math.log(max(larger, smaller, 1e-12))
 
 
 def slack_of(reach: float) -> float:
     """Return the slack of a prediction whose log likelihood is `reach` nats away from that of the fitted model."""
     return SLACK + SHARE_SLACK * abs(reach)
+
+
+class Waiting(dict[Key, Queued]):
+    """Models that are not fitted, and what the fits so far say of their predictions."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.errors = PredictionErrors()
+
+    @property
+    def uncertain(self) -> float:
+        """Logarithm of the weight by which the fits of all may change the posterior."""
+        return float(logsumexp([one.uncertain for one in self.values()]))
+
+    def ordered(self) -> list[Key]:
+        """Return the models, the one whose fit may change the posterior most first."""
+        return sorted(self, key=lambda key: (-self[key].uncertain, key))
+
+    def put(self, new: Queued) -> None:
+        """Add a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
+        key, new = new.model.structure, new.expecting(self.errors)
+        known = self.get(key)
+        if math.isfinite(new.predicted) and (known is None or new.rank > known.rank):
+            self[key] = new
+
+    def learn(self, fits: Iterable[tuple[Queued, State, float]]) -> None:
+        """Note the errors of predictions whose models have been fitted, and expect such errors of all others.
+
+        Parameters
+        ----------
+        fits : iterable of (Queued, State, float)
+            A prediction, its fit, and the logarithm of the evidence with which the model would matter.
+        """
+        for one, state, needed in fits:
+            error = state.evidence.log - one.first_order
+            if not state.fitted.converged:
+                # A fit that was given up says only that the model does not matter.
+                error = max(error, min(needed - one.first_order, 0.0))
+            self.errors.add(one.changes, error, one.tolerance)
+        self.update({key: one.expecting(self.errors) for key, one in self.items()})

@@ -150,7 +150,8 @@ def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon,
     for key, state in list(found.states.items()):
         if state.model.identities == ("drift",):
             del found.states[key]
-            found.waiting = {k: one for k, one in found.waiting.items() if one.base is not state}
+            for key in [k for k, one in found.waiting.items() if one.base is state]:
+                del found.waiting[key]
     models = posterior(found)
     asked = unfitted(models)
     assert asked is not None

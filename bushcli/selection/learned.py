@@ -1,0 +1,124 @@
+"""Errors of first-order predictions, learned from the fits of one search.
+
+First order errs alike in models that are alike: where the fit of a debonded bond found 18 nats less than predicted,
+pairs with it find as much less; and where the first ten predictions were right within a nat, so are the others. The
+error of a prediction, in units of its tolerance, is a sum of one that all predictions of a search share, one of each
+change between the two models (an effect more, an effect less, another law), and one of its own. All are Gaussian of
+one unknown scale: a Student-t process. Its constants were measured (`benchmarks/search.py`).
+
+References
+----------
+Shah, Wilson and Ghahramani (2014), Student-t processes as alternatives to Gaussian processes, PMLR 33:877-885: the
+conditional mean and scale.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.selection.model import Model
+
+Changes = frozenset[str]
+"""Names of the changes between two models, in which their predictions may err."""
+
+# Scales of the errors, in tolerances: those of all predictions of a search, of a change, of a prediction; and degrees
+# of freedom. Those with the highest likelihood of the errors in 24 recordings of the development deck.
+COMMON, OF_CHANGE, OWN = 0.1, 0.1, 0.2
+FREEDOM = 2.0
+# Largest error of one fit that counts, in tolerances: a fit that ended in another optimum says no more of the others.
+MOST = 2.0
+
+
+def changes(base: Model, model: Model) -> Changes:
+    """Return the changes from one model to another.
+
+    Parameters
+    ----------
+    base, model : Model
+    """
+    before, after = _named(base), _named(model)
+    found = {f"with {one}" for one in after - before} | {f"without {one}" for one in before - after}
+    if (base.law, base.terms, base.fixed) != (model.law, model.terms, model.fixed):
+        found.add(f"law {model.structure[0]}")
+    return frozenset(found)
+
+
+def _named(model: Model) -> set[str]:
+    """Names of a model's effects; of each also with its number of parameters and the dimensions of its mesh."""
+    return {name for one in model.effects for name in (one.identity, _in_detail(one))}
+
+
+def _in_detail(one: ActiveEffect) -> str:
+    dimensions = (f"{p.name}={one.values[p.name]:g}" for p in one.parameters if p.of_mesh)
+    return " ".join([one.identity, str(len(one.parameters)), *dimensions])
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Error that is expected of a prediction.
+
+    Attributes
+    ----------
+    mean : float
+        In tolerances of the prediction.
+    spread : float
+        Its scale as a share of that before any fit, 1 at most: no tolerance grows, since it was chosen as a bound.
+    """
+
+    mean: float
+    spread: float
+
+
+NONE = Expected(0.0, 1.0)
+"""Before any fit."""
+
+
+class PredictionErrors:
+    """Errors that fits have shown."""
+
+    def __init__(self) -> None:
+        self._changes: list[Changes] = []
+        self._sizes: list[float] = []
+
+    def add(self, found: Changes, error: float, tolerance: float) -> None:
+        """Note the error of a prediction whose model has been fitted.
+
+        Parameters
+        ----------
+        found : set of str
+            Changes from the model beside which it was predicted; none where it was only a bound.
+        error, tolerance : float
+            Found minus predicted logarithm of the evidence, and the tolerance of the prediction, in nats.
+        """
+        if found and tolerance > 0.0 and math.isfinite(error):
+            self._changes.append(found)
+            self._sizes.append(float(np.clip(error / tolerance, -MOST, MOST)))
+
+    def expected(self, found: Changes) -> Expected:
+        """Return the error that is expected of a prediction.
+
+        Parameters
+        ----------
+        found : set of str
+            Changes from the model beside which it was predicted.
+        """
+        whole = COMMON**2 + OF_CHANGE**2 * len(found) + OWN**2
+        if not self._changes:
+            return NONE
+        known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
+        known[np.diag_indices(len(known))] += OWN**2
+        beside = np.array([_shared(one, found) for one in self._changes])
+        sizes = np.array(self._sizes)
+        weights = np.linalg.solve(known, np.column_stack([beside, sizes]))
+        variance = max(whole - float(beside @ weights[:, 0]), 0.0) / whole
+        scale = (FREEDOM + float(sizes @ weights[:, 1])) / (FREEDOM + len(sizes))
+        return Expected(float(beside @ weights[:, 1]), min(math.sqrt(variance * scale), 1.0))
+
+
+def _shared(a: Changes, b: Changes) -> float:
+    """Covariance of the errors of two predictions."""
+    return COMMON**2 + OF_CHANGE**2 * len(a & b)
