@@ -1,0 +1,114 @@
+"""How wrong first-order predictions are in one search, and how far fits of a search tell the errors of others.
+
+``setup/enter python benchmarks/search.py errors DIR CASE...`` diagnoses cases of the development deck and appends the
+error of every prediction whose model was fitted to ``search-errors.jsonl`` (minutes per case);
+``setup/enter python benchmarks/search.py measure`` prints the log likelihood of these errors for scales of
+`bushcli.selection.learned` (seconds). Results: ``benchmarks/README.md``.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from scipy.stats import multivariate_normal, multivariate_t
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+import bushcli.diagnosis.diagnose as module  # noqa: E402
+from bushcli.case import load_case  # noqa: E402
+from bushcli.selection.learned import MOST, Changes, PredictionErrors  # noqa: E402
+from bushcli.selection.queue import Search  # noqa: E402
+
+KEPT = Path(__file__).with_name("search-errors.jsonl")
+# Scales of the errors that all predictions share, of those of a change, and of own ones.
+SCALES = (0.0, 0.1, 0.2, 0.3, 0.5), (0.0, 0.1, 0.2, 0.3, 0.4), (0.1, 0.2, 0.3, 0.4, 0.6)
+# None: Gaussian errors of one known scale.
+FREEDOMS = (None, 1.0, 2.0, 3.0, 5.0, 10.0)
+
+Search_ = list[tuple[Changes, float]]
+"""Changes and error, in tolerances, of each fit of one search."""
+
+
+class Noting(PredictionErrors):
+    """Errors that are also written down."""
+
+    case = ""
+
+    def add(self, found: Changes, error: float, tolerance: float) -> None:
+        """Note an error, and append it to the file."""
+        super().add(found, error, tolerance)
+        if found and tolerance > 0.0 and math.isfinite(error):
+            line = {"case": self.case, "changes": sorted(found), "error": error, "tolerance": tolerance}
+            with KEPT.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(line) + "\n")
+
+
+def errors(folder: Path, names: Sequence[str]) -> None:
+    """Diagnose cases, and write the errors of their predictions down."""
+
+    class Watched(Search):
+        """A search whose errors are written down."""
+
+        def __post_init__(self) -> None:
+            self.waiting.errors = Noting()
+            super().__post_init__()
+
+    for name in names:
+        Noting.case = name
+        with patch.object(module, "Search", Watched):
+            module.diagnose(load_case(folder / name / "case.toml"), maps=False)
+
+
+def read() -> list[Search_]:
+    """Return the errors by search."""
+    found: dict[str, Search_] = {}
+    for text in KEPT.read_text(encoding="utf-8").splitlines():
+        line: dict[str, Any] = json.loads(text)
+        size = float(np.clip(line["error"] / line["tolerance"], -MOST, MOST))
+        found.setdefault(line["case"], []).append((frozenset(line["changes"]), size))
+    return list(found.values())
+
+
+def likelihood(
+    searches: Sequence[Search_], common: float, of_change: float, own: float, freedom: float | None
+) -> float:
+    """Log likelihood of the errors of all searches."""
+    total = 0.0
+    for one in searches:
+        sizes = np.array([size for _, size in one])
+        covariance = np.array([[common**2 + of_change**2 * len(a & b) for a, _ in one] for b, _ in one])
+        covariance += own**2 * np.eye(len(one))
+        if freedom is None:
+            total += float(multivariate_normal.logpdf(sizes, np.zeros(len(one)), covariance))
+        else:
+            total += float(multivariate_t.logpdf(sizes, np.zeros(len(one)), covariance, df=freedom))
+    return total
+
+
+def measure() -> Iterator[str]:
+    """Yield the best scales for each number of degrees of freedom, with and without what fits tell of others."""
+    searches = read()
+    yield f"{sum(map(len, searches))} errors in {len(searches)} searches"
+    yield "| degrees of freedom | common | of a change | own | ln likelihood | the best without shared errors |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    for freedom in FREEDOMS:
+        found = [(likelihood(searches, *scales, freedom), scales) for scales in product(*SCALES)]
+        (best, scales), alone = max(found), max(log for log, (c, d, _) in found if c == d == 0.0)
+        name = "Gaussian" if freedom is None else f"{freedom:g}"
+        yield f"| {name} | {scales[0]:g} | {scales[1]:g} | {scales[2]:g} | {best:.1f} | {alone:.1f} |"
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["errors"]:
+        errors(Path(sys.argv[2]), sys.argv[3:])
+    else:
+        print("\n".join(measure()))
