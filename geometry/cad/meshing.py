@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
+from functools import lru_cache
 
 import numpy as np
 
 from geometry.cad.bonds import FREE
 from geometry.cad.cut import cut
-from geometry.cad.found import FoundPart
+from geometry.cad.found import CadStatements, FoundPart, find_part
 from geometry.cad.frame import vector_text
 from geometry.cad.measure import TETRAHEDRON
-from geometry.cad.part import Unit, open_part
+from geometry.cad.part import open_part
 from geometry.cad.roles import RUBBER
 from geometry.errors import GeometryError
 from geometry.estimate import Fine, tetrahedra
@@ -30,19 +30,13 @@ from geometry.view import View
 ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
-def generate(
-    found: FoundPart, path: Path, unit: Unit | None, mirrors: Mirrors, refinement: Refinement
-) -> Names:
+def generate(wanted: CadStatements, mirrors: Mirrors, refinement: Refinement) -> Names:
     """Mesh a part into the open session.
 
     Parameters
     ----------
-    found : FoundPart
-        Interpretation of the file.
-    path : Path
-        The file.
-    unit : Unit | None
-        Unit of the file; None for the one that it declares.
+    wanted : CadStatements
+        The file and what the case states about it.
     mirrors : Mirrors
         Planes of symmetry at which the solid is cut, by their normals.
     refinement : Refinement
@@ -52,11 +46,12 @@ def generate(
     ------
     GeometryError
     """
-    raw = part_mesh(found, path, unit, refinement)
+    found = find_part(wanted)
+    raw = part_mesh(wanted, refinement)
     for component, plane in enumerate("xyz"):
         if plane in found.planes and plane not in mirrors:
             raw = mirrored(raw, component, f"mirror_{plane}")
-    refuse_flat(raw, str(path), found.view)
+    refuse_flat(raw, str(wanted.path), found.view)
     return to_gmsh(raw)
 
 
@@ -142,21 +137,19 @@ def _lengths(found: FoundPart, factor: float) -> tuple[float, float]:
     return inside, min(inside, found.thickness / (ACROSS * GRADING * factor))
 
 
-def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refinement) -> RawMesh:
-    """Mesh the part that remains after cutting at all planes of symmetry.
+@lru_cache(maxsize=4)
+def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
+    """Mesh the part that remains after cutting at all planes of symmetry; once for all modes.
 
     Parameters
     ----------
-    found : FoundPart
-        Interpretation of the file.
-    path : Path
-        The file.
-    unit : Unit | None
-        Unit of the file; None for the one that it declares.
+    wanted : CadStatements
+        The file and what the case states about it.
     refinement : Refinement
         Number of elements in each direction.
     """
-    open_part(path, unit)
+    found = find_part(wanted)
+    open_part(wanted.path, wanted.unit)
     regions, boundaries = cut(found)
     factor = _factor(refinement)
     inside, edge = _lengths(found, factor)
@@ -167,7 +160,7 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
             near[face] = float(np.clip(gap / (BETWEEN * factor), 0.25 * inside, inside))
     sizes = Sizes(inside, edge, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
     grade(3, bond_edges(regions, boundaries), sizes)
-    with refusing(str(path), "cannot be meshed", found.view):
+    with refusing(str(wanted.path), "cannot be meshed", found.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
     raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))

@@ -166,7 +166,7 @@ class Cad(Meets):
         found = self.found
         if isinstance(found, ReadyMesh):
             return to_gmsh(found.raw)
-        return generate(found, Path(self.file), self.unit, mirrors, refinement)
+        return generate(self._wanted, mirrors, refinement)
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
