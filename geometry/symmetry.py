@@ -7,6 +7,7 @@ small feature on one side changes; and random points must be inside the part if 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -64,24 +65,37 @@ def balanced(
     return True
 
 
-def same_points(solids: Sequence[int], origin: Array, normal: Array) -> bool:
-    """Whether points of a box around the solids are in one of them if and only if their mirror images are.
+class SampledSolids:
+    """Random points of a box around solids, and which of them are in a solid.
 
     Parameters
     ----------
-    solids : Sequence[int]
-        Tags of the solids.
-    origin : Array
-        A point of the plane, shape (3,), mm.
-    normal : Array
-        Unit vector normal to the plane, shape (3,).
+    solids : sequence of int
+        Their tags in the open session.
     """
-    boxes = np.array([model().getBoundingBox(3, tag) for tag in solids])
-    low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
-    points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))
-    images = points - 2.0 * np.outer((points - origin) @ normal, normal)
-    for pair in zip(points, images, strict=True):
-        here, there = ([bool(model().isInside(3, tag, p.tolist())) for tag in solids] for p in pair)
-        if any(here) != any(there):
-            return False
-    return True
+
+    def __init__(self, solids: Sequence[int]) -> None:
+        self._solids = solids
+        boxes = np.array([model().getBoundingBox(3, tag) for tag in solids])
+        low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+        self._points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))
+
+    @cached_property
+    def _known(self) -> list[bool]:
+        return [self._is_inside(point) for point in self._points]
+
+    def _is_inside(self, point: Array) -> bool:
+        return any(model().isInside(3, tag, point.tolist()) for tag in self._solids)
+
+    def is_symmetric(self, origin: Array, normal: Array) -> bool:
+        """Whether points are in a solid if and only if their mirror images are.
+
+        Parameters
+        ----------
+        origin : Array
+            A point of the plane, shape (3,), mm.
+        normal : Array
+            Unit vector normal to the plane, shape (3,).
+        """
+        images = self._points - 2.0 * np.outer((self._points - origin) @ normal, normal)
+        return all(here == self._is_inside(image) for here, image in zip(self._known, images, strict=True))

@@ -28,7 +28,7 @@ from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
 from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
-from geometry.symmetry import balanced, moments, same_points
+from geometry.symmetry import SampledSolids, balanced, moments
 from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of
 
@@ -299,13 +299,15 @@ def _frame(
     for name, tags in groups.items():
         parts[f"boundary {name}"] = [(2, tag) for tag in tags]
 
+    inside = SampledSolids(meshed)
+
     def planes_of(frame: Frame) -> Planes:
         rows, origin = np.array(frame.rows), np.array(frame.centre)
         names: list[Literal["x", "y", "z"]] = ["x", "y", "z"]
         return frozenset(
             name
             for i, name in enumerate(names)
-            if balanced(parts, origin, rows, i, part.size) and same_points(meshed, origin, rows[i])
+            if balanced(parts, origin, rows, i, part.size) and inside.is_symmetric(origin, rows[i])
         )
 
     given = None if wanted.direction is None else np.array(wanted.direction, dtype=float)
