@@ -35,7 +35,7 @@ SCALES = (0.0, 0.1, 0.2, 0.3, 0.5), (0.0, 0.1, 0.2, 0.3, 0.4), (0.1, 0.2, 0.3, 0
 FREEDOMS = (None, 1.0, 2.0, 3.0, 5.0, 10.0)
 
 Search_ = list[tuple[Changes, float]]
-"""Changes and error, in tolerances, of each fit of one search."""
+"""Changes and error, in slacks, of each fit of one search."""
 
 
 class Noting(PredictionErrors):
@@ -43,11 +43,11 @@ class Noting(PredictionErrors):
 
     case = ""
 
-    def add(self, found: Changes, error: float, tolerance: float) -> None:
+    def add(self, found: Changes, error: float, slack: float) -> None:
         """Note an error, and append it to the file."""
-        super().add(found, error, tolerance)
-        if found and tolerance > 0.0 and math.isfinite(error):
-            line = {"case": self.case, "changes": sorted(found), "error": error, "tolerance": tolerance}
+        super().add(found, error, slack)
+        if found and slack > 0.0 and math.isfinite(error):
+            line = {"case": self.case, "changes": sorted(found), "error": error, "slack": slack}
             with KEPT.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
 
@@ -73,7 +73,7 @@ def read() -> list[Search_]:
     found: dict[str, Search_] = {}
     for text in KEPT.read_text(encoding="utf-8").splitlines():
         line: dict[str, Any] = json.loads(text)
-        size = float(np.clip(line["error"] / line["tolerance"], -MOST, MOST))
+        size = float(np.clip(line["error"] / line["slack"], -MOST, MOST))
         found.setdefault(line["case"], []).append((frozenset(line["changes"]), size))
     return list(found.values())
 

@@ -2,7 +2,7 @@
 
 First order errs alike in models that are alike: where the fit of a debonded bond found 18 nats less than predicted,
 pairs with it find as much less; and where the first ten predictions were right within a nat, so are the others. The
-error of a prediction, in units of its tolerance, is a sum of one that all predictions of a search share, one of each
+error of a prediction, in units of its slack, is a sum of one that all predictions of a search share, one of each
 change between the two models (an effect more, an effect less, another law), and one of its own. All are Gaussian of
 one unknown scale: a Student-t process. Its constants were measured (`benchmarks/search.py`).
 
@@ -25,11 +25,11 @@ from bushcli.selection.model import Model
 Changes = frozenset[str]
 """Names of the changes between two models, in which their predictions may err."""
 
-# Scales of the errors, in tolerances: those of all predictions of a search, of a change, of a prediction; and degrees
+# Scales of the errors, in slacks: those of all predictions of a search, of a change, of a prediction; and degrees
 # of freedom. Those with the highest likelihood of the errors in 24 recordings of the development deck.
 COMMON, OF_CHANGE, OWN = 0.1, 0.1, 0.2
 FREEDOM = 2.0
-# Largest error of one fit that counts, in tolerances: a fit that ended in another optimum says no more of the others.
+# Largest error of one fit that counts, in slacks: a fit that ended in another optimum says no more of the others.
 MOST = 2.0
 
 
@@ -64,9 +64,9 @@ class Expected:
     Attributes
     ----------
     mean : float
-        In tolerances of the prediction.
+        In slacks of the prediction.
     spread : float
-        Its scale as a share of that before any fit, 1 at most: no tolerance grows, since it was chosen as a bound.
+        Its scale as a share of that before any fit, 1 at most: no slack grows, since it was chosen as a bound.
     """
 
     mean: float
@@ -84,19 +84,19 @@ class PredictionErrors:
         self._changes: list[Changes] = []
         self._sizes: list[float] = []
 
-    def add(self, found: Changes, error: float, tolerance: float) -> None:
+    def add(self, found: Changes, error: float, slack: float) -> None:
         """Note the error of a prediction whose model has been fitted.
 
         Parameters
         ----------
         found : set of str
             Changes from the model beside which it was predicted; none where it was only a bound.
-        error, tolerance : float
-            Found minus predicted logarithm of the evidence, and the tolerance of the prediction, in nats.
+        error, slack : float
+            Found minus predicted logarithm of the evidence, and the slack of the prediction, in nats.
         """
-        if found and tolerance > 0.0 and math.isfinite(error):
+        if found and slack > 0.0 and math.isfinite(error):
             self._changes.append(found)
-            self._sizes.append(float(np.clip(error / tolerance, -MOST, MOST)))
+            self._sizes.append(float(np.clip(error / slack, -MOST, MOST)))
 
     def expected(self, found: Changes) -> Expected:
         """Return the error that is expected of a prediction.

@@ -69,7 +69,7 @@ class Queued:
     @property
     def log_evidence(self) -> float:
         """Predicted logarithm of the evidence."""
-        return self.first_order + self.error.mean * self.tolerance
+        return self.first_order + self.error.mean * self.slack
 
     @property
     def predicted(self) -> float:
@@ -77,14 +77,10 @@ class Queued:
         return self.log_evidence + self.odds
 
     @property
-    def tolerance(self) -> float:
-        """Possible error before any fit, in nats."""
-        return self.slack + self.hope
-
-    @property
     def optimistic(self) -> float:
         """The predicted weight plus its possible error, as far as the likelihood can increase."""
-        return max(self.predicted, min(self.predicted + self.error.spread * self.tolerance, self.limit))
+        most = self.predicted + self.error.spread * self.slack + self.hope
+        return max(self.predicted, min(most, self.limit))
 
     @property
     def is_sure(self) -> bool:
@@ -148,5 +144,5 @@ class Waiting(dict[Key, Queued]):
             if not state.fitted.converged:
                 # A fit that was given up says only that the model does not matter.
                 error = max(error, min(needed - one.first_order, 0.0))
-            self.errors.add(one.changes, error, one.tolerance)
+            self.errors.add(one.changes, error, one.slack)
         self.update({key: one.expecting(self.errors) for key, one in self.items()})

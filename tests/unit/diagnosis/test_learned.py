@@ -28,7 +28,7 @@ def test_alike_predictions_err_alike() -> None:
     assert same.mean < 1.5 * other.mean < 0.0
 
 
-def test_accurate_predictions_make_all_tolerances_small() -> None:
+def test_accurate_predictions_make_all_slacks_small() -> None:
     errors, spreads = PredictionErrors(), []
     for i in range(8):
         errors.add(frozenset({f"with {i}"}), 0.2 * (-1.0) ** i, 10.0)
@@ -37,7 +37,7 @@ def test_accurate_predictions_make_all_tolerances_small() -> None:
     assert spreads[-1] < 0.5
 
 
-def test_no_tolerance_grows() -> None:
+def test_no_slack_grows() -> None:
     errors = PredictionErrors()
     errors.add(A, 60.0, 10.0)
     assert errors.expected(B).spread == 1.0

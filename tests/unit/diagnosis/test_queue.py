@@ -235,3 +235,17 @@ def test_a_search_that_is_stopped_at_its_first_derivatives_has_looked_at_nothing
     with pytest.raises(KeyboardInterrupt):
         world.search(monkeypatch)
     assert searches[0].left == 1.0
+
+
+def test_errors_of_fits_shift_only_what_has_a_slack(world, monkeypatch):
+    """What a fit may find in addition is no error: effects that cannot be seen would get hundreds of nats by it."""
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    one = next(iter(found.waiting.values()))
+    changed = frozenset({"with drift"})
+    base = queued.Queued(one.model, one.base, 5.0, hope=300.0, changes=changed)
+    found.waiting.errors.add(changed, 4.0, 5.0)
+    silent, unsure = (replace(base, slack=slack).expecting(found.waiting.errors) for slack in (0.0, 10.0))
+    assert silent.predicted == 5.0
+    assert silent.optimistic == 305.0
+    assert 5.0 < unsure.predicted < 9.0
+    assert unsure.optimistic > 305.0
