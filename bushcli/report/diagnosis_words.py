@@ -272,7 +272,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
         "interrupted": ": the search was interrupted",
     }[searched.ended]
     lines = [
-        f"{fitted}, others predicted; to fit these as well could shift {chance(searched.left)} of the probability{why}"
+        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
