@@ -299,7 +299,10 @@ def test_the_paragraph_has_angles_in_degrees(case, diagnoses):
             "unexplained",
             "leaves a misfit larger than the noise. With a probability of more than 99 % something is",
         ),
-        ("unexplained", "What no known effect explains is 83 % of the misfit of the plain law"),
+        (
+            "unexplained",
+            "83 % of the misfit of the plain law (squared, above the noise) is explained by no known effect",
+        ),
         ("unexplained", "The force falls with time, whatever the displacement."),
         (
             "faulty_data",
@@ -422,7 +425,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
-        "0.83 of the 1.05 bit of information that are still open, in about 8 minutes",
+        "0.83 of the 1.05 bits of information that are still open, in about 8 minutes",
         "assumed to err by 0.40 % in axial and 0.40 % in radial (rms, of the force range); this accounts for 96 % of "
         "the remaining misfit above the noise.",
         "radial (held out)",
@@ -462,7 +465,7 @@ def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
 
 def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     found = diagnoses.diagnosis(case())
-    assert "exact: what it leaves is noise" in form_error_line(
+    assert "exact: its misfit counts as noise" in form_error_line(
         replace(found, form_error=FormError(0.0, {}, 1.0))
     )
     half = {"axial": 0.5, "radial": 0.0}
