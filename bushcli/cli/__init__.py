@@ -158,8 +158,8 @@ def main() -> None:
     A case file (TOML) describes the bushing and lists its recordings and coupon tests; `bushcli init` writes an
     example. Units are N, mm, MPa, s and degrees.
 
-    Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 usage, case file or recording;
-    3 a simulation did not converge; 130 interrupted.
+    Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 an error in the command line, the
+    case file or a recording; 3 a simulation did not converge; 130 interrupted.
     """
 
 

@@ -125,7 +125,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
     default="linear",
     show_default=True,
-    help="Discount misfits beyond two standard deviations.",
+    help="How to discount misfits beyond two standard deviations; linear discounts none.",
 )
 @click.option(
     "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."

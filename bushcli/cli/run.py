@@ -164,7 +164,7 @@ class _Folder(click.Path):
 def on_a_case(
     command: Callable[..., int | None],
     into: str = "DIR",
-    writes: str = "Write result.json, report.html, curves, plots and fields there.",
+    writes: str = "Write result.json there and, by command, report.html, curves, plots and fields.",
 ) -> Callable[..., None]:
     """Give a command the CASE argument and the common options, and turn its errors into exit codes.
 

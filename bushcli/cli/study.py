@@ -45,7 +45,8 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
 @click.option(
     "--sampling",
     type=click.Choice(SAMPLINGS),
-    help="grid if all keys have values, else lhs; saltelli for Sobol indices, corners for the limits of tolerances.",
+    help="Default: grid if all keys have values, else lhs. saltelli is for Sobol indices, corners for the limits of "
+    "tolerances.",
 )
 @click.option("--designs", type=click.IntRange(1), metavar="N", help="Number of designs of a sample.")
 @click.option(

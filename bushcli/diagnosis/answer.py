@@ -240,9 +240,9 @@ def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
         found.append(
             Condition(
                 "noise_with_memory",
-                f"{one.name}: what the plain law leaves is taken for noise of {percent * one.noise.sigma:.2g} % of the "
-                f"force range that lasts for {memory}; windows of some 24 samples show "
-                f"{percent * before.sigma:.2g} %. Physics that changes slowly would leave the same{like}",
+                f"{one.name}: the misfit of the plain law is taken for noise of {percent * one.noise.sigma:.2g} % of "
+                f"the force range that is correlated over {memory}; windows of some 24 samples show noise of "
+                f"{percent * before.sigma:.2g} %. Physics that changes slowly would leave the same misfit{like}",
                 "compare with the noise of the sensors at rest; if it is smaller, something slow is missing, and the "
                 "probabilities are those of a recording with this noise",
             )

@@ -168,7 +168,7 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
         raise InputError(
             Problem(
                 asked.case.path.name,
-                f"{asked.plain.law} cannot be solved on these recordings from {tried}, nor from its own start values",
+                f"the recordings cannot be simulated with {asked.plain.law}, from {tried} or from its own start values",
             )
         )
     return rough

@@ -21,10 +21,10 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
     Returns
     -------
     str
-        "64 % of the excess misfit is on unloading below 4 mm in cycles 1 to 3: the simulation is 21 % too stiff there".
+        "64 % of the misfit above the noise is on unloading below 4 mm in cycles 1 to 3: the simulation is ... there".
     """
     percent = 100 * min(mismatch.share, 1.0)
-    share = f"{f'{percent:.0f}' if percent >= 1 else 'less than 1'} % of the excess misfit is"
+    share = f"{f'{percent:.0f}' if percent >= 1 else 'less than 1'} % of the misfit above the noise is"
     where = " ".join(part for part in (_branch(mismatch), _displacement(mismatch), _cycles(mismatch)) if part)
     rate = _rate(mismatch)
     where = f"{where} {rate}".strip()

@@ -253,7 +253,7 @@ def _unsolvable(task: Task, initial: Array) -> Problem:
     tried = ", ".join(f"{name} = {value:g}" for name, value in _in_file_units(task, initial).items())
     return Problem(
         task.case.path.name,
-        f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
+        f"the curves cannot be simulated with {task.model}, from {tried} or from the law's own start values",
         "",
         "give other start values in [material.parameters]",
     )

@@ -118,7 +118,7 @@ def start_replaced(instead: Mapping[str, float]) -> Condition:
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",
-        "with the start values the law is unstable or could not be solved; the search began with "
+        "with the start values the law is unstable or could not be simulated; the search began with "
         f"{listed}, scaled to the curves",
         "nothing to do if the fit is good; otherwise give other start values in [material.parameters], or --starts 8",
     )

@@ -54,7 +54,7 @@ class Mismatch:
     rate : (float, float) or None
         Slowest and fastest branch, mm/s or rad/s; None if all recorded rates belong to it.
     share : float
-        Of the excess misfit of all channels.
+        Of the misfit above the noise, of all channels.
     sign : {"too_stiff", "too_soft", "too_high", "too_low", "both_ways"}
         Of the simulation; high and low are towards positive and negative forces, on both sides of zero. Both ways if
         the misfit has no sense: a fit makes the mean of what it leaves small.

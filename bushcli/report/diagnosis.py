@@ -70,8 +70,8 @@ def diagnosis_text(found: Diagnosis) -> Group:
         parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
     parts += _block("Next test", ended(next_test_lines(found)))
     parts += _block("Search", ended([*searched_lines(found), *untestable_lines(found)]))
-    spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"
-    parts.append(Text(spent, "dim"))
+    simulated = f"{found.forward_solves} simulations of one channel, {found.failed_solves} failed trials"
+    parts.append(Text(f"{simulated}, {found.seconds:.0f} s", "dim"))
     parts += problem_parts(one for one in found.conditions if one.name not in FAULTS)
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
 
@@ -97,7 +97,7 @@ def map_lines(found: Diagnosis) -> list[str]:
         lines.append(f"{where}{one.text}")
     cause = {
         "missing_physics": listed(effect_names(found)),
-        "law_too_poor": f"the {law_title(found.material.law)} law",
+        "law_too_poor": f"that the {law_title(found.plain.law)} law is too poor",
     }.get(found.verdict)
     if lines and cause and any(one.helps_locally for one in found.maps):
         lines.append(f"The map shows the misfit of the plain law; the most probable cause is {cause}.")

@@ -215,8 +215,8 @@ def missing_lines(found: Diagnosis) -> list[str]:
         return []
     first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
     share = (
-        f"What no known effect explains is {percent(100 * missing.share)} of the misfit of the plain law (squared, "
-        "above the noise)"
+        f"{percent(100 * missing.share)} of the misfit of the plain law (squared, above the noise) is explained by no "
+        "known effect"
     )
     return [first, share, *missing.text]
 
@@ -233,7 +233,7 @@ def form_error_line(found: Diagnosis) -> str:
     if UNKNOWN in found.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
-        return "The formulas of the most probable model are assumed to be exact: what it leaves is noise"
+        return "The formulas of the most probable model are assumed to be exact: its misfit counts as noise"
     return f"The formulas of the most probable model are assumed to err by {size[3:]}; this accounts for {covered}"
 
 
@@ -252,7 +252,7 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     test = found.next_test
     if test is None:
         return []
-    bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are still open"
+    bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
     gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
     return [test.text, gain] if test.possible > 0 else [test.text]
 
@@ -272,7 +272,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
         "interrupted": ": the search was interrupted",
     }[searched.ended]
     lines = [
-        f"{fitted}, others predicted; to fit these as well could shift {chance(searched.left)} of the probability{why}"
+        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")

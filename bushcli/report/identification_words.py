@@ -157,10 +157,10 @@ def determined(fit: Fit) -> list[str]:
 
 def search(fit: Fit) -> list[str]:
     """Return a line on how the result was found."""
-    failed = f", {fit.failed_solves} trials failed" if fit.failed_solves else ""
+    failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
     return [
         f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
-        f"{fit.sweeps} sweeps, {fit.forward_solves} forward solves{failed}, {fit.seconds:.1f} s"
+        f"{fit.sweeps} evaluations{failed}, {fit.forward_solves} simulations of one channel, {fit.seconds:.1f} s"
         + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
     ]

@@ -156,8 +156,8 @@ def _notes(shape: Shape) -> list[object]:
 
 def _fit_parts(fit: Fit) -> list[object]:
     solved = (
-        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, {fit.sweeps} sweeps, "
-        f"{fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
+        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
+        f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
     )
     return [
         Shown(parameter_table(fit)),

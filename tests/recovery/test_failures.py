@@ -90,7 +90,9 @@ def test_an_answer_behind_a_wall_of_failures_is_not_made_up(experiment, failing)
 @pytest.mark.parametrize("method", ["trf", "dogbox"])
 def test_a_start_that_cannot_be_solved_at_all_ends_the_run_with_a_sentence(experiment, failing, method):
     failing(lambda p: True)
-    with pytest.raises(InputError, match=r"yeoh cannot be solved on these curves from C10 = .*start values"):
+    with pytest.raises(
+        InputError, match=r"the curves cannot be simulated with yeoh, from C10 = .*start values"
+    ):
         identify(Task(experiment("axial"), "yeoh", method=method))
 
 

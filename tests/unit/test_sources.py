@@ -368,7 +368,8 @@ def test_a_file_in_place_of_a_folder_is_told_how_to_become_a_case(tmp_path):
     done = run("init", tmp_path / "axial.csv")
     assert done.exit_code == 2
     assert (
-        f"axial.csv is a file; a case for the files of a rig: bushcli init --from {tmp_path}" in done.output
+        f"axial.csv is a file; to write a case for files of a rig: bushcli init --from {tmp_path}"
+        in done.output
     )
 
 

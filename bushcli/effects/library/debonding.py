@@ -117,7 +117,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="two channels, such as torsional and radial: a free length lowers the one less than the other",
+    needs="two channels, such as torsional and radial: a debonded length softens them by different amounts",
     rivals=("batch_stiffness", "compressibility", "dimension"),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
     needs_sleeves=True,

@@ -48,8 +48,8 @@ def test_noise_that_only_the_misfit_suggests_is_doubted_and_described(timed):
         problem.compared = lambda simulated: (compared,)
     (doubt,) = _long_memory(best, problem)
     assert doubt.name == "noise_with_memory"
-    assert ("that lasts for 15 samples (7.5 s)" in doubt.message) == timed
+    assert ("that is correlated over 15 samples (7.5 s)" in doubt.message) == timed
     # 3 N of a range of 1500 N.
-    assert "windows of some 24 samples show 0.2 %" in doubt.message
+    assert "windows of some 24 samples show noise of 0.2 %" in doubt.message
     if timed:
         assert "(the zero of the force " in doubt.message

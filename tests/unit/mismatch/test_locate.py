@@ -78,7 +78,8 @@ def test_the_sentence_of_the_issue():
     assert one.share > 0.95
     (text,) = sentences(location)
     assert text.endswith(
-        "of the excess misfit is on unloading below 4 mm in cycles 1 to 3: the simulation is 21 % too stiff there"
+        "of the misfit above the noise is on unloading below 4 mm in cycles 1 to 3: "
+        "the simulation is 21 % too stiff there"
     )
 
 
@@ -98,14 +99,16 @@ def test_a_factor_is_everywhere():
     time, q = BOTH_SIDES
     location = found(time, q, law(q) / 1.3)
     assert location.mismatch[0].whole >= {"cycle", "branch", "side", "displacement"}
-    assert sentences(location)[0].startswith("100 % of the excess misfit is spread over the whole recording")
+    assert sentences(location)[0].startswith(
+        "100 % of the misfit above the noise is spread over the whole recording"
+    )
     assert "30 % too stiff" in sentences(location)[0]
 
 
 def test_a_share_that_rounds_to_nothing_is_told_as_less_than_one():
     time, q = BOTH_SIDES
     (one, *_) = found(time, q, law(q) / 1.3).mismatch
-    assert sentence(replace(one, share=0.004)).startswith("less than 1 % of the excess misfit")
+    assert sentence(replace(one, share=0.004)).startswith("less than 1 % of the misfit above the noise")
     assert sentence(replace(one, share=0.012)).startswith("1 % of")
 
 

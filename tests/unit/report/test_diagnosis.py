@@ -254,7 +254,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
     assert f"Next test: {diagnoses.NEXT.text}." in text
     assert text.endswith(
-        "others predicted; to fit these as well could shift 12 % of the probability: the time limit was reached."
+        "the others predicted; fitting these too could shift 12 % of the probability: the time limit was reached."
     )
 
 
@@ -299,7 +299,10 @@ def test_the_paragraph_has_angles_in_degrees(case, diagnoses):
             "unexplained",
             "leaves a misfit larger than the noise. With a probability of more than 99 % something is",
         ),
-        ("unexplained", "What no known effect explains is 83 % of the misfit of the plain law"),
+        (
+            "unexplained",
+            "83 % of the misfit of the plain law (squared, above the noise) is explained by no known effect",
+        ),
         ("unexplained", "The force falls with time, whatever the displacement."),
         (
             "faulty_data",
@@ -422,11 +425,11 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
-        "0.83 of the 1.05 bit of information that are still open, in about 8 minutes",
+        "0.83 of the 1.05 bits of information that are still open, in about 8 minutes",
         "assumed to err by 0.40 % in axial and 0.40 % in radial (rms, of the force range); this accounts for 96 % of "
         "the remaining misfit above the noise.",
         "radial (held out)",
-        "7 models were fitted, others predicted; to fit these as well could shift 12 % of the probability",
+        "7 models were fitted, the others predicted; fitting these too could shift 12 % of the probability",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
         f"Not detectable in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (reasons:",
         "problem coarse_noise",
@@ -462,7 +465,7 @@ def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
 
 def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     found = diagnoses.diagnosis(case())
-    assert "exact: what it leaves is noise" in form_error_line(
+    assert "exact: its misfit counts as noise" in form_error_line(
         replace(found, form_error=FormError(0.0, {}, 1.0))
     )
     half = {"axial": 0.5, "radial": 0.0}
@@ -484,12 +487,12 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
 def test_the_search_says_whether_it_was_complete(case, diagnoses):
     found = diagnoses.diagnosis(case())
     assert searched_lines(found)[0].endswith(
-        "fitted, others predicted; to fit these as well could shift less than 1 % of the probability"
+        "fitted, the others predicted; fitting these too could shift less than 1 % of the probability"
     )
     stopped = replace(found.searched, complete=False, left=0.004, ended="interrupted")
     assert searched_lines(replace(found, searched=stopped))[0] == (
-        "4 models were fitted, others predicted; to fit these as well could shift less than 1 % of the probability: "
-        "the search was interrupted"
+        "4 models were fitted, the others predicted; fitting these too could shift less than 1 % of the probability"
+        ": the search was interrupted"
     )
     assert searched_lines(diagnoses.diagnosis(case(), "faulty_data")) == []
 

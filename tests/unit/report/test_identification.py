@@ -300,7 +300,7 @@ def test_text_says_everything():
         "poorly determined",
         "-0.90",
         "1 of 2 combinations of the parameters are determined",
-        "4 sweeps, 8 forward solves, 1 trials failed, 2.0 s",
+        "4 evaluations (1 failed), 8 simulations of one channel, 2.0 s",
         "Laws, best first by BIC",
         "problem undetermined",
         "remedy: record larger displacements",
