@@ -47,6 +47,10 @@ ALLOWED = {
         "geometry/cad/found.py",
         "find_part",
     ): "a part by its file and the time of its change, for shapes that are equal",
+    (
+        "geometry/cad/meshing.py",
+        "part_mesh",
+    ): "a part's tetrahedra by its file, the time of its change, and their size: all modes share them",
     ("geometry/cad/ready.py", "read_mesh"): "a mesh by its file and the time of its change",
     ("geometry/section/dxf.py", "read_dxf"): "a drawing by its file and the time of its change",
     ("geometry/section/found.py", "find_section"): "the measures of a section by its outlines",
