@@ -8,6 +8,13 @@ from dataclasses import dataclass, replace
 
 from bushcli.recording.factors import FACTOR, factor_in
 from bushcli.recording.formulas import is_formula
+from bushcli.recording.loose_numbers import (
+    loose_numbers,
+    number_and_unit,
+    ranges_in,
+    without_range_words,
+    without_ranges,
+)
 from bushcli.recording.quality import name_quality, plain_name
 from bushcli.recording.remarks import is_remark, is_unknown_word
 from bushcli.recording.unit_in_name import is_inner_unit, is_range, unit_within, with_second_unit
@@ -58,6 +65,8 @@ class Heading:
         The one of them that stands where units stand, after ``_`` or a comma, or an empty text.
     formula : bool
         Whether the name is a formula, such as ``abs(Force)``.
+    ranges : tuple of str
+        Ranges as written, with a sign and without a unit: ``±25``.
     """
 
     words: tuple[str, ...]
@@ -65,6 +74,7 @@ class Heading:
     doubtful: tuple[str, ...]
     at_end: str = ""
     formula: bool = False
+    ranges: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -104,27 +114,59 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     rest, written = with_second_unit(rest, written, timed)
     scaled = factor_in(rest)
     written += [f"{FACTOR} {scaled}"] if scaled else []
-    shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
-    units = [] if written else [i for i, word in enumerate(shown[1:-1], start=1) if is_inner_unit(word)]
-    if units:
-        # The "5 kN" of "5 kN load cell" is its range.
-        ranges = [i for i in units if is_range(shown[:i], rest)]
-        written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
-        gone = {*units, *(i - 1 for i in ranges)}
-        shown = [word for i, word in enumerate(shown) if i not in gone]
+    ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
+    shown = [word for part in (without_ranges(rest), *remarks) for word in re.split(r"[\W_]+", part) if word]
+    if not written:
+        shown, written = _inner_units(shown, rest)
     doubtful = [] if written else _doubtful(shown, rest)
-    for word in doubtful:
-        i = shown.index(word) if word in shown else 0
-        if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
-            written, doubtful = [f"{shown[i - 1]} {word}"], []
-            break
+    if not written:
+        written, doubtful = _with_number(shown, rest, doubtful, has_unit)
+    if ranges or any(re.match(r"\d", text) for text in written):
+        shown = without_range_words(shown)
     if timed and not written and any(word.lower() == "min" for word in shown):
         doubtful += [word for word in shown if word.lower() == "min"]
         shown = [word for word in shown if word.lower() != "min"]
     end = _AFTER_SIGN.search(rest) if doubtful else None
     at_end = end[1] if end and end[1] in doubtful else ""
     lower, formula = tuple(word.lower() for word in shown), is_formula(text, rest)
-    return Heading(lower, tuple(written), tuple(doubtful), at_end, formula)
+    return Heading(lower, tuple(written), tuple(doubtful), at_end, formula, tuple(ranges))
+
+
+def _inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
+    """Return the words of a name without the units between them, and these units; the "5 kN" of "5 kN cell" is one."""
+    units = [i for i, word in enumerate(shown[1:-1], start=1) if is_inner_unit(word)]
+    ranges = [i for i in units if is_range(shown[:i], rest)]
+    written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
+    gone = {*units, *(i - 1 for i in ranges)}
+    return [word for i, word in enumerate(shown) if i not in gone], written
+
+
+def _with_number(
+    shown: list[str], rest: str, doubtful: list[str], has_unit: bool
+) -> tuple[list[str], list[str]]:
+    """Return the number in a name that may be a range or a factor, with its unit if it has one, and the doubtful words.
+
+    Parameters
+    ----------
+    shown : list of str
+        The words of the name.
+    rest : str
+        The name without brackets.
+    doubtful : list of str
+        The words that may be units.
+    has_unit : bool
+        Whether the unit of the column is known: a number beside it is that of a channel, or a range.
+    """
+    for word in doubtful:
+        i = shown.index(word) if word in shown else 0
+        if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            return [f"{shown[i - 1]} {word}"], []
+        if number_and_unit(word):
+            return [word], []
+    if has_unit or not all(word.isdigit() for word in doubtful):
+        return [], doubtful
+    loose = loose_numbers(rest)
+    return loose[:1], []
 
 
 def _has_unit(bracketed: Sequence[str], rest: str, timed: bool) -> bool:
