@@ -69,7 +69,7 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
-        if fields is None or not texts or numbers_in(fields, decimal):
+        if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
             passed += [] if line.comment else [line]
         else:
             full.append((line, fields))
@@ -99,6 +99,11 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     ]
     _no_data(path, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
     return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
+
+
+def _is_comment(line: Line, fields: Sequence[str]) -> bool:
+    """Whether a line above a single column is a comment; above several columns the number of fields shows it."""
+    return line.comment and len(fields) == 1 and not (named_columns(fields) or is_units_row(fields))
 
 
 def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
