@@ -23,6 +23,7 @@ from bushcli.recording.match import (
     written_units,
 )
 from bushcli.recording.source import Quantity, Source
+from bushcli.recording.stated_factors import refuse_factor
 from bushcli.recording.table import Table
 from bushcli.recording.units import tabulated_unit
 from cases.mode import Mode
@@ -90,6 +91,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     if clock is not None:
         return Column(index, clock, "s", remarks)
     known = given_unit(table, wanted, index, wanted.given) if wanted.given else unit_of(table, wanted, index)
+    if not wanted.given:
+        refuse_factor(table, source, wanted, index)
     read, remarks = known.unit, (*remarks, *known.remarks)
     numbers = table.numbers(index, source.accept)
     remarks += tuple(ranges_of(table, quantity, index, numbers, known.assumed))
