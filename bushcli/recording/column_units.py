@@ -12,7 +12,7 @@ from bushcli.recording.hints import KIND
 from bushcli.recording.match import WantedColumn, written_units
 from bushcli.recording.source import UNITS, Quantity
 from bushcli.recording.stated import stated_system, stated_units, stated_unknown
-from bushcli.recording.table import Table
+from bushcli.recording.table import Table, TextTable
 from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
 
 _DEFAULT_UNIT = {
@@ -21,6 +21,9 @@ _DEFAULT_UNIT = {
 }  # fmt: skip
 #: Longest unknown word beside the name of a quantity that may be a unit: "force_klb".
 _LONGEST_UNIT = 4
+#: Names of a column that holds the units of the one before it, and its largest number of different texts.
+_UNIT_NAMES = frozenset({"unit", "units", "einheit", "unité", "unidad", "unità", "eenheid", "单位", "単位"})
+_MOST_UNITS = 5
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
         for text in written_units(table, index, head)
         if not (measured == "strain" and (plain_unit(text) in NO_UNIT or _says_stretch(head, wanted, text)))
     ]
+    units += _units_beside(table, wanted, index)
     if not units:
         units = [
             unit
@@ -100,6 +104,41 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
         return KnownUnit(units[0])
     said = f"line {other[0]} states {other[1].name}, the header {units[0].name}, which is used"
     return KnownUnit(units[0], (f"{table.label(index)}: {said}",))
+
+
+def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
+    """Return the unit in the column behind another one, if each of its fields is a unit: ``12.5;N``.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : WantedColumn
+    index : int
+        Index of the column of numbers, from 0.
+
+    Raises
+    ------
+    RecordingError
+        The fields differ, or are units of another quantity.
+    """
+    if not isinstance(table, TextTable) or index + 1 >= len(table.names):
+        return []
+    if not re.match(r"[^\W\d_]|[%°\[(]", table.text(0, index + 1)):
+        return []
+    fields = [table.text(row, index + 1) for row in range(len(table))]
+    written = list(dict.fromkeys(field for field in fields if field))
+    known = [tabulated_unit(text) for text in written[: _MOST_UNITS + 1]]
+    named = heading(table.names[index + 1]).name in _UNIT_NAMES
+    # "h" in a column "Phase" is no unit of the force before it.
+    is_own = all(unit is not None and unit.measured == wanted.measured for unit in known)
+    if len(written) > _MOST_UNITS or not (named or is_own):
+        return []
+    if len(written) > 1 or "" in fields:
+        row = next(i for i, field in enumerate(fields) if field != fields[0])
+        what = f'{table.label(index)}: the unit behind it is "{fields[0]}" at first and "{fields[row]}" here'
+        expected = f'one unit; or units = {{{wanted.quantity} = "..."}} in the table of the case file'
+        raise RecordingError(Problem(table.place(row), what, "", expected))
+    return [_read(table, wanted, index, written[0])]
 
 
 def _unit_above(table: Table, wanted: WantedColumn, index: int) -> KnownUnit | None:

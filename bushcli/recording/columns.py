@@ -163,7 +163,7 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     found = []
     for i, name in enumerate(table.names):
         units = [tabulated_unit(text) for text in written_units(table, i, heading(name))]
-        named = re.search(r"time|zeit|elapsed|seconds", name.lower()) is not None
+        named = re.search(r"time|zeit|elapsed|seconds|^\W*t(?![^\W_])", name.lower()) is not None
         if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
             found.append(
                 f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "

@@ -68,6 +68,16 @@ _FOREIGN = _set(
     "vitesse velocità velocidad maximal maximale minimale massimo massima minimo minima máximo máxima mínimo mínima "
     "moyen moyenne medio media"
 )
+#: The same in languages with endings or without blanks: extremes and means; set, calculated and simulated values;
+#: errors; rates, stiffness, energy.
+_ABROAD = re.compile(
+    r"^(?:maxi|maks|máxim|massim|макс|мин(?!$)|średni|gemiddel|ortalama|средн|pics?$|picchi?|picco|picos?$|crête|piek|szczyt|пик"
+    r"|referen|référen|referên|impost|zadan|żądan|žádan|požad|hedef|gewenst|gewünscht|цел|задан|setpun|set-?point"
+    r"|t(?:h)?[eéè]or|teór|calcul|berek|oblicz|vypočt|расч|simul(?!t)|symul|модел|erreu|fout|błęd|błąd|chyb|hata|ошиб"
+    r"|raideur|rigid[ei]|stijfh|sztywn|tuhost|жестк|жёстк|énerg|energi|energí|энерг|snelh|prędk|rychlo|скорост)"
+    r"|börvärd|børværd|最大|最小|峰值|峰谷|平均|设定|設定|目标|目標|指令|给定|給定|理论|理論|计算|計算|模拟|误差|誤差|偏差"
+    r"|变化率|速率|速度|刚度|剛性|能量|次数|回数|목표|평균|최대|최소|지령|설정|이론|오차|속도"
+)
 _NOMINAL = _set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
 _MAGNITUDE = _set("abs absolute absolut absolutwert")
 #: Words that exclude single quantities. A nominal force is none that was measured, unlike a nominal stress; an absolute
@@ -154,7 +164,7 @@ _ALL_WORDS = frozenset(
 
 def is_foreign(word: str) -> bool:
     """Whether a word, in lower case, changes the meaning of the quantity beside it."""
-    return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS)
+    return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS) or _ABROAD.search(word) is not None
 
 
 def is_code(word: str) -> bool:
