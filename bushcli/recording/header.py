@@ -27,6 +27,7 @@ from bushcli.recording.vocabulary import (
     WORDS,
     is_foreign,
     known_word,
+    names_quantity,
 )
 
 #: Full-width brackets are in use between Chinese characters. A bracket that is not closed ends with the name.
@@ -41,6 +42,8 @@ _INCH = re.compile(r"""\s*(?:"in"|'in'|[:@\\*]\s*in\*?|[\s:;,@_]*["″])\s*$""",
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
 #: Between the words of "axialForce" and "LoadCell".
 _CAMEL = re.compile(r"(?<=[a-zäöüß]{2})(?=[A-ZÄÖÜ][a-zäöüß]{2})")
+#: A word before the number of a channel: "Force1".
+_NUMBERED = re.compile(r"(?<![^\W_])[^\W\d_]{3,}(?=\d{1,2}(?![^\W_]))")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
 _AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
 #: A time is named with the rate of its samples by catman: "Time  1 - default sample rate [s]".
@@ -97,6 +100,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         return Heading((), (), ())
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
+    text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
@@ -161,7 +165,7 @@ def _with_number(
         i = shown.index(word) if word in shown else 0
         if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
             return [f"{shown[i - 1]} {word}"], []
-        if number_and_unit(word):
+        if number_and_unit(word) and not has_unit:
             return [word], []
     if has_unit or not all(word.isdigit() for word in doubtful):
         return [], doubtful

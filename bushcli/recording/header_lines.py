@@ -76,12 +76,12 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     rows = _units_rows(full)
     for i, (line, fields) in enumerate(full):
         further = full[i + 1 :]
-        is_known = is_units_row(fields)
+        is_known = is_units_row(_without_label(fields))
         # Origin writes a row of comments below the row of units.
         if (is_known and _below_units(path, place, units)) or (
             units == empty and (is_known or _are_unknown_units(fields, further))
         ):
-            units, place = tuple(fields), line.number
+            units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
             units = _merged(path, rows, line.number, units)

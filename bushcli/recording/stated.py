@@ -82,7 +82,8 @@ def _plain(text: str) -> str:
 
     Longer lines are cut: they are no statements, and the search for units in them takes long.
     """
-    text = text[:LONGEST_LINE]
+    # A quotation mark alone is an inch.
+    text = re.sub(r'"([^"]*)"', r"\1", text[:LONGEST_LINE])
     text = re.sub(r"(?<=[a-zäöüß])(einheit(?:en)?)(?=\W|$)", r" \1", text)
     return _LENGTH.sub("displacement ", text)
 

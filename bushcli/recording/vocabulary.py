@@ -122,7 +122,7 @@ _BESIDE = MEASURED_WORDS | _set(
     "unfiltered gefiltert ungefiltert tariert genullt nullgesetzt korrigiert kalibriert geglättet roh rohsignal "
     "rohdaten rohwert kompensiert bereinigt filtré filtrée corrigé corrigée mesuré mesurée brut brute filtrata "
     "misurata compensated removed subtracted resampled decimated interpolated detrended collected formula result "
-    "reading pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
+    "reading col column spalte pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
 )
 #: Words that a remark in brackets may contain beside others, but does not consist of.
 FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
@@ -171,6 +171,11 @@ def is_code(word: str) -> bool:
     """Whether a word is the name of a device or channel, such as MX840B, LC2, U10M, and no unit with a number."""
     found = _CODE.fullmatch(word)
     return found is not None and not _UNITS.fullmatch(found[1] or "")
+
+
+def names_quantity(word: str) -> bool:
+    """Whether a word, in any case, is one of those for a quantity."""
+    return word.lower() in _ALL_WORDS
 
 
 def known_word(word: str) -> bool:

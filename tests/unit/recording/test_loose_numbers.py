@@ -74,6 +74,11 @@ def test_the_unit_of_a_range_is_not_that_of_the_column(tmp_path, name):
         rig(tmp_path, f"Time [s]|Displacement [mm]|{name}")
 
 
+@pytest.mark.parametrize("name", ["Weg 10mm", "Weg ±10mm", "Weg Messbereich 10mm"])
+def test_a_range_beside_a_row_of_units(tmp_path, name):
+    assert rig(tmp_path, f"Zeit|{name}|Kraft 5kN", "s|mm|N").units == ("mm", "N")
+
+
 @pytest.mark.parametrize(
     "name",
     [
@@ -123,3 +128,15 @@ def test_a_unit_above_the_table_that_differs_from_the_header_is_reported(tmp_pat
     (text,) = [one.text for one in found.repairs]
     assert text == "column 3 (Force [N]): line 1 states lbf, the header N, which is used"
     assert not rig(tmp_path, "Time [s]|Displacement [mm]|Force [lbf]", "", above).repairs
+
+
+def test_a_row_of_units_with_a_label_and_a_row_below_it(tmp_path):
+    rows = "\n".join(";".join(["", *(f"{value:.6f}" for value in row)]) for row in ROWS)
+    (tmp_path / "rig.csv").write_text(f"Name;Time;Travel;Force\nUnit;s;in;kN\nValue;;;\n{rows}\n")
+    assert read_recording(Source("axial", tmp_path / "rig.csv")).units == ("in", "kN")
+
+
+def test_units_above_the_table_in_quotation_marks(tmp_path):
+    found = rig(tmp_path, '"Time"|"Extension"|"Force"', above='"Force Units","kN"\n"Extension Units","mm"')
+    assert found.units == ("mm", "kN")
+    assert not any(one.assumed for one in found.columns[1:2])
