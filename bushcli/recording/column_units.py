@@ -99,7 +99,10 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         what = f"{table.label(index)} is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}"
         raise _refused(table, quantity, index, what)
-    other = next(((line, u) for line, u in stated_units(table, wanted) if u.factor != units[0].factor), None)
+    other = next(
+        ((line, u) for line, u in stated_units(table, wanted, explicit=True) if u.factor != units[0].factor),
+        None,
+    )
     if other is None:
         return KnownUnit(units[0])
     said = f"line {other[0]} states {other[1].name}, the header {units[0].name}, which is used"

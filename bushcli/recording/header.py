@@ -116,7 +116,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         if unit:
             rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
     rest, written = with_second_unit(rest, written, timed)
-    scaled = factor_in(rest)
+    scaled = factor_in(without_ranges(rest))
     written += [f"{FACTOR} {scaled}"] if scaled else []
     ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
     shown = [word for part in (without_ranges(rest), *remarks) for word in re.split(r"[\W_]+", part) if word]

@@ -58,7 +58,7 @@ _FOREIGN = _set(
     "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
     "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance increment sp dt phase "
     "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische "
-    "commanded programmed program request requested vorgabe führungsgröße regelabweichung consigne ideal "
+    "modulus commanded programmed program request requested vorgabe führungsgröße regelabweichung consigne ideal "
     "expected simulated simulation model fit fitted residual difference calc calculated computed estimated estimate "
     "theory theoretical preload vorlast friction seal inertia trigger alarm level block direction type units flag "
     "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "

@@ -29,11 +29,12 @@ def rig(folder: Path, header: str, below: str = "", above: str = "", **options: 
     [
         "Displacement ±25", "Displacement +/-25", "Displacement (±25)", "Displacement [±25]", "Weg -25...+25",
         "Travel range ±25", "Weg Messbereich ±25", "Displacement <25", "Weg -25 bis 25", "Displacement 0-10",
+        "Displacement ±0.006 [m]",
     ],
 )  # fmt: skip
 def test_a_range_with_its_sign_is_reported(tmp_path, name):
     found = rig(tmp_path, f"Time [s]|{name}|Force [N]")
-    assert found.units == ("mm", "N")
+    assert found.units == ("m" if "[m]" in name else "mm", "N")
     assert [one.text for one in found.repairs if f"column 2 ({name})" in one.text and "range" in one.text]
 
 
