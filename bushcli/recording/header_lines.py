@@ -91,6 +91,7 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
         units = _merged(path, rows, place, units)
+        _refuse_other_names(path, fields, units, further)
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
         return Header(tuple(fields), units, place or line.number, preamble)
     units = _merged(path, rows, place, units)
@@ -172,6 +173,39 @@ def _units_above(
         if is_units_row(row) if strict else _are_units_above(row):
             return tuple(_without_label(row)), line.number
     return None
+
+
+def _refuse_other_names(
+    path: Path, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
+) -> None:
+    """Refuse a second row of names, such as one in another language, whose units contradict those of the header.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    names, units : sequence of str
+        The header.
+    above : sequence of (Line, list of str)
+        Lines with a field for each column.
+
+    Raises
+    ------
+    RecordingError
+    """
+    for line, fields in above:
+        if named_columns(fields) < len([field for field in fields if field]):
+            continue
+        for column, field in enumerate(fields):
+            said = [
+                [unit for text in texts if (unit := tabulated_unit(text)) is not None]
+                for texts in (heading(field).written, (*heading(names[column]).written, units[column]))
+            ]
+            if all(said) and said[0][0].factor != said[1][0].factor:
+                what = f"column {column + 1} is in {said[0][0].name} here and in {said[1][0].name} by the lines below"
+                raise RecordingError(
+                    Problem(f"{path}:{line.number}", what, "", "one row of names with units")
+                )
 
 
 def _are_units_above(fields: list[str]) -> bool:

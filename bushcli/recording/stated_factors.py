@@ -28,6 +28,12 @@ _CALLED = re.compile(
     rf"|\b(?:in|units?|einheiten|multiples|vielfachen?)\s+(?:of|von)\s+(?={_N})|(?<![^\W_])[x×*]\s*(?={_N})",
     re.IGNORECASE,
 )
+#: A factor in words, or before a unit: "Force in thousands", "Kraftwerte in 1000 N".
+_WORDED = re.compile(
+    r"\b(?:in|en)\s+(?:tens|hundreds?|thousands?|millions?|tausend(?:er)?|hundert|milliers|miles|migliaia)\b"
+    r"|\b(?:forces?|loads?|values?|kräfte|\w*werte|\w*wege?|\w*kraft|displacements?)\s+(?:are\s+)?in\s+10+\s+[^\W\d_]",
+    re.IGNORECASE,
+)
 #: What else is called so.
 _OTHER = re.compile(
     r"\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
@@ -129,6 +135,9 @@ def stated_factors(table: Table) -> list[StatedFactor]:
     found = []
     for number, text in table.preamble:
         text = text[:LONGEST_LINE].strip()
+        if _WORDED.search(text):
+            found.append(StatedFactor(number, text))
+            continue
         called = _CALLED.search(text)
         if called is None or _OTHER.search(text):
             continue
@@ -164,7 +173,9 @@ def _row(text: str, width: int) -> tuple[float | None, ...]:
 
 def _labels(text: str) -> list[str]:
     """Return what a line may be about, without the words of the factor and its numbers: "Force" of "Force scale: 2"."""
-    plain = _NUMBER.sub(" ", _CALLED.sub(" ", text))
+    plain = _NUMBER.sub(
+        " ", _CALLED.sub(" ", re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", text))
+    )
     words = re.sub(
         r"[:=;,\t|()\[\]*×]|\b(?:of|for|by|de|von|für|mit|values?|werte?|in|channel|kanal)\b", " ", plain
     )

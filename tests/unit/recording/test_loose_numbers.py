@@ -137,6 +137,17 @@ def test_a_row_of_units_with_a_label_and_a_row_below_it(tmp_path):
     assert read_recording(Source("axial", tmp_path / "rig.csv")).units == ("in", "kN")
 
 
+def test_two_rows_of_names(tmp_path):
+    german, english = "Zeit [s]|Weg [mm]|Kraft [kN]", "Time [s]|Displacement [mm]|Force [kN]"
+    assert rig(tmp_path, english, above=german).units == ("mm", "kN")
+    assert rig(tmp_path, "Time|Displacement|Force", "s|mm|kN", german).units == ("mm", "kN")
+    place = r"rig\.csv:1: column 3 is in kN here and in N by the lines below"
+    with pytest.raises(RecordingError, match=place):
+        rig(tmp_path, english.replace("kN", "N"), above=german)
+    with pytest.raises(RecordingError, match=place):
+        rig(tmp_path, "Time|Displacement|Force", "s|mm|N", german)
+
+
 def test_units_above_the_table_in_quotation_marks(tmp_path):
     found = rig(tmp_path, '"Time"|"Extension"|"Force"', above='"Force Units","kN"\n"Extension Units","mm"')
     assert found.units == ("mm", "kN")

@@ -244,6 +244,7 @@ def test_a_factor_of_no_certain_column_or_one_that_is_contained_is_reported(tmp_
         "Force scale factor: 2.0", "Force scale: 10", "Scale factor;1;1;100", "Scale;1;1;2", "Faktor Kraft: 10",
         "multiplier,1,1,4.448", "Scale factor;;;1000", "Skalierung 1 1 1000", "# Force x10", "Load multiplier = 1000",
         "Multiply force by 10", "Facteur d'échelle effort: 10", "Force in units of 100 N", "Forces divided by 10",
+        "Force in thousand N", "Force values in thousands", "Forces are in 100 N",
     ],
 )  # fmt: skip
 def test_a_factor_of_a_column_that_is_read_is_refused_with_its_place(tmp_path, above):
