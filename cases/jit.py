@@ -7,7 +7,6 @@ import hashlib
 import importlib.metadata
 import os
 import platform
-import struct
 import sys
 import sysconfig
 import time
@@ -17,6 +16,8 @@ from functools import cache
 from importlib import util
 from pathlib import Path
 from typing import Any
+
+from cases.checksum import READY, is_sound, is_whole, note_checksum, remove_damaged, watch_compiler
 
 # -O3 with vectorised reductions assembles a Q2-Q1 tangent 2.4 times faster than the default. Of -ffast-math only
 # the parts that allow reordering are taken: NaN must stay NaN, for the march recognises an inverted element by it.
@@ -79,8 +80,8 @@ def _enter(folder: Path) -> None:
     A compilation that was killed leaves a source, and other processes would wait in vain for it to be compiled. While
     another process uses the folder it may be compiling, so that only old sources count as abandoned.
 
-    Truncated libraries are removed too, before the form compiler loads any: it has no check of its own, and loading a
-    file that a full disk or a power cut has truncated ends the process with a bus error.
+    Truncated libraries are removed too: loading a file that a full disk or a power cut has truncated ends the process
+    with a bus error. Their contents are checked one by one when they are needed (`cases.checksum.watch_compiler`).
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -109,16 +110,18 @@ def _clear_remains(folder: Path, oldest: float) -> None:
                 source.unlink()
         except OSError:
             continue  # another process was faster
-    for ready in folder.glob("*.c.cached"):
+    for ready in folder.glob(f"*{READY}"):
         with suppress(OSError):
-            remove_damaged(folder, ready.name.removesuffix(".c.cached"))
+            remove_damaged(folder, ready.name.removesuffix(READY), is_whole)
 
 
 @cache
 def _entered() -> Path:
     """Return the folder of the kernels, locked and cleared of remains."""
-    _enter(cache_directory())
-    return cache_directory()
+    folder = cache_directory()
+    _enter(folder)
+    watch_compiler(folder)
+    return folder
 
 
 def options(*, light: bool = False) -> dict[str, Any]:
@@ -179,7 +182,7 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
     digest = hashlib.sha256(f"{text}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    if not is_whole(file):
+    if not is_sound(file):
         import tempfile
 
         import cffi
@@ -196,7 +199,9 @@ def compiled_source(name: str, folder: Path, sources: Sequence[str], declaration
         builder.set_source(module, code, **given)
         # Built beside its final place and moved there: another process sees all of it or nothing.
         with tempfile.TemporaryDirectory(dir=file.parent) as beside:
-            Path(builder.compile(tmpdir=beside)).replace(file)
+            built = Path(builder.compile(tmpdir=beside))
+            note_checksum(built, file)
+            built.replace(file)
     return load(file)
 
 
@@ -210,47 +215,7 @@ def load(library: Path) -> Any:
     return module
 
 
-def remove_damaged(folder: Path, module: str) -> None:
-    """Remove a module that was compiled, but whose library is not whole or not there.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the kernels.
-    module : str
-        Name of the module.
-    """
-    ready = folder / f"{module}.c.cached"
-    if not ready.exists():
-        return  # not there, or another process compiles it
-    library = folder / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    if not is_whole(library):
-        # The mark of completion first: a process that finds the source without it waits.
-        for file in (ready, library, folder / f"{module}.c"):
-            file.unlink(missing_ok=True)
-
-
 def damaged(folder: Path | None = None) -> list[Path]:
-    """Return the compiled kernels that are truncated; by default in the present folder of kernels."""
+    """Return the kernels that are truncated or differ from their checksum; by default in the present folder."""
     libraries = sorted((folder or cache_directory()).glob("*.so"))
-    return [library for library in libraries if not is_whole(library)]
-
-
-def is_whole(file: Path) -> bool:
-    """Whether a shared library is as long as its own header says; loading a truncated one ends in a bus error.
-
-    A 64-bit ELF file ends with its table of sections. Any other file is whole on macOS if it is not empty, and nowhere
-    else.
-    """
-    try:
-        size = file.stat().st_size
-        with file.open("rb") as stream:
-            head = stream.read(64)
-    except OSError:
-        return False
-    if len(head) < 64 or head[:4] != b"\x7fELF":
-        return sys.platform == "darwin" and size > 0
-    order = "<" if head[5] == 1 else ">"
-    (start,) = struct.unpack(order + "Q", head[40:48])
-    width, count = struct.unpack(order + "HH", head[58:62])
-    return bool(size >= start + width * count)
+    return [library for library in libraries if not is_sound(library)]

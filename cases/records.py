@@ -22,6 +22,7 @@ from types import FunctionType
 from typing import Any
 
 from cases import jit
+from cases.checksum import is_sound
 from forms.point import PointFunction
 
 _SOURCES = ("forms", "cases/compiling.py", "cases/records.py")
@@ -55,7 +56,7 @@ def find(function: PointFunction) -> tuple[Record, Any] | None:
         found = json.loads(file.read_text(encoding="utf-8"))
         record = Record(str(found["library"]), int(found["size"]), tuple(map(str, found["names"])))
         library = file.parent / record.library
-        if library.parent != file.parent or not jit.is_whole(library):
+        if library.parent != file.parent or not is_sound(library):
             return None
         return record, jit.load(library)
     except (OSError, ValueError, LookupError, TypeError, ImportError):

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header import heading
+from bushcli.recording.loose_numbers import largest
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
 from bushcli.recording.units import Unit
@@ -15,6 +16,8 @@ Array = NDArray[np.float64]
 
 #: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
 _DAYS, _LONGEST_DAYS, _MILLISECONDS = (30_000.0, 80_000.0), 0.1, 1e11
+#: Share of a range by which a sensor is overloaded at most; judgement.
+_OVERLOAD = 1.2
 #: Strain of the first sample of a coupon up to which it counts as at rest; judgement.
 _AT_REST = 0.15
 
@@ -42,6 +45,36 @@ def refuse_date(table: Table, index: int, time: Array) -> None:
         what = f"{table.label(index)}: {table.text(0, index)} looks like a date in {kind}, not like seconds"
         expected = 'write the time in s, or give units = {time = "s"} in the table of the case file if it is'
         raise RecordingError(Problem(table.place(0), what, "", expected))
+
+
+def ranges_of(table: Table, quantity: Quantity, index: int, numbers: Array, assumed: bool) -> list[str]:
+    """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``.
+
+    Parameters
+    ----------
+    table : Table
+    quantity : Quantity
+    index : int
+        Index of the column, from 0.
+    numbers : (n,) array
+        As in the file.
+    assumed : bool
+        Whether the unit of the column is the default one.
+
+    Raises
+    ------
+    RecordingError
+        The numbers exceed the range, so that one of them is in another unit than the default one.
+    """
+    said = []
+    for text in heading(table.names[index]).ranges:
+        row = int(np.argmax(np.abs(numbers)))
+        if assumed and abs(float(numbers[row])) > _OVERLOAD * largest(text):
+            what = f'{table.label(index)}: {table.text(row, index)} is beyond the range "{text}", and no unit is given'
+            expected = f'units = {{{quantity} = "..."}} in the table of the case file'
+            raise RecordingError(Problem(table.place(row), what, "", expected))
+        said.append(f'{table.label(index)}: "{text}" is taken for the range of the sensor, and not applied')
+    return said
 
 
 def refuse_other_strain(table: Table, index: int, read: Unit, values: Array) -> None:

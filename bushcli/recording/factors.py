@@ -1,10 +1,8 @@
-"""Factors beside a column, "Force x 10", and above a table, "Scale factor;1;10;100": they are not applied."""
+"""Factors in the name of a column, "Force x 10": they are not applied."""
 
 from __future__ import annotations
 
 import re
-
-from bushcli.recording.table import LONGEST_LINE, SHOWN, Table
 
 #: Before a factor among the units of a column.
 FACTOR = "factor"
@@ -25,19 +23,6 @@ _POWERS = re.compile(
 #: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.
 _TYPE = re.compile(r"(?<![^\W_])(?:WA|[A-EG-QS-Z]\d+[A-Z]\w*)$|\+$")
 _WORDS = re.compile(r"(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])", re.IGNORECASE)
-#: What names a factor above a table, and what else is called so.
-_CALLED = re.compile(
-    r"(?:\b|(?<=[a-z])(?=[FS]))\w{0,20}(?:scale|scaling|gains?|multiplier|factors?|faktor(?:en)?|skalierung|verstärkung"
-    r"|facteurs?|échelle|multiplied by|divided by)\b|(?<![^\W_])[x×*]\s*10+\b",
-    re.IGNORECASE,
-)
-_OTHER = re.compile(
-    r"\b(?:pid|[pid] ?gain|gain ?[pid]|full|safety|shape|form|loss|damping|filter|drawing|stretch|rate|speed"
-    r"|temperature|sensitivity|formfaktor|verlustfaktor|sicherheitsfaktor)\b",
-    re.IGNORECASE,
-)
-#: A number without a unit.
-_BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
 
 
 def factor_in(name: str) -> str:
@@ -48,27 +33,11 @@ def factor_in(name: str) -> str:
     for found in _TIMES.finditer(name):
         if found[0].startswith("/") and _TYPE.search(name[: found.start()]):
             continue
-        if _number(next(text for text in found.groups() if text is not None)) != 1.0:
+        if number_of(next(text for text in found.groups() if text is not None)) != 1.0:
             return found[0].strip()
     return ""
 
 
-def stated_factors(table: Table) -> list[str]:
-    """Return a remark about each line above a table that states a factor other than 1."""
-    said = []
-    for number, text in table.preamble:
-        text = text[:LONGEST_LINE]
-        called = _CALLED.search(text)
-        if called is None or _OTHER.search(text):
-            continue
-        values = [_number(one) for one in _BARE.findall(text[called.start() :].lstrip("xX× "))]
-        if any(value != 1.0 for value in values):
-            said.append(
-                f'line {number} states a factor ("{text.strip()[:SHOWN]}"), which was not applied: if the numbers '
-                "of the table still have to be multiplied by it, change them in the file"
-            )
-    return said
-
-
-def _number(text: str) -> float:
+def number_of(text: str) -> float:
+    """Return a number with a decimal point or comma."""
     return float(text.replace(",", ".").replace("−", "-"))

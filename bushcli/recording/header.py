@@ -8,6 +8,13 @@ from dataclasses import dataclass, replace
 
 from bushcli.recording.factors import FACTOR, factor_in
 from bushcli.recording.formulas import is_formula
+from bushcli.recording.loose_numbers import (
+    loose_numbers,
+    number_and_unit,
+    ranges_in,
+    without_range_words,
+    without_ranges,
+)
 from bushcli.recording.quality import name_quality, plain_name
 from bushcli.recording.remarks import is_remark, is_unknown_word
 from bushcli.recording.unit_in_name import is_inner_unit, is_range, unit_within, with_second_unit
@@ -20,6 +27,7 @@ from bushcli.recording.vocabulary import (
     WORDS,
     is_foreign,
     known_word,
+    names_quantity,
 )
 
 #: Full-width brackets are in use between Chinese characters. A bracket that is not closed ends with the name.
@@ -34,6 +42,8 @@ _INCH = re.compile(r"""\s*(?:"in"|'in'|[:@\\*]\s*in\*?|[\s:;,@_]*["″])\s*$""",
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
 #: Between the words of "axialForce" and "LoadCell".
 _CAMEL = re.compile(r"(?<=[a-zäöüß]{2})(?=[A-ZÄÖÜ][a-zäöüß]{2})")
+#: A word before the number of a channel: "Force1".
+_NUMBERED = re.compile(r"(?<![^\W_])[^\W\d_]{3,}(?=\d{1,2}(?![^\W_]))")
 #: The last word after a blank or a sign that separates a name from its unit: "Force zoink", "force_klx", "Force, klx".
 _AFTER_SIGN = re.compile(r"(?:_|\.|\s|[^\w\s.]\s*)([^\W_]+)\W*$")
 #: A time is named with the rate of its samples by catman: "Time  1 - default sample rate [s]".
@@ -58,6 +68,8 @@ class Heading:
         The one of them that stands where units stand, after ``_`` or a comma, or an empty text.
     formula : bool
         Whether the name is a formula, such as ``abs(Force)``.
+    ranges : tuple of str
+        Ranges as written, with a sign and without a unit: ``±25``.
     """
 
     words: tuple[str, ...]
@@ -65,6 +77,7 @@ class Heading:
     doubtful: tuple[str, ...]
     at_end: str = ""
     formula: bool = False
+    ranges: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -87,6 +100,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         return Heading((), (), ())
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
+    text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
@@ -102,29 +116,61 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         if unit:
             rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
     rest, written = with_second_unit(rest, written, timed)
-    scaled = factor_in(rest)
+    scaled = factor_in(without_ranges(rest))
     written += [f"{FACTOR} {scaled}"] if scaled else []
-    shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
-    units = [] if written else [i for i, word in enumerate(shown[1:-1], start=1) if is_inner_unit(word)]
-    if units:
-        # The "5 kN" of "5 kN load cell" is its range.
-        ranges = [i for i in units if is_range(shown[:i], rest)]
-        written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
-        gone = {*units, *(i - 1 for i in ranges)}
-        shown = [word for i, word in enumerate(shown) if i not in gone]
+    ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
+    shown = [word for part in (without_ranges(rest), *remarks) for word in re.split(r"[\W_]+", part) if word]
+    if not written:
+        shown, written = _inner_units(shown, rest)
     doubtful = [] if written else _doubtful(shown, rest)
-    for word in doubtful:
-        i = shown.index(word) if word in shown else 0
-        if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
-            written, doubtful = [f"{shown[i - 1]} {word}"], []
-            break
+    if not written:
+        written, doubtful = _with_number(shown, rest, doubtful, has_unit)
+    if ranges or any(re.match(r"\d", text) for text in written):
+        shown = without_range_words(shown)
     if timed and not written and any(word.lower() == "min" for word in shown):
         doubtful += [word for word in shown if word.lower() == "min"]
         shown = [word for word in shown if word.lower() != "min"]
     end = _AFTER_SIGN.search(rest) if doubtful else None
     at_end = end[1] if end and end[1] in doubtful else ""
     lower, formula = tuple(word.lower() for word in shown), is_formula(text, rest)
-    return Heading(lower, tuple(written), tuple(doubtful), at_end, formula)
+    return Heading(lower, tuple(written), tuple(doubtful), at_end, formula, tuple(ranges))
+
+
+def _inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
+    """Return the words of a name without the units between them, and these units; the "5 kN" of "5 kN cell" is one."""
+    units = [i for i, word in enumerate(shown[1:-1], start=1) if is_inner_unit(word)]
+    ranges = [i for i in units if is_range(shown[:i], rest)]
+    written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
+    gone = {*units, *(i - 1 for i in ranges)}
+    return [word for i, word in enumerate(shown) if i not in gone], written
+
+
+def _with_number(
+    shown: list[str], rest: str, doubtful: list[str], has_unit: bool
+) -> tuple[list[str], list[str]]:
+    """Return the number in a name that may be a range or a factor, with its unit if it has one, and the doubtful words.
+
+    Parameters
+    ----------
+    shown : list of str
+        The words of the name.
+    rest : str
+        The name without brackets.
+    doubtful : list of str
+        The words that may be units.
+    has_unit : bool
+        Whether the unit of the column is known: a number beside it is that of a channel, or a range.
+    """
+    for word in doubtful:
+        i = shown.index(word) if word in shown else 0
+        if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            return [f"{shown[i - 1]} {word}"], []
+        if number_and_unit(word) and not has_unit:
+            return [word], []
+    if has_unit or not all(word.isdigit() for word in doubtful):
+        return [], doubtful
+    loose = loose_numbers(rest)
+    return loose[:1], []
 
 
 def _has_unit(bracketed: Sequence[str], rest: str, timed: bool) -> bool:

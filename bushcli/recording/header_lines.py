@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from bushcli.recording.factors import factor_in
 from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
 from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
 from bushcli.recording.table import SHOWN
-from bushcli.recording.units import tabulated_unit
+from bushcli.recording.units import NO_UNIT, plain_unit, tabulated_unit
 
 #: The number of a channel or test in a comment.
 _NUMBERED = re.compile(
@@ -69,33 +69,143 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
-        if fields is None or not texts or numbers_in(fields, decimal):
+        if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
             passed += [] if line.comment else [line]
         else:
             full.append((line, fields))
+    rows = _units_rows(full)
     for i, (line, fields) in enumerate(full):
         further = full[i + 1 :]
-        is_known = is_units_row(fields)
+        is_known = is_units_row(_without_label(fields))
         # Origin writes a row of comments below the row of units.
         if (is_known and _below_units(path, place, units)) or (
             units == empty and (is_known or _are_unknown_units(fields, further))
         ):
-            units, place = tuple(fields), line.number
+            units, place = tuple(_without_label(fields)), line.number
+            continue
+        if is_known and units != empty:
+            units = _merged(path, rows, line.number, units)
             continue
         _no_data(path, [one for one in passed if one.number > line.number])
         _refuse_percent(path, line, fields[0], units[0])
-        if units == empty and not any(heading(name).written for name in fields):
-            # A row of units may also stand above the names.
-            for other, row in further:
-                if _are_units_above(row):
-                    units, place = tuple(_without_label(row)), other.number
-                    break
+        if units == empty:
+            units, place = _units_above(fields, further) or (units, place)
+        units = _merged(path, rows, place, units)
+        _refuse_other_names(path, fields, units, further)
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
         return Header(tuple(fields), units, place or line.number, preamble)
-    rows = [line for line in above if not line.comment]
-    lost = [line for line in rows if len(trimmed(split_line(line.text, delimiter))) == width]
+    units = _merged(path, rows, place, units)
+    lost = [
+        line for line in above if not line.comment and len(trimmed(split_line(line.text, delimiter))) == width
+    ]
     _no_data(path, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
     return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
+
+
+def _is_comment(line: Line, fields: Sequence[str]) -> bool:
+    """Whether a line above a single column is a comment; above several columns the number of fields shows it."""
+    return line.comment and len(fields) == 1 and not (named_columns(fields) or is_units_row(fields))
+
+
+def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
+    """Return the rows of known units of a header, by the number of the line."""
+    return {
+        line.number: _without_label(fields) for line, fields in full if is_units_row(_without_label(fields))
+    }
+
+
+def _merged(
+    path: Path, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the units of a header, those of its other rows of known units included.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    rows : mapping of int to sequence of str
+        All rows of known units, by the number of the line.
+    number : int
+        Line of the units.
+    units : tuple of str
+
+    Raises
+    ------
+    RecordingError
+        Two rows contradict each other.
+    """
+    if number not in rows or len(rows) < 2:
+        return units
+    merged = list(units)
+    for column in range(len(units)):
+        said: dict[tuple[str, float | str], tuple[str, int]] = {}
+        for line, fields in sorted(rows.items()):
+            bare = plain_unit(fields[column])
+            if bare not in NO_UNIT:
+                unit = tabulated_unit(bare)
+                key = ("", bare) if unit is None else (unit.measured, unit.factor)
+                said.setdefault(key, (bare, line))
+        if len(said) > 1:
+            (one, first), (other, second) = list(said.values())[:2]
+            what = f"column {column + 1} is in {one} by line {first} and in {other} by line {second}"
+            raise RecordingError(
+                Problem(f"{path}:{second}", what, "", "one row of units: delete the other one")
+            )
+        if said and plain_unit(units[column]) in NO_UNIT:
+            merged[column] = next(iter(said.values()))[0]
+    return tuple(merged)
+
+
+def _units_above(
+    names: Sequence[str], above: Sequence[tuple[Line, list[str]]]
+) -> tuple[tuple[str, ...], int] | None:
+    """Return the row of units above the names, and its line; None if there is none.
+
+    Parameters
+    ----------
+    names : sequence of str
+        If one of them has a unit, another line counts as a row of units only if all its fields are known ones.
+    above : sequence of (Line, list of str)
+        Lines with a field for each column, the lowest first.
+    """
+    strict = any(heading(name).written for name in names)
+    for line, row in above:
+        if is_units_row(row) if strict else _are_units_above(row):
+            return tuple(_without_label(row)), line.number
+    return None
+
+
+def _refuse_other_names(
+    path: Path, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
+) -> None:
+    """Refuse a second row of names, such as one in another language, whose units contradict those of the header.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    names, units : sequence of str
+        The header.
+    above : sequence of (Line, list of str)
+        Lines with a field for each column.
+
+    Raises
+    ------
+    RecordingError
+    """
+    for line, fields in above:
+        if named_columns(fields) < len([field for field in fields if field]):
+            continue
+        for column, field in enumerate(fields):
+            said = [
+                [unit for text in texts if (unit := tabulated_unit(text)) is not None]
+                for texts in (heading(field).written, (*heading(names[column]).written, units[column]))
+            ]
+            if all(said) and said[0][0].factor != said[1][0].factor:
+                what = f"column {column + 1} is in {said[0][0].name} here and in {said[1][0].name} by the lines below"
+                raise RecordingError(
+                    Problem(f"{path}:{line.number}", what, "", "one row of names with units")
+                )
 
 
 def _are_units_above(fields: list[str]) -> bool:

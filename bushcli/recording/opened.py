@@ -48,11 +48,13 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     RecordingError
         When the file cannot be read, or it is not clear which of its tables is meant.
     """
-    found = opened(source, list(source.columns.values()), tables)
+    found = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     return found if isinstance(found, Table) else _meant(source, mode, quantities, found)
 
 
-def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> Table | FileContents:
+def opened(
+    source: Source, wanted: Sequence[str | int], tables: TableCache, single: bool = False
+) -> Table | FileContents:
     """Return the table of a text file, or the table that the case file names, or else all tables of the file.
 
     Parameters
@@ -61,6 +63,8 @@ def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> T
     wanted : sequence of str or int
         Names or numbers, from 1, of columns that the case file chooses.
     tables : TableCache
+    single : bool
+        Whether a single column is enough.
 
     Raises
     ------
@@ -72,7 +76,7 @@ def opened(source: Source, wanted: Sequence[str | int], tables: TableCache) -> T
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
-        return read_table(source.file, source.delimiter, source.decimal)
+        return read_table(source.file, source.delimiter, source.decimal, single)
     found = tables.tables(source.file, name, wanted)
     return found if source.group is None else _named(source, found)
 

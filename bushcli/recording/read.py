@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column, untaken_time
-from bushcli.recording.factors import stated_factors
 from bushcli.recording.opened import open_table
 from bushcli.recording.recorded import ReadColumn, RecordedPath, Recording, Repair
 from bushcli.recording.samples import timed, updated
@@ -19,6 +18,7 @@ from bushcli.recording.six import read_motions
 from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Source
 from bushcli.recording.specimen import nominal
+from bushcli.recording.stated_factors import factor_remarks
 from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
 from cases.mode import Mode, modes
@@ -108,8 +108,10 @@ def _below(source: Source, table: Table, displacement: Array, fewest: int) -> ND
 
 def _remarks(table: Table, found: Mapping[str, Column]) -> list[str]:
     """Return what a user should know about how a table and its columns were read."""
-    said = [*table.remarks, *(text for one in found.values() for text in one.remarks), *stated_factors(table)]
-    return said if "time" in found else said + untaken_time(table, {one.index for one in found.values()})
+    taken = {one.index for one in found.values()}
+    said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
+    said += factor_remarks(table, taken)
+    return said if "time" in found else said + untaken_time(table, taken)
 
 
 def _used(recording: Recording, source: Source) -> Recording:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from bushcli.recording.factors import factor_in
+from bushcli.recording.loose_numbers import ranges_in
 from bushcli.recording.quality import name_quality, plain_name
 from bushcli.recording.units import AMBIGUOUS, find_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
@@ -66,6 +67,8 @@ def is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     if words == ["min"]:
         # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.
         return not timed or inside.strip() != "min"
+    if ranges_in(inside) == [inside.strip()] and not inside.strip()[0].isdigit():
+        return True
     if is_code(inside.strip()) or _PORT.fullmatch(inside.strip()) or (has_unit and _is_beside_unit(inside)):
         return True
     if not words or tabulated_unit(inside) is not None or factor_in(inside) or _VALUE.search(inside):

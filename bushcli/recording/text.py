@@ -28,11 +28,14 @@ from bushcli.recording.table import SHOWN, TextTable
 MOST_COLUMNS = 1_000
 #: Number of lines, spread over the file, by which delimiter and decimal sign are recognised.
 _SAMPLE = 4_000
+_EXAMPLE = "e.g. time_s,displacement_mm,force_N"
 #: Numbers, dates and times of day in a line above the names.
 _NUMBERS = re.compile(r"\d[\d.,:/]*")
 
 
-def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> TextTable:
+def read_table(
+    path: Path, delimiter: str | None = None, decimal: str | None = None, single: bool = False
+) -> TextTable:
     """Read a text file.
 
     Parameters
@@ -42,6 +45,8 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         "," ";" a tab or " " (any white space); recognised from the file when None.
     decimal : {".", ","}, optional
         Recognised from the file when None.
+    single : bool
+        Whether a single column is enough.
 
     Raises
     ------
@@ -51,10 +56,11 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     lines = lines_of(path, decoded(path))
     body = [line for line in lines if not line.comment]
     given = decimal
-    delimiter, decimal = _dialect(path, body, delimiter, decimal)
+    alone = _of_one_column(body, delimiter, decimal) if single else None
+    delimiter, decimal = alone or _dialect(path, body, delimiter, decimal, single)
     split = [split_line(line.text, delimiter) for line in body]
     left_out = _without_thousands(split, decimal)
-    start, width, repeats = _rows(path, body, split, decimal)
+    start, width, repeats = _rows(path, body, split, decimal, 1 if alone else 2)
     left_out += repeats
     top = header(path, lines, body[start].number, width, delimiter, decimal)
     left_out += _commented(lines, body[start].number, width, delimiter, decimal)
@@ -97,11 +103,16 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
             body.append(line)
             split.append(list(fields))
         lines.append(line)
-    decimal = max((".", ","), key=lambda sign: sum(_is_row(fields, sign) for fields in split))
-    if not any(_is_row(fields, decimal) for fields in split):
+    found = [(fewest, sign) for fewest in (2, 1) for sign in ".," if _has_rows(split, sign, fewest)]
+    fewest, decimal = max(
+        found,
+        key=lambda one: (one[0], sum(_is_row(fields, one[1], one[0]) for fields in split)),
+        default=(0, "."),
+    )
+    if not fewest:
         what = "has no table with two columns of numbers"
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
-    start, width, repeats = _rows(path, body, split, decimal)
+    start, width, repeats = _rows(path, body, split, decimal, fewest)
     top = header(path, lines, body[start].number, width, "\t", decimal)
     return TextTable(
         path=path,
@@ -117,12 +128,14 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     )
 
 
-def _rows(path: Path, body: list[Line], split: list[list[str]], decimal: str) -> tuple[int, int, list[str]]:
+def _rows(
+    path: Path, body: list[Line], split: list[list[str]], decimal: str, fewest: int
+) -> tuple[int, int, list[str]]:
     """Return the index of the first row, the number of columns, and remarks; refuse a line below that does not fit.
 
     Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
     """
-    start, raw, filled = _start(path, split, decimal)
+    start, raw, filled = _start(path, split, decimal, fewest)
     said = _without_text_below(body, split, start, decimal)
     rows = list(enumerate(split[start:], start=start))
     wrong = [i for i, fields in rows if len(fields) != raw and len(trimmed(fields)) != filled]
@@ -248,13 +261,56 @@ def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decim
     raise RecordingError(Problem(f"{path}:{lines[row]}", what, "", expected))
 
 
-def _is_row(fields: list[str], decimal: str) -> bool:
-    """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers."""
+def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
+    """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers; or one number.
+
+    Parameters
+    ----------
+    fields : list of str
+    decimal : str
+    fewest : {1, 2}
+        1 in a table of one column.
+    """
     count = numbers_in(fields, decimal)
+    if fewest == 1:
+        return count == len(trimmed(fields)) == 1
     return count >= 2 and 2 * count >= len(fields) - fields.count("")
 
 
-def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: str | None) -> tuple[str, str]:
+def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:
+    """Whether a sheet has a row of numbers; where single numbers count, all lines below the first must be such."""
+    like = [_is_row(fields, decimal, fewest) for fields in split]
+    return any(like) and (fewest > 1 or (sum(like) > 1 and all(like[like.index(True) :])))
+
+
+def _of_one_column(
+    body: Sequence[Line], delimiter: str | None, decimal: str | None
+) -> tuple[str, str] | None:
+    """Return delimiter and decimal sign of a file with one column of numbers; None for other files.
+
+    Parameters
+    ----------
+    body : sequence of Line
+        Lines that are no comments.
+    delimiter, decimal : str or None
+        As the case gives them. Without them ``0,5`` is one number only below a name without a comma.
+    """
+    for sign in (decimal,) if decimal else (".", ","):
+        split = [split_line(line.text, delimiter or (";" if ";" in line.text else "\t")) for line in body]
+        like = [_is_row(fields, sign, 1) for fields in split]
+        first = like.index(True) if any(like) else len(like)
+        # Most lines, so that a line that does not fit is named.
+        if sum(like) < 2 or 2 * sum(like) < len(like) - first:
+            continue
+        named = first > 0 and "," not in body[first - 1].text
+        if named or delimiter or decimal or not any("," in line.text for line in body[first:]):
+            return delimiter or (";" if any(";" in line.text for line in body) else "\t"), sign
+    return None
+
+
+def _dialect(
+    path: Path, body: Sequence[Line], delimiter: str | None, decimal: str | None, single: bool
+) -> tuple[str, str]:
     """Return the delimiter and decimal sign that make the most lines rows of numbers."""
     best, score = None, 0.0
     body = body[:: len(body) // _SAMPLE + 1]
@@ -269,16 +325,17 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
             if points > score:
                 best, score = (sep, sign), points
     if best is None:
-        what = "has no table with two columns of numbers"
+        what = "has no column of numbers" if single else "has no table with two columns of numbers"
         if delimiter or decimal:
             what += " for this delimiter and decimal sign"
-        raise RecordingError(Problem(str(path), what, expected="e.g. time_s,displacement_mm,force_N"))
+        expected = "e.g. displacement_mm, or time_s,displacement_mm" if single else _EXAMPLE
+        raise RecordingError(Problem(str(path), what, "", expected))
     return best
 
 
-def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, int, int]:
+def _start(path: Path, split: Sequence[list[str]], decimal: str, fewest: int) -> tuple[int, int, int]:
     """Return the index of the first row, and the most frequent number of fields, with and without empty last ones."""
-    like = [_is_row(fields, decimal) for fields in split]
+    like = [_is_row(fields, decimal, fewest) for fields in split]
     raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
     filled = Counter(len(trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
     fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]

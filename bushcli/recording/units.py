@@ -19,15 +19,15 @@ OTHER = "other"
 #: Spellings of the units of `UNITS`, without blanks, in their usual upper or lower case.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = {
     "time": {
-        "s": "s sec secs sek second seconds Sekunde Sekunden seconde secondes secondi segundos 秒",
-        "ms": "ms msec msecs millisecond milliseconds",
+        "s": "s sec secs sek second seconds Sekunde Sekunden seconde secondes secondi segundos 秒 с сек",
+        "ms": "ms msec msecs millisecond milliseconds мс",
         "min": "min mins minute minutes Minute Minuten",
         "h": "h hr hrs hour hours Stunde Stunden",
     },
     "length": {
-        "mm": "mm millimeter millimeters millimetre millimetres millimètre millimètres millimetri milímetros 毫米",
-        "m": "m meter meters metre metres",
-        "cm": "cm centimeter centimeters centimetre centimetres",
+        "mm": "mm millimeter millimeters millimetre millimetres millimètre millimètres millimetri milímetros 毫米 мм",
+        "m": "m meter meters metre metres м",
+        "cm": "cm centimeter centimeters centimetre centimetres см",
         "um": "um µm μm micron microns micrometer micrometers micrometre micrometres",
         "in": "in inch inches Zoll \" '' ″",
     },
@@ -37,13 +37,13 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = {
         "mrad": "mrad milliradian milliradians",
     },
     "force": {
-        "N": "N newton newtons 牛 牛顿",
-        "kN": "kN kilonewton kilonewtons 千牛",
+        "N": "N newton newtons 牛 牛顿 Н",
+        "kN": "kN kilonewton kilonewtons 千牛 кН",
         "lbf": "lbf lb lbs lbfs pound pounds",
     },
     "moment": {
         "Nmm": "Nmm N*mm N.mm N·mm N⋅mm N-mm N_mm",
-        "Nm": "Nm N*m N.m N·m N⋅m N-m N_m",
+        "Nm": "Nm N*m N.m N·m N⋅m N-m N_m Нм Н·м Н*м",
         "kNm": "kNm kN*m kN.m kN·m kN⋅m kN-m kN_m",
         "Ncm": "Ncm N*cm N.cm N·cm N⋅cm N-cm",
         "lbfin": "lbfin lbf*in lbf-in lbf·in lbf.in in-lbf in*lbf in·lbf in.lbf inlbf"
@@ -51,7 +51,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = {
     },
     "strain": {"percent": "% percent pct percentage Prozent", "strain": "mm/mm m/m in/in"},
     "stress": {
-        "MPa": "MPa N/mm2 N/mm² N/mm^2 N/mm**2",
+        "MPa": "MPa N/mm2 N/mm² N/mm^2 N/mm**2 МПа",
         "kPa": "kPa",
         "Pa": "Pa N/m2 N/m² N/m^2 N/m**2",
         "GPa": "GPa",

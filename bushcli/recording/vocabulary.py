@@ -58,7 +58,7 @@ _FOREIGN = _set(
     "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
     "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance increment sp dt phase "
     "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische "
-    "commanded programmed program request requested vorgabe führungsgröße regelabweichung consigne ideal "
+    "modulus commanded programmed program request requested vorgabe führungsgröße regelabweichung consigne ideal "
     "expected simulated simulation model fit fitted residual difference calc calculated computed estimated estimate "
     "theory theoretical preload vorlast friction seal inertia trigger alarm level block direction type units flag "
     "quality slope gradient trend vs versus per initial tare fmax fmin lastwechsel laststufe lastspiel "
@@ -67,6 +67,16 @@ _FOREIGN = _set(
     "equivalent deviatoric deviator hydrostatic berechnet rechnerisch consigna comando riferimento erreur errore "
     "vitesse velocità velocidad maximal maximale minimale massimo massima minimo minima máximo máxima mínimo mínima "
     "moyen moyenne medio media"
+)
+#: The same in languages with endings or without blanks: extremes and means; set, calculated and simulated values;
+#: errors; rates, stiffness, energy.
+_ABROAD = re.compile(
+    r"^(?:maxi|maks|máxim|massim|макс|мин(?!$)|średni|gemiddel|ortalama|средн|pics?$|picchi?|picco|picos?$|crête|piek|szczyt|пик"
+    r"|referen|référen|referên|impost|zadan|żądan|žádan|požad|hedef|gewenst|gewünscht|цел|задан|setpun|set-?point"
+    r"|t(?:h)?[eéè]or|teór|calcul|berek|oblicz|vypočt|расч|simul(?!t)|symul|модел|erreu|fout|błęd|błąd|chyb|hata|ошиб"
+    r"|raideur|rigid[ei]|stijfh|sztywn|tuhost|жестк|жёстк|énerg|energi|energí|энерг|snelh|prędk|rychlo|скорост)"
+    r"|börvärd|børværd|最大|最小|峰值|峰谷|平均|设定|設定|目标|目標|指令|给定|給定|理论|理論|计算|計算|模拟|误差|誤差|偏差"
+    r"|变化率|速率|速度|刚度|剛性|能量|次数|回数|목표|평균|최대|최소|지령|설정|이론|오차|속도"
 )
 _NOMINAL = _set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
 _MAGNITUDE = _set("abs absolute absolut absolutwert")
@@ -112,7 +122,7 @@ _BESIDE = MEASURED_WORDS | _set(
     "unfiltered gefiltert ungefiltert tariert genullt nullgesetzt korrigiert kalibriert geglättet roh rohsignal "
     "rohdaten rohwert kompensiert bereinigt filtré filtrée corrigé corrigée mesuré mesurée brut brute filtrata "
     "misurata compensated removed subtracted resampled decimated interpolated detrended collected formula result "
-    "reading pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
+    "reading col column spalte pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
 )
 #: Words that a remark in brackets may contain beside others, but does not consist of.
 FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
@@ -154,13 +164,18 @@ _ALL_WORDS = frozenset(
 
 def is_foreign(word: str) -> bool:
     """Whether a word, in lower case, changes the meaning of the quantity beside it."""
-    return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS)
+    return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS) or _ABROAD.search(word) is not None
 
 
 def is_code(word: str) -> bool:
     """Whether a word is the name of a device or channel, such as MX840B, LC2, U10M, and no unit with a number."""
     found = _CODE.fullmatch(word)
     return found is not None and not _UNITS.fullmatch(found[1] or "")
+
+
+def names_quantity(word: str) -> bool:
+    """Whether a word, in any case, is one of those for a quantity."""
+    return word.lower() in _ALL_WORDS
 
 
 def known_word(word: str) -> bool:

@@ -173,8 +173,8 @@ def _cache() -> Examination:
         names = ", ".join(file.name for file in broken[:3])
         problem = Condition(
             "damaged_kernels",
-            f"{len(broken)} compiled forms are truncated, such as {names}",
-            "nothing to do: they are compiled again when needed; check whether the disk is full",
+            f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}",
+            "nothing to do: they are compiled again when needed; check whether the disk is full or failing",
         )
         return Examination(facts, (problem,))
     if existing.is_dir() and os.access(existing, os.W_OK):

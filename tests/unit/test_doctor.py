@@ -9,6 +9,7 @@ import pytest
 
 from bushcli.runtime import doctor
 from bushcli.runtime.doctor import MODULES, blas_among, examine
+from cases.checksum import note_checksum
 
 PYPI_NUMPY = "/venv/lib/python3.13/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
 
@@ -68,3 +69,17 @@ def test_compiled_forms_that_are_cut_short_are_named(tmp_path, monkeypatch):
     (problem,) = doctor._cache().problems
     assert problem.name == "damaged_kernels"
     assert "libffcx_forms_2.so" in problem.message
+
+
+def test_compiled_forms_that_differ_from_their_checksum_are_named(tmp_path, monkeypatch):
+    content = Path(sys.executable).resolve().read_bytes()
+    library = tmp_path / "libffcx_forms_1.so"
+    library.write_bytes(content)
+    note_checksum(library)
+    monkeypatch.setattr(doctor, "cache_directory", lambda: tmp_path)
+    assert not doctor._cache().problems
+    middle = len(content) // 2
+    library.write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    (problem,) = doctor._cache().problems
+    assert problem.name == "damaged_kernels"
+    assert "differ from their checksum, such as libffcx_forms_1.so" in problem.message

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from cases import jit
+from cases.checksum import checksum, checksum_file
 
 LIBRARY = sysconfig.get_config_var("EXT_SUFFIX")
 
@@ -114,31 +115,47 @@ kernels.loops()
 """
 
 
-def test_truncated_kernels_are_compiled_anew(tmp_path):
-    """Loading them would end the process with a bus error."""
+def compiled(cache: Path) -> list[Path]:
+    """Compile or load a kernel of the form compiler and one of our own in another process; return their libraries."""
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILES],
+        cwd=Path(jit.__file__).parents[1],
+        env=os.environ | {"BUSHCLI_CACHE": str(cache)},
+        check=False,
+    )
+    assert done.returncode == 0
+    return sorted(cache.rglob("*.so"))
 
-    def run():
-        done = subprocess.run(
-            [sys.executable, "-c", COMPILES],
-            cwd=Path(jit.__file__).parents[1],
-            env=os.environ | {"BUSHCLI_CACHE": str(tmp_path)},
-            check=False,
-        )
-        assert done.returncode == 0
-        return sorted(tmp_path.rglob("*.so"))
 
-    whole = run()
+def test_damaged_kernels_are_compiled_anew(tmp_path):
+    """Loading a truncated one would end the process with a bus error; one with other bytes may do anything."""
+    whole = compiled(tmp_path)
     assert len(whole) == 2
     folder = whole[0].parent
     assert jit.damaged(folder) == []
-    sizes = [library.stat().st_size for library in whole]
+    contents = [library.read_bytes() for library in whole]
+    sums = [checksum_file(library).read_text() for library in whole]
+    assert sums == [checksum(content) for content in contents]
     for library in whole:
         # Only the first page is left, as after a full disk.
         os.truncate(library, 4096)
     assert jit.damaged(folder) == whole
-    assert run() == whole
+    assert compiled(tmp_path) == whole
     assert jit.damaged(folder) == []
-    assert [library.stat().st_size for library in whole] == sizes
+    for library, content in zip(whole, contents, strict=True):
+        assert library.stat().st_size == len(content)
+        # Zeros in place of the code, and the length as before.
+        library.write_bytes(content[:4096] + bytes(len(content) - 8192) + content[-4096:])
+        assert jit.is_whole(library)
+    assert jit.damaged(folder) == whole
+    assert compiled(tmp_path) == whole
+    assert jit.damaged(folder) == []
+    # Kernels of an earlier version have no checksum; they are loaded, and not compiled again.
+    times = [library.stat().st_mtime_ns for library in whole]
+    for library in whole:
+        checksum_file(library).unlink()
+    assert jit.damaged(folder) == []
+    assert [library.stat().st_mtime_ns for library in compiled(tmp_path)] == times
 
 
 def test_what_is_under_way_is_left_alone(tmp_path):

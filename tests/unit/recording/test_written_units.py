@@ -226,11 +226,12 @@ def test_a_factor_of_one_and_the_number_of_an_axis_are_none(name):
 @pytest.mark.parametrize(
     "above",
     [
-        "Force scale: 10", "Scale factor;1;10;100", "Gain;1;10;100", "Multiplier: 1000", "Skalierungsfaktor: 2,5",
-        "All values x 10", "ScaleFactor=0.1",
+        "Scale factor: 10", "Gain;1;10;100", "Multiplier: 1000", "Skalierungsfaktor: 2,5", "ScaleFactor=0.1",
+        "Force gain: 100", "Calibration factor force: 1.003", "Scale;1;10;100;1000", "Fattore di scala: 10",
+        "Messwerte mit 10 multiplizieren", "Force corrected by a factor of 1.02",
     ],
 )  # fmt: skip
-def test_a_factor_above_the_table_is_reported(tmp_path, above):
+def test_a_factor_of_no_certain_column_or_one_that_is_contained_is_reported(tmp_path, above):
     found = rig(tmp_path, "Time [s];Displacement [mm];Force [N]", above)
     assert re.search(
         r"line 1 states a factor .* was not applied", " ".join(one.text for one in found.repairs)
@@ -240,8 +241,39 @@ def test_a_factor_above_the_table_is_reported(tmp_path, above):
 @pytest.mark.parametrize(
     "above",
     [
+        "Force scale factor: 2.0", "Force scale: 10", "Scale factor;1;1;100", "Scale;1;1;2", "Faktor Kraft: 10",
+        "multiplier,1,1,4.448", "Scale factor;;;1000", "Skalierung 1 1 1000", "# Force x10", "Load multiplier = 1000",
+        "Multiply force by 10", "Facteur d'échelle effort: 10", "Force in units of 100 N", "Forces divided by 10",
+        "Force in thousand N", "Force values in thousands", "Forces are in 100 N",
+    ],
+)  # fmt: skip
+def test_a_factor_of_a_column_that_is_read_is_refused_with_its_place(tmp_path, above):
+    header = "Time [s];Displacement [mm];Force [N]"
+    with pytest.raises(
+        RecordingError, match=r"rig\.csv:1: .*column 3 \(Force \[N\]\).*units = \{force = \"N\"\}"
+    ):
+        rig(tmp_path, header, above)
+    found = rig(tmp_path, header, above, units={"force": "N"})
+    assert np.abs(found.force).max() == pytest.approx(500.0, rel=0.01)
+    assert any("which was not applied" in one.text for one in found.repairs)
+
+
+@pytest.mark.parametrize("above", ["Scale factor;1;10;1", "Displacement scale factor: 10", "All values x 10"])
+def test_a_factor_of_the_displacement_is_refused(tmp_path, above):
+    with pytest.raises(RecordingError, match=r"rig\.csv:1: .*column 2.*units = \{displacement"):
+        rig(tmp_path, "Time [s];Displacement [mm];Force [N]", above)
+
+
+def test_a_factor_of_a_column_that_is_not_read_does_not_matter(tmp_path):
+    found = rig(tmp_path, "Time [s];Displacement [mm];Force [N];Temperature [C]", "Scale;1;1;1;10")
+    assert not found.repairs
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
         "Scale factor;1;1,0;1.0", "Gain: 1", "Full scale: 5 kN", "PID gain: 5", "Scale 1:2", "Shape factor: 2",
-        "Scale: auto",
+        "Scale: auto", "Gauge factor: 2.05", "Specimen 2 x 3 mm", "Scale: 2 kN/V", "multiplier,1,1,1",
     ],
 )  # fmt: skip
 def test_other_numbers_above_the_table_are_no_factors(tmp_path, above):
