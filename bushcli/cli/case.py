@@ -29,7 +29,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli import report
     from bushcli.case.marks import unedited
     from bushcli.faults import find_faults
-    from bushcli.recording import read_coupon, read_recording
+    from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -43,6 +43,9 @@ def check(run: Run, strict: bool) -> int:
     for curve in curves:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
+    programs = [
+        None if one.source is None else read_program(one.source, run.tables)[1] for one in case.load_cases
+    ]
     faults = find_faults(case, [*curves, *coupons])
     if not any(fault.fatal for fault in faults):
         check_travel(case, curves, faults)
@@ -54,7 +57,7 @@ def check(run: Run, strict: bool) -> int:
     if run.shows:
         from bushcli.report.text import problem_parts
 
-        said = report.case_text(case, curves, coupons, faults)
+        said = report.case_text(case, curves, coupons, faults, programs)
         run.show(said, *report.protocol_parts(tests), *problem_parts(found))
     run.emit(result)
     if run.output and is_first_rank():

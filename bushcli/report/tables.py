@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bushcli.case import load_case_names
 from bushcli.recording import Recording, branches
 from bushcli.report.conditions import conditions
 from bushcli.report.quantity import number, percent, quantities
@@ -15,13 +17,14 @@ from cases.mode import modes
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
+    from bushcli.case import Case, LoadCase
     from bushcli.inverse import Fit
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
     from geometry.shape import Shape
 
+Array = NDArray[np.float64]
 Row = tuple[str, ...]
 
 
@@ -61,6 +64,21 @@ def recording_table(title: str, curves: Sequence[Recording]) -> ReportTable:
     """
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
     return ReportTable(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
+
+
+def load_case_table(case: Case, programs: Sequence[Array | None]) -> ReportTable:
+    """Return a row for each load case: its range, segments and rate, or the motions of a path.
+
+    Parameters
+    ----------
+    case : Case
+    programs : sequence of array or None
+        Displacements of each load case whose program is in a file, shape (n,), mm, rad or stretch - 1.
+    """
+    heads = ("load case", "mode", "program", "from", "to", "")
+    names = load_case_names(case.load_cases, case.recordings)
+    found = zip(names, case.load_cases, programs, strict=True)
+    return ReportTable("Load cases", heads, tuple(_load_case_row(*one) for one in found), left=3)
 
 
 def measure_table(shape: Shape) -> ReportTable:
@@ -265,3 +283,23 @@ def _recording_row(curve: Recording) -> tuple[str, ...]:
         number(float(curve.force.max())),
         shown.force_unit,
     )
+
+
+def _load_case_row(name: str, load: LoadCase, read: Array | None) -> Row:
+    if load.six is not None:
+        free = [MOTIONS[k] for k in load.six.free]
+        moved = [MOTIONS[k] for k in range(6) if np.ptp(load.six.motion[:, k]) > 0.0]
+        told = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
+        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(told)}", "", "", ""
+    shown = quantities(load.mode)
+    values = np.array(load.path) if read is None else read
+    low, high = (number(shown.at(float(q))) for q in (values.min(), values.max()))
+    unit = shown.displacement_unit
+    if load.source is not None:
+        program = f"{len(values)} points of {load.source.file.name}"
+    else:
+        segments = len(values) - 1
+        program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
+        if load.rate is not None:
+            program += f", {number(shown.at(load.rate))} {unit or 'stretch'}/s"
+    return name, load.mode, program, low, high, unit or "stretch"

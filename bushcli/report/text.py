@@ -28,6 +28,7 @@ from bushcli.report.tables import (
     case_table,
     channel_table,
     fitted_table,
+    load_case_table,
     measure_table,
     mesh_table,
     parameter_table,
@@ -36,6 +37,9 @@ from bushcli.report.tables import (
 from bushcli.report.verdict import judge
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from bushcli.case import Case
     from bushcli.inverse import Fit
     from bushcli.recording import Recording
@@ -109,9 +113,13 @@ def fit_text(fit: Fit) -> Group:
 
 
 def case_text(
-    case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
+    case: Case,
+    curves: Sequence[Recording],
+    coupons: Sequence[Recording],
+    faults: Sequence[DataFault] = (),
+    programs: Sequence[NDArray[np.float64] | None] = (),
 ) -> Group:
-    """Return a summary of a case, of its recordings and of their faults.
+    """Return a summary of a case, of its load cases, of its recordings and of their faults.
 
     Parameters
     ----------
@@ -123,8 +131,12 @@ def case_text(
         Coupon tests.
     faults : sequence of DataFault
         Faults of recordings and coupon tests.
+    programs : sequence of array or None
+        Displacements of each load case whose program is in a file, shape (n,); without them no load cases are shown.
     """
     parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
+    if programs:
+        parts += [Text(), Shown(load_case_table(case, programs))]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
             parts += [Text(), Shown(recording_table(title, recorded))]

@@ -1,10 +1,13 @@
 """The output on a terminal, and into a pipe."""
 
 import io
+from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from bushcli.case import load_case
 from bushcli.recording import read_recording
 from bushcli.report import case_text, direct_text, fit_text, mesh_text
 from bushcli.simulate.meshes import Meshed
@@ -98,3 +101,41 @@ def test_meshes_are_listed():
     )
     assert "axial, torsional" in text
     assert "299" in text
+
+
+def test_load_cases_are_shown_with_their_range_rate_and_motions(tmp_path: Path) -> None:
+    file = tmp_path / "case.toml"
+    file.write_text(
+        """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[material]
+law = "neo_hookean"
+[material.parameters]
+C10 = 0.5
+[[load_cases]]
+mode = "torsional"
+path = [0, 10, -5, 0]
+rate = 2.0
+steps = 6
+[[load_cases]]
+mode = "axial"
+file = "program.csv"
+[[load_cases]]
+mode = "path"
+path = {time = [0, 1, 2], ux = [0, 0.5, 0.5], uz = [0, 0, 1], free = ["ry"]}
+"""
+    )
+    (tmp_path / "program.csv").write_text("displacement_mm\n0\n1.5\n-2\n0\n")
+    used = load_case(file)
+    text = printed(case_text(used, [], [], (), [None, np.array([0.0, 1.5, -2.0, 0.0]), None]))
+    rows = {line.split()[0]: line for line in text.splitlines() if line.strip()}
+    words = {name: " ".join(row.split()) for name, row in rows.items()}
+    assert words["torsional"] == (
+        "torsional torsional 3 segments, up to 6 steps each, 2.00 deg/s -5.00 10.0 deg"
+    )
+    assert words["axial"] == "axial axial 4 points of program.csv -2.00 1.50 mm"
+    assert "3 poses: ux, uz moved; ry free" in words["path"]
