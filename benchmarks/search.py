@@ -34,7 +34,7 @@ SCALES = (0.0, 0.1, 0.2, 0.3, 0.5), (0.0, 0.1, 0.2, 0.3, 0.4), (0.1, 0.2, 0.3, 0
 # None: Gaussian errors of one known scale.
 FREEDOMS = (None, 1.0, 2.0, 3.0, 5.0, 10.0)
 
-Search_ = list[tuple[Changes, float]]
+SearchErrors = list[tuple[Changes, float]]
 """Changes and error, in slacks, of each fit of one search."""
 
 
@@ -68,9 +68,9 @@ def errors(folder: Path, names: Sequence[str]) -> None:
             module.diagnose(load_case(folder / name / "case.toml"), maps=False)
 
 
-def read() -> list[Search_]:
+def read() -> list[SearchErrors]:
     """Return the errors by search."""
-    found: dict[str, Search_] = {}
+    found: dict[str, SearchErrors] = {}
     for text in KEPT.read_text(encoding="utf-8").splitlines():
         line: dict[str, Any] = json.loads(text)
         size = float(np.clip(line["error"] / line["slack"], -MOST, MOST))
@@ -79,7 +79,7 @@ def read() -> list[Search_]:
 
 
 def likelihood(
-    searches: Sequence[Search_], common: float, of_change: float, own: float, freedom: float | None
+    searches: Sequence[SearchErrors], common: float, of_change: float, own: float, freedom: float | None
 ) -> float:
     """Log likelihood of the errors of all searches."""
     total = 0.0

@@ -28,7 +28,7 @@ _NUMBERED = NUMBERED_WORDS | {
 }  # fmt: skip
 #: A word beside a range.
 _RANGE_WORDS = frozenset({"range", "bereich", "messbereich", "plage", "gamme", "campo", "rango"})
-#: Smallest whole number that is more likely a range or a factor than the number of a channel.
+#: Smallest whole number that is more likely a range or a factor than the number of a channel; judgement.
 _LARGE = 100
 
 

@@ -289,8 +289,8 @@ def _load_case_row(name: str, load: LoadCase, read: Array | None) -> Row:
     if load.six is not None:
         free = [MOTIONS[k] for k in load.six.free]
         moved = [MOTIONS[k] for k in range(6) if np.ptp(load.six.motion[:, k]) > 0.0]
-        told = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
-        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(told)}", "", "", ""
+        motions = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
+        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read
     low, high = (number(shown.at(float(q))) for q in (values.min(), values.max()))

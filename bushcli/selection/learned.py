@@ -1,10 +1,11 @@
 """Errors of first-order predictions, learned from the fits of one search.
 
-First order errs alike in models that are alike: where the fit of a debonded bond found 18 nats less than predicted,
-pairs with it find as much less; and where the first ten predictions were right within a nat, so are the others. The
-error of a prediction, in units of its slack, is a sum of one that all predictions of a search share, one of each
-change between the two models (an effect more, an effect less, another law), and one of its own. All are Gaussian of
-one unknown scale: a Student-t process. Its constants were measured (`benchmarks/search.py`).
+First-order predictions of similar models are wrong in a similar way: where the fit of a debonded bond found 18 nats
+less than predicted, the fits of pairs that contain it find as much less; and where the first ten predictions were right
+within a nat, so are the others. The error of a prediction, in units of its slack, is a sum of one that all predictions
+of a search share, one of each change between the two models (an effect more, an effect less, another law), and one of
+its own. All are Gaussian of one unknown scale: a Student-t process. Its constants were measured
+(`benchmarks/search.py`).
 
 References
 ----------
@@ -18,15 +19,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.selection.model import Model
 
+Array = NDArray[np.float64]
 Changes = frozenset[str]
 """Names of the changes between two models, in which their predictions may err."""
 
 # Scales of the errors, in slacks: those of all predictions of a search, of a change, of a prediction; and degrees
-# of freedom. Those with the highest likelihood of the errors in 24 recordings of the development deck.
+# of freedom. Those with the highest likelihood of 311 errors in 22 recordings of the
+# development deck (`benchmarks/search.py`).
 COMMON, OF_CHANGE, OWN = 0.1, 0.1, 0.2
 FREEDOM = 2.0
 # Largest error of one fit that counts, in slacks: a fit that ended in another optimum says no more of the others.
@@ -82,7 +86,9 @@ class PredictionErrors:
 
     def __init__(self) -> None:
         self._changes: list[Changes] = []
-        self._sizes: list[float] = []
+        self._sizes: Array = np.zeros(0)
+        # Inverse of the covariance of the errors, of scale one: hundreds of predictions are corrected after each fit.
+        self._precision: Array = np.zeros((0, 0))
 
     def add(self, found: Changes, error: float, slack: float) -> None:
         """Note the error of a prediction whose model has been fitted.
@@ -96,7 +102,9 @@ class PredictionErrors:
         """
         if found and slack > 0.0 and math.isfinite(error):
             self._changes.append(found)
-            self._sizes.append(float(np.clip(error / slack, -MOST, MOST)))
+            self._sizes = np.append(self._sizes, np.clip(error / slack, -MOST, MOST))
+            known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
+            self._precision = np.linalg.inv(known + OWN**2 * np.eye(len(known)))
 
     def expected(self, found: Changes) -> Expected:
         """Return the error that is expected of a prediction.
@@ -109,14 +117,12 @@ class PredictionErrors:
         whole = COMMON**2 + OF_CHANGE**2 * len(found) + OWN**2
         if not self._changes:
             return NONE
-        known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
-        known[np.diag_indices(len(known))] += OWN**2
         beside = np.array([_shared(one, found) for one in self._changes])
-        sizes = np.array(self._sizes)
-        weights = np.linalg.solve(known, np.column_stack([beside, sizes]))
-        variance = max(whole - float(beside @ weights[:, 0]), 0.0) / whole
-        scale = (FREEDOM + float(sizes @ weights[:, 1])) / (FREEDOM + len(sizes))
-        return Expected(float(beside @ weights[:, 1]), min(math.sqrt(variance * scale), 1.0))
+        weights = self._precision @ beside
+        variance = max(whole - float(beside @ weights), 0.0) / whole
+        square = float(self._sizes @ self._precision @ self._sizes)
+        scale = (FREEDOM + square) / (FREEDOM + len(self._sizes))
+        return Expected(float(weights @ self._sizes), min(math.sqrt(variance * scale), 1.0))
 
 
 def _shared(a: Changes, b: Changes) -> float:

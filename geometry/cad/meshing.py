@@ -147,6 +147,10 @@ def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
         The file and what the case states about it.
     refinement : Refinement
         Number of elements in each direction.
+
+    Raises
+    ------
+    GeometryError
     """
     found = find_part(wanted)
     open_part(wanted.path, wanted.unit)
