@@ -104,7 +104,7 @@ class PredictionErrors:
             self._changes.append(found)
             self._sizes = np.append(self._sizes, np.clip(error / slack, -MOST, MOST))
             known = np.array([[_shared(a, b) for b in self._changes] for a in self._changes])
-            self._precision = np.linalg.inv(known + OWN**2 * np.eye(len(known)))
+            self._precision = np.asarray(np.linalg.inv(known + OWN**2 * np.eye(len(known))), dtype=np.float64)
 
     def expected(self, found: Changes) -> Expected:
         """Return the error that is expected of a prediction.
