@@ -105,7 +105,8 @@ class Surface:
     Attributes
     ----------
     reference, deformed : shape (n, 4, 3)
-        Corner coordinates in mm, corners in order around the face.
+        Corner coordinates in mm, corners in order around the face; counter-clockwise where a solid is seen from
+        outside.
     stretch : shape (n, 4)
         Largest principal stretch at the corners (1 in a metal sleeve).
     rubber : shape (n,)
@@ -161,9 +162,10 @@ def surface(model: FiniteElementModel, displacement: float = 0.0) -> Surface | N
         largest = (
             principal_stretches(model, corners, name)[..., -1] if name == "rubber" else np.ones(x.shape[:2])
         )
-        reference.append(x[:, faces].reshape(-1, 4, 3))
-        deformed.append(y[:, faces].reshape(-1, 4, 3))
-        stretch.append(largest[:, faces].reshape(-1, 4))
+        cell, order = _around(x, faces)
+        reference.append(x[cell, order].reshape(-1, 4, 3))
+        deformed.append(y[cell, order].reshape(-1, 4, 3))
+        stretch.append(largest[cell, order].reshape(-1, 4))
         rubber.append(np.full(len(cells) * len(faces), name == "rubber"))
     parts = model.comm.gather((reference, deformed, stretch, rubber), root=0)
     if parts is None:
@@ -186,7 +188,7 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
         x = mesh.mesh.geometry.x[nodes]
         if dimension == 2:
             x = x[..., [0, 2, 1]]
-        reference.append(x[:, faces].reshape(-1, 4, 3))
+        reference.append(x[_around(x, faces)].reshape(-1, 4, 3))
         rubber.append(np.full(len(reference[-1]), name == "rubber"))
     parts = mesh.mesh.comm.gather((np.concatenate(reference), np.concatenate(rubber)), root=0)
     if parts is None:
@@ -201,6 +203,24 @@ def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
     if mesh.simplices:
         return np.array(_TRIANGLE_FACES if mesh.dimension == 2 else _TETRAHEDRON_FACES)
     return np.array(_SECTION_FACES if mesh.dimension == 2 else _SOLID_FACES)
+
+
+def _around(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return indices of cells (n, 1, 1) and of the corners of their faces (n, faces, 4), a solid's seen from outside.
+
+    Parameters
+    ----------
+    x : shape (n, corners, 3)
+        Corner coordinates of each cell, mm.
+    faces : shape (faces, 4)
+        Corners of each face in order around it, in either sense.
+    """
+    corners = x[:, faces]
+    normal = np.cross(corners[:, :, 2] - corners[:, :, 0], corners[:, :, 3] - corners[:, :, 1])
+    outwards = np.einsum("nfi,nfi->nf", normal, corners.mean(axis=2) - x.mean(axis=1)[:, None])
+    # A cell may be mirrored; the face of a half-plane's cell is the cell itself, and has no outside.
+    order = np.where(outwards[..., None] < 0.0, faces[:, [1, 0, 3, 2]], faces)
+    return np.arange(len(x))[:, None, None], order
 
 
 def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Array, Array]:

@@ -191,9 +191,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
     group = group.ravel()
     owner = np.repeat(np.arange(len(surface.reference)), 4)
-    corners = surface.reference
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    normal = _normal(surface.reference)
     order = np.argsort(group, kind="stable")
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     one, other = owner[order[first]], owner[order[first + count - 1]]
@@ -236,6 +234,25 @@ def revolved_view() -> Projection:
     return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
 
 
+def faces_the_eye(pieces: Array, view: Projection) -> NDArray[np.bool_]:
+    """Return whether the faces of a closed body are turned towards the eye, (n,); the others cannot be seen.
+
+    Parameters
+    ----------
+    pieces : (n, 4, 3) array
+        Corners of the faces, counter-clockwise seen from outside, mm.
+    view : Projection
+        Direction of view.
+    """
+    return np.asarray(_normal(pieces) @ view.towards > 0.0)
+
+
+def _normal(pieces: Array) -> Array:
+    """Unit normals of faces (n, 3 or 4, 3), outwards where their corners are counter-clockwise, (n, 3)."""
+    normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, -1] - pieces[:, 1])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30))
+
+
 def shade(pieces: Array, view: Projection) -> Array:
     """Return the brightness (n,) of faces, from 0 to 1, in a light from the upper left.
 
@@ -248,10 +265,8 @@ def shade(pieces: Array, view: Projection) -> Array:
     view : Projection
         Direction of view.
     """
-    normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, -1] - pieces[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     light = view.towards + 0.7 * view.up - 0.5 * view.right
-    return np.asarray(0.84 + 0.16 * np.abs(normal @ light) / np.linalg.norm(light))
+    return np.asarray(0.84 + 0.16 * np.abs(_normal(pieces) @ light) / np.linalg.norm(light))
 
 
 def _bounding(faces: Array) -> NDArray[np.bool_]:

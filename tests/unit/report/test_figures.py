@@ -1,17 +1,23 @@
 """Pictures: valid files, and a projection that puts faces where they belong."""
 
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from bushcli.recording.curve import Curve
 from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, projection
-from bushcli.report.figures.body import deformed_figure
+from bushcli.report.figures.body import _Drawing, deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth
+from bushcli.report.figures.picture import style
 from bushcli.simulate.meshes import Meshed
-from cases.stretches import Surface
+from cases.stretches import Surface, mesh_surface
+from geometry.mesh import build
+from geometry.shape import Refinement, shapes
 
+PARTS = Path(__file__).parents[2] / "verification" / "data" / "real"
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -28,7 +34,8 @@ def drawn(answer, channel):
 def cube():
     """The six faces of a cube of 2 mm around (10, 0, 0)."""
     corners = np.array([[x, y, z] for x in (9.0, 11.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    index = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+    # Counter-clockwise seen from outside.
+    index = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     faces = corners[np.array(index)]
     return Surface(faces, faces, np.ones((6, 4)), np.full(6, True), 0.0)
 
@@ -192,3 +199,41 @@ def test_dashes_cover_half_of_a_line():
     found = projection.dashes(line, 1.0)
     assert np.linalg.norm(found[:, 1] - found[:, 0], axis=1) == pytest.approx(10 / 11)
     assert len(found) == 6
+
+
+def drawn_surface(surface, closed):
+    """Picture of a body, as pixels, and how many polygons it is made of."""
+    with style():
+        view = projection.cut_view(surface.reference)
+        figure = _Drawing(surface, surface.reference, view, None, closed=closed).figure("a body", "")
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba(), dtype=float), len(figure.axes[0].collections[0].get_paths())
+
+
+def test_what_lies_behind_a_body_is_left_out_and_not_missed():
+    shown, few = drawn_surface(cube(), closed=True)
+    all_of_it, many = drawn_surface(cube(), closed=False)
+    assert few == many / 2
+    # Only smoothed pixels along the silhouette differ.
+    assert (np.abs(shown - all_of_it).max(axis=-1) > 20).mean() < 0.005
+
+
+RING = shapes()["plain"](inner_radius=10, outer_radius=20, length=30)
+KIDNEY = shapes()["cad"](file=str(PARTS / "kidney_A.step"))
+
+
+@pytest.mark.parametrize(
+    ("shape", "mirrors"), [(RING, "yz"), (KIDNEY, "yz")], ids=["hexahedra", "tetrahedra"]
+)
+def test_faces_of_a_solid_are_counter_clockwise_from_outside(shape, mirrors):
+    surface = mesh_surface(build(shape, 3, frozenset(mirrors), Refinement(across=2)))
+    a, b, c, d = np.moveaxis(surface.reference, 1, 0)
+    # Gauss: the volume from the oriented faces; a quadrilateral is the mean of its two pairs of triangles.
+    parts = [(a, b, c), (a, c, d), (a, b, d), (b, c, d)]
+    weights = (0.5, 0.5, 0.5, 0.5) if shape is RING else (1.0, 0.0, 0.0, 0.0)
+    volume = sum(
+        w * np.einsum("ij,ij->", p, np.cross(q, r)) / 6 for w, (p, q, r) in zip(weights, parts, strict=True)
+    )
+    # Chords instead of arcs: a coarse mesh lacks some percent.
+    assert 4 * volume == pytest.approx(shape.measures()["rubber"], rel=0.05)
