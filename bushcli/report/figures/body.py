@@ -161,7 +161,7 @@ class _Drawing:
         bold = np.repeat(projection.outline(self.surface), many)
         # A line is drawn right after the piece of face that it bounds; in the plane, where nothing hides it, last.
         beside = projection.side_cells(depth, many) + self.extent * (1.0 if self.flat else 0.006)
-        seen = projection.faces_the_eye(pieces, self.view) if self.closed else np.full(len(pieces), True)
+        seen = projection.faces_the_eye(pieces, self.view) | (not self.closed)
         drawn = projection.side_cells(seen, many)
         thin, thick = drawn & ~bold, drawn & bold
         layers = [
@@ -190,7 +190,8 @@ class _Drawing:
         width = np.concatenate([np.full(len(layer[0]), layer[3]) for layer in layers])[order]
         axes.add_collection(
             PolyCollection(
-                self.view.project(polygons),
+                # An array is converted three times as fast as a list.
+                self.view.project(polygons),  # type: ignore[arg-type]  # Matplotlib's stubs know lists only
                 facecolors=fill,
                 edgecolors=ink,
                 linewidths=width,

@@ -7,6 +7,7 @@ order nor the colour shows how coarse the elements are. This module does not dep
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
+_Value = TypeVar("_Value", bound=np.generic)
 
 # Edges at which the surface bends by more than this are drawn as outlines.
 _CREASE = np.cos(np.radians(35.0))
@@ -133,7 +135,7 @@ def sides(grid: Array) -> Array:
     return np.stack(parts, axis=1).reshape(-1, grid.shape[1], grid.shape[-1])
 
 
-def side_cells(values: Array, pieces: int) -> Array:
+def side_cells(values: NDArray[_Value], pieces: int) -> NDArray[_Value]:
     """Return the values of the cells beside the segments of `sides`, (4 n * pieces,).
 
     Parameters
@@ -143,9 +145,10 @@ def side_cells(values: Array, pieces: int) -> Array:
     pieces : int
         Intervals along each side of a face.
     """
-    beside = values.reshape(-1, pieces, pieces, 1)
-    # `sides` of the grid of cells gives the cells along each side in the order of its segments.
-    return sides(beside).reshape(-1)
+    beside = values.reshape(-1, pieces, pieces)
+    # The cells along each side in the order of the segments of `sides`.
+    parts = (beside[:, 0, :], beside[:, :, -1], beside[:, -1, ::-1], beside[:, ::-1, 0])
+    return np.stack(parts, axis=1).reshape(-1)
 
 
 def segments(lines: Array) -> Array:
