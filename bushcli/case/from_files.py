@@ -303,7 +303,7 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
         lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
     lines += [f"# {remark}" for remark in entry.remarks]
     lines += [f"# {repair.text}" for repair in recording.repairs]
-    if recording.time is None:
+    if recording.time is None and not any("sample_rate" in repair.text for repair in recording.repairs):
         lines.append("# sample_rate = 100.0     # Hz, if the samples were taken at equal intervals")
     lines.append("# conditioning = 3        # first cycles that only condition the part")
     # Remarks quote the file, and a comment cannot contain control characters either.

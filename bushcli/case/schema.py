@@ -119,7 +119,7 @@ class FileTable(CaseTable):
 
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
     units: UnitsTable = Field(default_factory=UnitsTable)
-    delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
+    delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
     decimal: Literal[".", ","] | None = None
     reverse: list[Literal["displacement", "force"]] | None = Field(
         default=None, min_length=1, description="columns whose sign is reversed"

@@ -23,7 +23,7 @@ from cases.mode import modes
 if TYPE_CHECKING:
     from bushcli.case.schema_recordings import RecordingTable
 
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
 _PATTERN = re.compile(r"[*?\[]")
 
 

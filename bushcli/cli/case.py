@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -27,6 +28,7 @@ def check(run: Run, strict: bool) -> int:
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
     from bushcli import report
+    from bushcli.case import load_case_names
     from bushcli.case.marks import unedited
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_program, read_recording
@@ -43,8 +45,10 @@ def check(run: Run, strict: bool) -> int:
     for curve in curves:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
+    names = load_case_names(case.load_cases, case.recordings)
     programs = [
-        None if one.source is None else read_program(one.source, run.tables)[1] for one in case.load_cases
+        None if one.source is None else replace(read_program(one.source, run.tables), name=name)
+        for name, one in zip(names, case.load_cases, strict=True)
     ]
     faults = find_faults(case, [*curves, *coupons])
     if not any(fault.fatal for fault in faults):
@@ -52,7 +56,7 @@ def check(run: Run, strict: bool) -> int:
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()))
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
-    tests = protocol(case, curves, coupons)
+    tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
     result |= report.protocol_json(tests)
     if run.shows:
         from bushcli.report.text import problem_parts

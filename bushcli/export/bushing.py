@@ -151,6 +151,6 @@ def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
         if isinstance(channel, Source):
             yield name, mode, read_recording(channel, tables=tables).displacement
         elif channel.source is not None:
-            yield name, mode, read_program(channel.source, tables)[1]
+            yield name, mode, read_program(channel.source, tables).displacement
         else:
             yield name, mode, np.array(channel.path, dtype=float)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bushcli.recording.recorded import RecordedPath, Recording, Repair
+from bushcli.recording.recorded import RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.recording.segment import Segment
 from bushcli.recording.signals import (
     branches,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "RecordedPath",
+    "RecordedProgram",
     "Recording",
     "Repair",
     "Segment",

@@ -85,6 +85,9 @@ def split_line(text: str, delimiter: str) -> list[str]:
     """
     if delimiter == " ":
         text = text.replace("\t", " ").strip()
+    if delimiter == "|":
+        # A table in Markdown begins and ends its rows with the delimiter.
+        text = text.strip().removeprefix("|").removesuffix("|")
     # In a row of units, a single quotation mark means an inch.
     if text.count('"') % 2 == 0 and '"' in text:
         try:

@@ -11,7 +11,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column, untaken_time
 from bushcli.recording.opened import open_table
-from bushcli.recording.recorded import ReadColumn, RecordedPath, Recording, Repair
+from bushcli.recording.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.recording.samples import timed, updated
 from bushcli.recording.signals import branches, select_cycles
 from bushcli.recording.six import read_motions
@@ -19,6 +19,7 @@ from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.stated_factors import factor_remarks
+from bushcli.recording.stated_rate import rate_remarks
 from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
 from cases.mode import Mode, modes
@@ -73,7 +74,7 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
-    taken = {one.index for one in there.values()}
+    columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
         displacement,
@@ -83,13 +84,10 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         source=source.file,
         units=("", "") if machine else (moved.unit, forced.unit),
         repeated=tuple(table.line(i) for i in samples.repeated),
-        repairs=(*samples.repairs, *(Repair("columns", text) for text in _remarks(table, there))),
+        repairs=(*samples.repairs, *remarks),
         conditioning=source.conditioning,
-        columns=tuple(
-            ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
-            for name, one in there.items()
-        ),
-        unused=tuple(name for i, name in enumerate(table.names) if name and i not in taken),
+        columns=columns,
+        unused=unused,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return recording if whole else _used(recording, source)
@@ -106,12 +104,44 @@ def _below(source: Source, table: Table, displacement: Array, fewest: int) -> ND
     return kept
 
 
-def _remarks(table: Table, found: Mapping[str, Column]) -> list[str]:
-    """Return what a user should know about how a table and its columns were read."""
+def _used_columns(
+    table: Table, found: Mapping[str, Column], source: Source
+) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
+    """Return the columns that were read, the names of the others, and remarks on how they were read.
+
+    Parameters
+    ----------
+    table : Table
+    found : mapping of str to Column
+        Columns that were read, by quantity.
+    source : Source
+    """
+    taken = {one.index for one in found.values()}
+    columns = tuple(
+        ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
+        for name, one in found.items()
+    )
+    unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
+    return columns, unused, tuple(Repair("columns", text) for text in _remarks(table, found, source))
+
+
+def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:
+    """Return what a user should know about how a table and its columns were read.
+
+    Parameters
+    ----------
+    table : Table
+    found : mapping of str to Column
+        Columns that were read, by quantity.
+    source : Source
+    """
     taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    return said if "time" in found else said + untaken_time(table, taken)
+    if "time" in found:
+        return said
+    said += untaken_time(table, taken)
+    return said if source.sample_rate is not None or source.rate is not None else said + rate_remarks(table)
 
 
 def _used(recording: Recording, source: Source) -> Recording:
@@ -162,8 +192,8 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     return read_recording(source, tables=tables)
 
 
-def read_program(source: Source, tables: TableCache | None = None) -> tuple[Array | None, Array]:
-    """Read the program of a load case: time (n,) in s or None, displacement (n,) in mm or rad.
+def read_program(source: Source, tables: TableCache | None = None) -> RecordedProgram:
+    """Read the program of a load case.
 
     Parameters
     ----------
@@ -180,9 +210,13 @@ def read_program(source: Source, tables: TableCache | None = None) -> tuple[Arra
     table = open_table(source, mode, ("displacement",), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, _FEWEST_PROGRAM)
-    if stamps is None and source.sample_rate is not None:
-        return np.arange(len(moved.values)) / source.sample_rate, moved.values
-    return None if stamps is None else increasing(table, stamps), moved.values
+    time: Array | None = None
+    if stamps is not None:
+        time = increasing(table, stamps)
+    elif source.sample_rate is not None:
+        time = np.arange(len(moved.values)) / source.sample_rate
+    there = {"displacement": moved} | ({"time": stamps} if stamps else {})
+    return RecordedProgram(source.label, mode.name, time, moved.values, *_used_columns(table, there, source))
 
 
 def _mode(source: Source) -> Mode:

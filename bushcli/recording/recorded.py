@@ -55,6 +55,36 @@ class ReadColumn:
 
 
 @dataclass(frozen=True, eq=False)
+class RecordedProgram:
+    """The program of a load case as a file contains it, in internal units.
+
+    Attributes
+    ----------
+    name : str
+        Name of the load case, or of its mode.
+    mode : str
+    time : shape (n,) or None
+        s.
+    displacement : shape (n,)
+        mm, rad or stretch - 1.
+    columns : tuple of ReadColumn
+        Columns that were read.
+    unused : tuple of str
+        Names of the file's other columns, those without a name left out.
+    repairs : tuple of Repair
+        Remarks on how the file was read.
+    """
+
+    name: str
+    mode: str
+    time: Array | None
+    displacement: Array
+    columns: tuple[ReadColumn, ...] = ()
+    unused: tuple[str, ...] = ()
+    repairs: tuple[Repair, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class RecordedPath:
     """Six motions of the inner sleeve as recorded.
 

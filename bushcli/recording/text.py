@@ -314,7 +314,7 @@ def _dialect(
     """Return the delimiter and decimal sign that make the most lines rows of numbers."""
     best, score = None, 0.0
     body = body[:: len(body) // _SAMPLE + 1]
-    for sep in (delimiter,) if delimiter else (";", "\t", ",", " "):
+    for sep in (delimiter,) if delimiter else (";", "\t", ",", "|", " "):
         split = [split_line(line.text, sep) for line in body]
         for sign in (decimal,) if decimal else (".", ","):
             rows = [fields for fields in split if _is_row(fields, sign)]

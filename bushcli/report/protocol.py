@@ -8,7 +8,7 @@ from typing import Any
 from rich.padding import Padding
 from rich.text import Text
 
-from bushcli.recording import Recording
+from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.table import SHOWN
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.standards import Clause, Lack, Observed
@@ -78,7 +78,7 @@ def _titled(title: str, lines: Sequence[str]) -> list[object]:
     return [Text(), Text(title, "bold"), *(Padding(Text(line), (0, 0, 0, 2)) for line in lines)]
 
 
-def _file(one: Recording) -> str:
+def _file(one: Recording | RecordedProgram) -> str:
     """Return which columns of a file were read as what, and in which units."""
     words = []
     coupon = modes()[one.mode].specimen == "coupon"

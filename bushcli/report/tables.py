@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import load_case_names
-from bushcli.recording import Recording, branches
+from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.report.conditions import conditions
 from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
@@ -66,14 +66,14 @@ def recording_table(title: str, curves: Sequence[Recording]) -> ReportTable:
     return ReportTable(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
 
 
-def load_case_table(case: Case, programs: Sequence[Array | None]) -> ReportTable:
+def load_case_table(case: Case, programs: Sequence[RecordedProgram | None]) -> ReportTable:
     """Return a row for each load case: its range, segments and rate, or the motions of a path.
 
     Parameters
     ----------
     case : Case
-    programs : sequence of array or None
-        Displacements of each load case whose program is in a file, shape (n,), mm, rad or stretch - 1.
+    programs : sequence of RecordedProgram or None
+        Programs of the load cases that have them in a file.
     """
     heads = ("load case", "mode", "program", "from", "to", "")
     names = load_case_names(case.load_cases, case.recordings)
@@ -285,14 +285,14 @@ def _recording_row(curve: Recording) -> tuple[str, ...]:
     )
 
 
-def _load_case_row(name: str, load: LoadCase, read: Array | None) -> Row:
+def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
     if load.six is not None:
         free = [MOTIONS[k] for k in load.six.free]
         moved = [MOTIONS[k] for k in range(6) if np.ptp(load.six.motion[:, k]) > 0.0]
         motions = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
         return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
-    values = np.array(load.path) if read is None else read
+    values = np.array(load.path) if read is None else read.displacement
     low, high = (number(shown.at(float(q))) for q in (values.min(), values.max()))
     unit = shown.displacement_unit
     if load.source is not None:

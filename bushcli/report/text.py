@@ -37,12 +37,9 @@ from bushcli.report.tables import (
 from bushcli.report.verdict import judge
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from bushcli.case import Case
     from bushcli.inverse import Fit
-    from bushcli.recording import Recording
+    from bushcli.recording import RecordedProgram, Recording
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
@@ -117,7 +114,7 @@ def case_text(
     curves: Sequence[Recording],
     coupons: Sequence[Recording],
     faults: Sequence[DataFault] = (),
-    programs: Sequence[NDArray[np.float64] | None] = (),
+    programs: Sequence[RecordedProgram | None] = (),
 ) -> Group:
     """Return a summary of a case, of its load cases, of its recordings and of their faults.
 
@@ -131,8 +128,8 @@ def case_text(
         Coupon tests.
     faults : sequence of DataFault
         Faults of recordings and coupon tests.
-    programs : sequence of array or None
-        Displacements of each load case whose program is in a file, shape (n,); without them no load cases are shown.
+    programs : sequence of RecordedProgram or None
+        Programs of the load cases that have them in a file; without them no load cases are shown.
     """
     parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
     if programs:

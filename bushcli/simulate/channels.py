@@ -77,8 +77,8 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     elif load.source is not None:
         from bushcli.recording import read_program  # with the readers, which few load cases need
 
-        times, displacement = read_program(load.source, tables)
-        program = Program(displacement, times)
+        read = read_program(load.source, tables)
+        program = Program(read.displacement, read.time)
     else:
         program = path(load.path, load.steps, load.rate)
     return SimulatedChannel(

@@ -63,7 +63,7 @@ def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
         if load.source is not None:
             from bushcli.recording import read_program  # with the readers, which few load cases need
 
-            displacement = read_program(load.source, tables)[1]
+            displacement = read_program(load.source, tables).displacement
         else:
             displacement = np.asarray(load.path, dtype=float)
         check_play(case, name, load.mode, displacement)

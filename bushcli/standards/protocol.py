@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bushcli.case import Case
-from bushcli.recording import Recording
+from bushcli.recording import RecordedProgram, Recording
 from bushcli.standards.observed import Observed, observe
 from bushcli.standards.questions import Lack, lacking
 from bushcli.standards.standard import Clause, clauses
@@ -24,8 +24,8 @@ class Protocol:
         Channel, standard and its requirements, for each recording and coupon that names a standard.
     lacks : tuple of Lack
         Questions that the recordings leave open.
-    files : tuple of Recording
-        Recordings and coupons that were read from a file, with the columns that were used.
+    files : tuple of Recording or RecordedProgram
+        Recordings, coupons and programs of load cases that were read from a file, with the columns that were used.
     remarks : tuple of (str, str)
         Channel, and how its file was read where that is not obvious.
     """
@@ -34,7 +34,7 @@ class Protocol:
     coupons: tuple[Observed, ...]
     judged: tuple[tuple[str, str, tuple[Clause, ...]], ...]
     lacks: tuple[Lack, ...]
-    files: tuple[Recording, ...]
+    files: tuple[Recording | RecordedProgram, ...]
     remarks: tuple[tuple[str, str], ...]
 
     @property
@@ -45,7 +45,12 @@ class Protocol:
         )
 
 
-def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Protocol:
+def protocol(
+    case: Case,
+    curves: Sequence[Recording],
+    coupons: Sequence[Recording],
+    programs: Sequence[RecordedProgram] = (),
+) -> Protocol:
     """Return the protocol of a case's tests.
 
     Parameters
@@ -53,6 +58,8 @@ def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recordin
     case : Case
     curves, coupons : sequence of Recording
         As read from the files, in the order of the case.
+    programs : sequence of RecordedProgram
+        Programs of load cases that were read from files.
     """
     seen, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
     sources = (*case.recordings, *case.coupons)
@@ -61,11 +68,9 @@ def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recordin
         for one, source in zip((*seen, *tested), sources, strict=True)
         if source.standard is not None
     )
-    files = tuple(curve for curve in (*curves, *coupons) if curve.columns)
+    read: tuple[Recording | RecordedProgram, ...] = (*curves, *coupons, *programs)
+    files = tuple(one for one in read if one.columns)
     remarks = tuple(
-        (curve.name, repair.text)
-        for curve in (*curves, *coupons)
-        for repair in curve.repairs
-        if repair.kind == "columns"
+        (one.name, repair.text) for one in read for repair in one.repairs if repair.kind == "columns"
     )
     return Protocol(seen, tested, judged, lacking(seen, tested), files, remarks)

@@ -341,8 +341,8 @@ def test_degrees_are_written_round(tmp_path):
 
 
 def test_a_program_needs_no_force(tmp_path):
-    time, q = read_program(source(tmp_path, "time_s,rotation_deg\n0,0\n1,30\n3,30\n4,-30\n", "conical"))
-    np.testing.assert_allclose(time, [0, 1, 3, 4])
-    np.testing.assert_allclose(q, [0, math.pi / 6, math.pi / 6, -math.pi / 6])
+    read = read_program(source(tmp_path, "time_s,rotation_deg\n0,0\n1,30\n3,30\n4,-30\n", "conical"))
+    np.testing.assert_allclose(read.time, [0, 1, 3, 4])
+    np.testing.assert_allclose(read.displacement, [0, math.pi / 6, math.pi / 6, -math.pi / 6])
     with pytest.raises(RecordingError, match="has only 1 point"):
         read_program(source(tmp_path, "time_s,rotation_deg\n0,30\n", "conical"))

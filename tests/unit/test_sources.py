@@ -161,9 +161,9 @@ def test_the_file_of_a_program_is_read_as_that_of_a_recording(tmp_path):
     path = program(tmp_path, f'file = "path.csv"\n{keys}\nsample_rate = 10.0')
     used = load_case(path)
     source = used.load_cases[0].source
-    time, displacement = read_program(source)
-    np.testing.assert_allclose(displacement, -20.0 * Q, atol=1e-2)
-    np.testing.assert_allclose(time, 0.1 * np.arange(len(Q)), atol=1e-12)
+    read = read_program(source)
+    np.testing.assert_allclose(read.displacement, -20.0 * Q, atol=1e-2)
+    np.testing.assert_allclose(read.time, 0.1 * np.arange(len(Q)), atol=1e-12)
     assert rebuilt_case(resolved(used), tmp_path).load_cases[0].source == source
 
 

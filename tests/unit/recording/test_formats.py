@@ -304,10 +304,10 @@ def test_a_coupon_of_a_workbook(tmp_path):
 
 
 def test_the_drive_file_of_a_rig_is_a_program(tmp_path):
-    time, path = read_program(Source("axial", write_rpc(tmp_path / "drive.drv", "SHORT_INTEGER")))
-    assert time is not None
-    np.testing.assert_allclose(time, TIME, atol=1e-12)
-    np.testing.assert_allclose(path, TRAVEL, atol=4.0 / 60_000)
+    read = read_program(Source("axial", write_rpc(tmp_path / "drive.drv", "SHORT_INTEGER")))
+    assert read.time is not None
+    np.testing.assert_allclose(read.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(read.displacement, TRAVEL, atol=4.0 / 60_000)
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

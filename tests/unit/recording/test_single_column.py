@@ -16,9 +16,9 @@ from bushcli.recording.source import Source
 
 def program(folder: Path, text: str, mode: str = "axial", **options: object) -> list[float]:
     (folder / "drive.csv").write_text(text, encoding="utf-8")
-    time, displacement = read_program(Source(mode, folder / "drive.csv", **options))  # type: ignore[arg-type]
-    assert time is None
-    return list(np.round(displacement, 9))
+    read = read_program(Source(mode, folder / "drive.csv", **options))  # type: ignore[arg-type]
+    assert read.time is None
+    return list(np.round(read.displacement, 9))
 
 
 @pytest.mark.parametrize(
@@ -46,15 +46,15 @@ def test_a_single_column_of_a_sheet(tmp_path):
         book.active.append([value])
     book.create_sheet("info").append(["Operator", "Smith"])
     book.save(tmp_path / "drive.xlsx")
-    _, displacement = read_program(Source("axial", tmp_path / "drive.xlsx"))
-    assert list(displacement) == [0.0, 1.5, 3.0]
+    read = read_program(Source("axial", tmp_path / "drive.xlsx"))
+    assert list(read.displacement) == [0.0, 1.5, 3.0]
 
 
 def test_two_columns_remain_two(tmp_path):
     (tmp_path / "drive.csv").write_text("time_s,displacement_mm\n0,0\n1,2\n2,5\n")
-    time, displacement = read_program(Source("axial", tmp_path / "drive.csv"))
-    assert time is not None
-    assert (list(time), list(displacement)) == ([0.0, 1.0, 2.0], [0.0, 2.0, 5.0])
+    read = read_program(Source("axial", tmp_path / "drive.csv"))
+    assert read.time is not None
+    assert (list(read.time), list(read.displacement)) == ([0.0, 1.0, 2.0], [0.0, 2.0, 5.0])
 
 
 @pytest.mark.parametrize(

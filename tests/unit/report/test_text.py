@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from bushcli.case import load_case
-from bushcli.recording import read_recording
+from bushcli.recording import RecordedProgram, read_recording
 from bushcli.report import case_text, direct_text, fit_text, mesh_text
 from bushcli.simulate.meshes import Meshed
 
@@ -131,7 +131,8 @@ path = {time = [0, 1, 2], ux = [0, 0.5, 0.5], uz = [0, 0, 1], free = ["ry"]}
     )
     (tmp_path / "program.csv").write_text("displacement_mm\n0\n1.5\n-2\n0\n")
     used = load_case(file)
-    text = printed(case_text(used, [], [], (), [None, np.array([0.0, 1.5, -2.0, 0.0]), None]))
+    read = RecordedProgram("torsional", "torsional", None, np.array([0.0, 1.5, -2.0, 0.0]))
+    text = printed(case_text(used, [], [], (), [None, read, None]))
     rows = {line.split()[0]: line for line in text.splitlines() if line.strip()}
     words = {name: " ".join(row.split()) for name, row in rows.items()}
     assert words["torsional"] == (
