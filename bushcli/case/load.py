@@ -118,9 +118,17 @@ def _read(path: Path) -> dict[str, Any]:
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
     except (ValueError, RecursionError) as error:
-        # A name with a null byte, numbers of thousands of digits, thousands of nested brackets.
-        what = "is not valid TOML" if text else "cannot be read"
-        raise CaseError(Problem(str(path), f"{what}: {error}")) from None
+        raise CaseError(Problem(str(path), _unreadable(error, text))) from None
+
+
+def _unreadable(error: Exception, text: str) -> str:
+    """Return why a file cannot be read whose name has a null byte, or that TOML's reader gives up."""
+    if not text:
+        return f"cannot be read: {error}"
+    if isinstance(error, RecursionError):
+        return "has too many brackets inside each other"
+    digits = re.search(r"value has (\d+) digits", str(error))
+    return f"has a number of {digits[1]} digits" if digits else f"is not valid TOML: {error}"
 
 
 def _wanted() -> str:

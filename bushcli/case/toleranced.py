@@ -11,6 +11,8 @@ from bushcli.case.finding import Keys, dotted
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOLERANCE = re.compile(rf"\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*(%?)\s*\Z")
+#: Longer texts are no numbers; the time to match one grows with the square of its length.
+_LONGEST = 100
 # Keys whose values are words: there such a text is not read as a number.
 _WORDS = ("title", "name", "file")
 
@@ -43,7 +45,7 @@ class Toleranced:
 
 def toleranced(text: str) -> Toleranced | None:
     """Return a number with a tolerance, such as "22.0 +- 0.1" or "350 ± 15 %"; None for any other text."""
-    found = _TOLERANCE.match(text)
+    found = _TOLERANCE.match(text) if len(text) <= _LONGEST else None
     if found is None:
         return None
     nominal, deviation = float(found[1]), float(found[2])

@@ -19,15 +19,22 @@ _POWERS = re.compile(
     r"(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\d.])10[⁻⁺]?[¹²³⁴-⁹]+|X\s*10+(?![\d.])"
     r"|(?<![^\W_])(?:\d+(?:[.,]\d+)?)?(?:[eE][-+−]\d+|e\d+)(?![^\W_])|(?<![^\W_])(?:\d[\d.,]*E\d+|E[3-9])(?![^\W_])"
     r"|^\W*\d+[.,]\d+(?=\s)|(?<![\w.,])0[.,]\d+\W*$"
+    # Thousands as in accounts: "'000 N", "000's N".
+    r"|['’‘´`]0+(?![^\W_]|[.,]\d)|(?<![\w.,])0{2,}['’]?s(?![^\W_])"
 )
 #: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.
 _TYPE = re.compile(r"(?<![^\W_])(?:WA|[A-EG-QS-Z]\d+[A-Z]\w*)$|\+$")
-_WORDS = re.compile(r"(?<![^\W_])(?:ten|hundred|thousand|million)(?:th)?s?(?![^\W_])", re.IGNORECASE)
+_WORDS = re.compile(
+    r"(?<![^\W_])(?:(?:ten|hundred|thousand|million)(?:th)?s?|tsd|tausend(?:stel)?|hundertstel|zehntel)(?![^\W_])",
+    re.IGNORECASE,
+)
+#: A prefix apart from its unit, "Force mega N": at the end of the name, after which the unit stood.
+_PREFIX = re.compile(r"(?<![^\W_])(?:giga|mega|kilo|hecto|deca|deci|centi|milli|micro)\W*$", re.IGNORECASE)
 
 
 def factor_in(name: str) -> str:
     """Return the factor that the name of a column contains, as written, or an empty text; a factor of 1 is none."""
-    for found in (_POWERS.search(name), _WORDS.search(name)):
+    for found in (_POWERS.search(name), _WORDS.search(name), _PREFIX.search(name)):
         if found:
             return found[0].strip()
     for found in _TIMES.finditer(name):

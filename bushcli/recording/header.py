@@ -17,7 +17,13 @@ from bushcli.recording.loose_numbers import (
 )
 from bushcli.recording.quality import name_quality, plain_name
 from bushcli.recording.remarks import is_remark, is_unknown_word
-from bushcli.recording.unit_in_name import is_inner_unit, is_range, unit_within, with_second_unit
+from bushcli.recording.unit_in_name import (
+    is_inner_unit,
+    is_range,
+    prefix_apart,
+    unit_within,
+    with_second_unit,
+)
 from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
     EXCLUDING,
@@ -116,7 +122,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         if unit:
             rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
     rest, written = with_second_unit(rest, written, timed)
-    scaled = factor_in(without_ranges(rest))
+    scaled = factor_in(without_ranges(rest)) or _prefix(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
     ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
     shown = [word for part in (without_ranges(rest), *remarks) for word in re.split(r"[\W_]+", part) if word]
@@ -136,11 +142,22 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     return Heading(lower, tuple(written), tuple(doubtful), at_end, formula, tuple(ranges))
 
 
+def _prefix(rest: str, written: list[str], bracketed: bool) -> str:
+    """Return the prefix that stands apart from the unit of a name, "Force k N"; an upper "Kraft K [N]" is a symbol."""
+    words = re.findall(r"[^\W_]+", rest)
+    if bracketed and words and words[-1].isupper():
+        return ""
+    return prefix_apart(words, written[0]) if len(written) == 1 else ""
+
+
 def _inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
     """Return the words of a name without the units between them, and these units; the "5 kN" of "5 kN cell" is one."""
     units = [i for i, word in enumerate(shown[1:-1], start=1) if is_inner_unit(word)]
     ranges = [i for i in units if is_range(shown[:i], rest)]
     written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
+    for i in units:
+        apart = prefix_apart(shown[:i], shown[i]) or prefix_apart(shown[i + 1 :][:1], shown[i])
+        written += [f"{FACTOR} {apart}"] if apart else []
     gone = {*units, *(i - 1 for i in ranges)}
     return [word for i, word in enumerate(shown) if i not in gone], written
 

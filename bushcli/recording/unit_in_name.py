@@ -55,6 +55,8 @@ def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, l
         Whether it names a time.
     """
     first = tabulated_unit(written[0]) if len(written) == 1 else None
+    if first is not None and prefix_apart(re.findall(r"[^\W_]+", rest), written[0]):
+        return rest, written  # "Travel m m"
     before, unit = _unit_at_end(rest, timed) if first is not None else (rest, "")
     second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
     if first is None or second is None or second.measured != first.measured:
@@ -78,6 +80,25 @@ def is_range(words: Sequence[str], text: str) -> bool:
         return False
     before = words[-2].lower() if len(words) > 1 else ""
     return before not in NUMBERED_WORDS
+
+
+def prefix_apart(words: Sequence[str], unit: str) -> str:
+    """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The words of a name, without the unit.
+    unit : str
+        As written.
+    """
+    found = tabulated_unit(unit)
+    last = words[-1] if words else ""
+    if found is None or len(last) > 1:
+        return ""
+    joined = tabulated_unit(last + unit) if last else None
+    scaled = joined is not None and joined.measured == found.measured and joined.factor != found.factor
+    return last if last == "k" or scaled else ""
 
 
 def is_inner_unit(word: str) -> bool:

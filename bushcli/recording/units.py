@@ -76,8 +76,17 @@ AMBIGUOUS: Mapping[str, str] = {
 }
 #: Names that pint does not know or misunderstands: it reads a kilopond as 1000 kgf, a mil as an angle.
 _RENAMED = {
-    "kp": "kgf", "kilopond": "kgf", "kiloponds": "kgf", "rev": "turn", "revs": "turn", "'": "ft", "microstrain": "ppm",
+    "kp": "kgf", "kpond": "kgf", "kilopond": "kgf", "kiloponds": "kgf", "pond": "gf", "ponds": "gf",
+    "rev": "turn", "revs": "turn", "'": "ft", "microstrain": "ppm",
 }  # fmt: skip
+#: Surveyors' units of pint that name a part of a machine in the header of a rig: "Displacement (rod)".
+_PARTS = frozenset(
+    ["rod", "rods", "pole", "poles", "perch", "link", "links", "chain", "chains", "hand", "hands"]
+)
+#: Units that take no prefix: "hh" is not a hundred hours, nor "din" a tenth of an inch. A microinch is in use.
+_WITHOUT_PREFIX = frozenset(
+    ["minute", "hour", "day", "week", "month", "year", "inch", "foot", "yard", "mile", "thou"]
+)
 _OF_LENGTH = {"mil": "thou", "mils": "thou"}
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
@@ -93,8 +102,10 @@ _DIMENSIONS: tuple[tuple[str, Mapping[str, int], float], ...] = (
     ("moment", {"[mass]": 1, "[length]": 2, "[time]": -2}, 1e3),
     ("stress", {"[mass]": 1, "[length]": -1, "[time]": -2}, 1e-6),
 )
-#: Factors beyond these are slips: mPa for MPa, Mm for mm.
-_PREFIX = {"stress": (1e-7, 1e7), "length": (1e-7, 1e7)}
+#: Factors beyond these are slips: mPa for MPa, Mm for mm; or no units of a test: a year, "EN".
+_PREFIX = {
+    "stress": (1e-7, 1e7), "length": (1e-7, 1e7), "force": (1e-7, 1e7), "moment": (1e-7, 1e10), "time": (1e-10, 1e6),
+}  # fmt: skip
 _FACTOR = r"[A-Za-zµμ°Å]+(?:\*\*[1-9])?"
 _EXPRESSION = re.compile(rf"{_FACTOR}(?:[*/]{_FACTOR}){{0,3}}")
 _LONGEST = 40
@@ -159,6 +170,8 @@ def find_unit(text: str, measured: str) -> Unit | None:
     measured : str
         A key of `bushcli.recording.source.UNITS`.
     """
+    if measured != "time" and re.search(r"\w[\s*·.]s\W*$", text):
+        return None  # "N s" is an impulse; without its blank it would be a plural
     usual = tabulated_unit(text, measured)
     if usual is not None:
         return usual
@@ -198,13 +211,24 @@ def _converted(text: str, measured: str) -> Unit | None:
     expression = "".join(renamed.get(part, part) for part in parts)
     if len(expression) > _LONGEST or not _EXPRESSION.fullmatch(expression):
         return None
+    if "pond" in expression or not _PARTS.isdisjoint(parts):
+        return None
     import pint  # here, because importing it takes longer than checking a case
 
     try:
+        if any(_is_no_unit(part) for part in re.findall(r"[^\W\d_]+", expression)):
+            return None
         quantity = _registry().Quantity(1.0, _registry().parse_units(expression)).to_base_units()
     except (pint.PintError, ArithmeticError, AttributeError, TypeError, ValueError):
         return None
     return _judged(text, str(_registry().parse_units(expression)), quantity)
+
+
+def _is_no_unit(word: str) -> bool:
+    """Whether pint reads a word as a unit with a prefix that nobody writes before it, or a symbol in the plural."""
+    prefix, unit, suffix = next(iter(_registry().parse_unit_name(word)), ("", "", ""))
+    is_plural = suffix == "s" and (len(word) < 3 or not word.islower())
+    return is_plural or (prefix not in ("", "micro") and unit in _WITHOUT_PREFIX)
 
 
 def _judged(text: str, known: str, quantity: Any) -> Unit | None:

@@ -274,6 +274,7 @@ DEEP = {
     "lists": "a = " + "[" * 50_000 + "]" * 50_000 + "\n",
     "inline tables": "a = " + "{b=" * 50_000 + "1" + "}" * 50_000 + "\n",
     "digits": "a = " + "9" * 20_000 + "\n",
+    "digits in a text": 'a = "' + "9" * 20_000 + '"\n',
     "entries": 'x = 1\n[[load_cases]]\nmode = "axial"\n' * 20_000,
     "keys": "".join(f"k{i} = 1\n" for i in range(60_000)),
     "string": 'a = "' + "x." * 400_000 + '"\n',
@@ -286,6 +287,17 @@ def test_a_large_case_file_ends_promptly(tmp_path, name):
     run(tmp_path, "check", document(CASE))
     start = time.process_time()
     result = run(tmp_path, "check", DEEP[name] + document(CASE))
+    assert time.process_time() - start < PROMPT
+    assert result.exit_code == 2
+    assert len(result.stderr) < 10_000
+    assert "sys." not in result.stderr
+    assert "recursion" not in result.stderr
+
+
+def test_a_number_of_20000_digits_on_the_command_line_is_refused_promptly(tmp_path):
+    run(tmp_path, "check", document(CASE))
+    start = time.process_time()
+    result = run(tmp_path, "check", document(CASE), "--set", "geometry.length=1" + "0" * 20_000)
     assert time.process_time() - start < PROMPT
     assert result.exit_code == 2
     assert len(result.stderr) < 10_000

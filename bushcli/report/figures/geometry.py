@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,7 +32,6 @@ _OTHERS = ("#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#F0E442")
 _PLATES = ("#009E73", "#F0E442", "#CC79A7", METAL)
 # Rows of pixels in a section through an assembly.
 _ROWS = 700
-_PAINT: dict[str, Any] = {"linewidths": 0.3, "rasterized": True}
 _LIGHT = np.array([0.3, 0.5, 0.8])
 _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
 

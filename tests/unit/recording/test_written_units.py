@@ -347,3 +347,63 @@ def test_names_of_the_nominal_stress(tmp_path, name):
 def test_units_are_shown_as_written(tmp_path, name, said):
     with pytest.raises(RecordingError, match=said):
         rig(tmp_path, f"Time [s];Displacement [mm];{name}")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Force k N", "Force K N", "Force, k, N", "Force N k", "Force k [N]", "Force k lbf", "Force mega N",
+        "Force centi N", "Force milli [N]", "Force '000 N", "Force ’000 N", "Force 000's N", "Force 000s N",
+        "Force Tsd. N",
+    ],
+)  # fmt: skip
+def test_a_prefix_or_thousands_apart_from_the_unit_of_a_force_are_refused(tmp_path, name):
+    with pytest.raises(RecordingError, match=r"the factor .* is not applied"):
+        rig(tmp_path, f"Time [s];Travel [mm];{name}")
+
+
+@pytest.mark.parametrize(
+    "names", ["Time [s];Travel µ m", "Time [s];Travel c m", "Time [s];Travel m m", "Time m s;Travel mm"]
+)
+def test_a_prefix_apart_from_the_unit_of_a_length_or_time_is_refused(tmp_path, names):
+    with pytest.raises(RecordingError, match=r"the factor .* is not applied"):
+        rig(tmp_path, f"{names};Force [N]")
+
+
+@pytest.mark.parametrize("name", ["Moment M Nm", "Moment M [Nm]", "Drehmoment M in Nm", "Kraft K [N]"])
+def test_the_symbol_of_a_quantity_before_its_unit_is_no_prefix(name):
+    assert not any("factor" in text for text in heading(name).written)
+
+
+def test_a_pond_is_the_weight_of_a_gram(tmp_path):
+    for unit, newtons in (("pond", 0.00980665), ("kpond", 9.80665), ("kp", 9.80665)):
+        found = rig(tmp_path, f"Time [s];Travel [mm];Force [{unit}]")
+        assert np.abs(found.force).max() == pytest.approx(newtons * 250 * LARGEST, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time [s];Travel (rod);Force [N]", "Time [s];Travel (link);Force [N]", "Time [s];Travel [din];Force [N]",
+        "Time [s];Travel [kin];Force [N]", "Time [s];Travel [mm s];Force [N]", "Time [s];Travel [mm];Force [N s]",
+        "Time [s];Travel [mm];Force [Ns]", "Time [s];Travel [mm];Force [kNs]", "Time [s];Travel [mm];Force [EN]",
+        "Time [s];Travel [mm];Force [GN]", "Time [hh];Travel [mm];Force [N]", "Time [dd];Travel [mm];Force [N]",
+        "Time (a);Travel [mm];Force [N]", "Time [eon];Travel [mm];Force [N]", "Time [as];Travel [mm];Force [N]",
+    ],
+)  # fmt: skip
+def test_what_only_a_library_of_units_takes_for_a_unit_is_refused(tmp_path, header):
+    with pytest.raises(RecordingError, match="is not a known unit"):
+        rig(tmp_path, header)
+
+
+def test_an_impulse_per_area_is_no_stress(tmp_path):
+    with pytest.raises(RecordingError, match='"MPa s" is not a known unit'):
+        coupon(tmp_path, "nominal stress [MPa s]")
+
+
+@pytest.mark.parametrize(
+    ("unit", "millimetres"), [("µin", 25.4e-6), ("microinch", 25.4e-6), ("mils", 0.0254)]
+)
+def test_parts_of_an_inch_that_are_in_use_are_read(tmp_path, unit, millimetres):
+    found = rig(tmp_path, f"Time [s];Travel [{unit}];Force [N]")
+    assert np.abs(found.displacement).max() == pytest.approx(millimetres * LARGEST, rel=1e-5)
