@@ -140,7 +140,8 @@ class StrainGradient:
     @property
     def unknowns(self) -> Index:
         """Local numbers of the displacements of every cell, shape (cells, n)."""
-        return np.ascontiguousarray(self._displaced.reshape(len(self._displaced), -1))
+        cells, components, nodes = self._displaced.shape  # there are no cells where all rubber touches a bond
+        return np.ascontiguousarray(self._displaced.reshape(cells, components * nodes))
 
     def blocks(self, state: Array) -> tuple[NDArray[np.intp], Array]:
         """Second derivative at a state, by the unknowns of each cell with an energy.

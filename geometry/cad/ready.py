@@ -100,7 +100,7 @@ def read_mesh(
         )
     points = scale * np.asarray(mesh.points, dtype=float)[:, :3]
     refuse_size(float(np.ptp(points, axis=0).max()), str(path), UNIT)
-    cells = _regions(mesh, kinds[0])
+    cells = _regions(mesh, kinds[0], str(path))
     every = np.concatenate(list(cells.values()))
     outer = _outer_facets(every, kinds[0])
     facets = _boundaries(mesh, outer, str(path))
@@ -226,28 +226,42 @@ def _groups(mesh: Any) -> dict[str, list[Any]]:
     return found
 
 
-def _regions(mesh: Any, kind: str) -> dict[str, Ints]:
-    """Cells by region; those in no group are rubber."""
+def _regions(mesh: Any, kind: str, where: str) -> dict[str, Ints]:
+    """Cells by region; those in no group are rubber, and so are those in a group of rubber and in another one."""
     blocks = [(i, block) for i, block in enumerate(mesh.cells) if block.type == kind]
+    count = sum(len(block.data) for _, block in blocks)
     named: dict[str, list[Ints]] = {}
     taken = {i: np.zeros(len(block.data), dtype=bool) for i, block in blocks}
-    for name, parts in _groups(mesh).items():
+    groups = {name: parts for name, parts in _groups(mesh).items() if _members(parts, blocks) < count}
+    for name, parts in groups.items():
+        for i, _ in blocks:
+            if "rubber" in name and parts[i] is not None:
+                taken[i][np.asarray(parts[i], dtype=np.int64)] = True
+    rubber = {i: own.copy() for i, own in taken.items()}
+    for name, parts in groups.items():
         if name in ("inner", "outer") or "rubber" in name or name.startswith("_") or name == "all":
             continue
         for i, block in blocks:
             inside = np.asarray(parts[i] if parts[i] is not None else [], dtype=np.int64)
-            if (
-                len(inside)
-                and not taken[i][inside].any()
-                and len(inside) < sum(len(b.data) for _, b in blocks)
-            ):
+            if len(inside) and not taken[i][inside].any():
                 taken[i][inside] = True
                 named.setdefault(name, []).append(block.data[inside])
-    rubber = [block.data[~taken[i]] for i, block in blocks]
-    found = {RUBBER: rubber} | named
+    found = {RUBBER: [block.data[rubber[i] | ~taken[i]] for i, block in blocks]} | named
     # meshio has the order of VTK, in which the last two sides of a tetrahedron are exchanged against Gmsh.
     order = [*range(8), 9, 8] if kind == "tetra10" else slice(None)
-    return {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
+    cells = {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
+    if not len(cells[RUBBER]):
+        raise GeometryError(
+            where,
+            f"all elements are in groups of metal: {', '.join(named)}",
+            "a group of elements named rubber, or rubber in no group",
+        )
+    return cells
+
+
+def _members(parts: list[Any], blocks: list[tuple[int, Any]]) -> int:
+    """Number of cells of a group."""
+    return sum(len(parts[i]) for i, _ in blocks if parts[i] is not None)
 
 
 def _outer_facets(cells: Ints, kind: str) -> Ints:

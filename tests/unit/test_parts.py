@@ -8,7 +8,9 @@ import ufl
 from dolfinx import fem
 
 from bushcli.report.figures.geometry import geometry_figure
+from cases.march import march
 from cases.mode import modes
+from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import laws
 from geometry.cad.meshing import refuse_flat
@@ -335,7 +337,47 @@ def test_a_quarter_of_a_mesh_is_refused(folder):
         CAD(file=str(file)).found  # noqa: B018
 
 
-def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22),), share=1.0, ends=None):
+@pytest.mark.parametrize("suffix", [".msh", ".inp"])
+def test_elements_of_rubber_are_rubber_although_each_body_has_a_group(suffix, folder):
+    """Gmsh names the elements of every volume in an .inp file (Volume1), beside the groups; these were all metal."""
+    rings = ((10, 16), (16, 17), (17, 22))
+    groups = {"Rubber": (0, 2), "Shim": (1,)}
+    shape = CAD(file=str(_written(folder / f"shim{suffix}", 2, rings=rings, groups=groups)))
+    assert shape.found.regions == ("rubber", "shim")
+    exact = np.pi * 40 * np.array([22**2 - 10**2 - (17**2 - 16**2), 17**2 - 16**2])
+    assert [shape.measures()[name] for name in shape.found.regions] == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_mesh_without_rubber_is_refused(folder):
+    groups = {"Housing": (0,), "Shim": (1,)}
+    file = _written(folder / "metal.msh", 1, rings=((10, 16), (16, 22)), groups=groups)
+    with pytest.raises(GeometryError, match="all elements are in groups of metal: housing, shim"):
+        CAD(file=str(file)).found  # noqa: B018
+
+
+def test_layers_of_one_element_are_computed(folder):
+    """Every element of rubber touches a bond or metal, so none has an energy of strain gradients."""
+    groups = {"Rubber": (0, 2), "Shim": (1,)}
+    file = _written(folder / "thin.msh", 2, rings=((10, 16), (16, 17), (17, 22)), groups=groups)
+    rubber = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 2000.0)
+    model = prepare(CAD(file=str(file)), modes()["torsional"], rubber)
+    assert model.surfaces.gradient.unknowns.shape == (0, 30)
+    # Two rings in simple shear, one after the other: 4 pi mu L / (1/a^2 - 1/b^2) each.
+    springs = [4 * np.pi * 40 / (a**-2 - b**-2) for a, b in ((10, 16), (17, 22))]
+    moment = march(model, Program(np.array([0.02]))).force[-1]
+    assert moment == pytest.approx(0.02 / sum(1 / k for k in springs), rel=0.01)
+
+
+def _written(
+    file,
+    order,
+    names=("inner", "outer"),
+    version=4.1,
+    rings=((10, 22),),
+    share=1.0,
+    ends=None,
+    groups=None,
+):
     import gmsh
 
     from tests.parts import quarter, ring
@@ -347,21 +389,26 @@ def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22)
         gmsh.model.add("mesh")
         bodies = [ring(*radii) for radii in rings] if share == 1.0 else [quarter()]
         gmsh.model.occ.synchronize()
+        if groups is not None:  # touching rings, of which each is a body of its own
+            _occ().fragment([(3, bodies[0])], [(3, body) for body in bodies[1:]])
+            _occ().synchronize()
+            bodies = sorted((tag for _, tag in gmsh.model.getEntities(3)), key=_reach)
         # The faces at 10 and 22 mm have these areas.
         areas = {name: share * 2 * np.pi * r * 40 for name, r in zip(names, (10, 22), strict=True)}
-        groups = {name: [] for name in areas}
+        faces_of = {name: [] for name in areas}
         for _, face in gmsh.model.getEntities(2):
             if ends is not None and gmsh.model.getType(2, face) == "Plane":
-                groups[ends].append(face)
+                faces_of[ends].append(face)
             for name, area in areas.items():
                 if gmsh.model.getType(2, face) == "Cylinder" and gmsh.model.occ.getMass(
                     2, face
                 ) == pytest.approx(area):
-                    groups[name].append(face)
-        for name, faces in groups.items():
+                    faces_of[name].append(face)
+        for name, faces in faces_of.items():
             if faces:
                 gmsh.model.addPhysicalGroup(2, faces, name=name)
-        gmsh.model.addPhysicalGroup(3, bodies, name="rubber")
+        for name, members in (groups or {"rubber": range(len(bodies))}).items():
+            gmsh.model.addPhysicalGroup(3, [bodies[i] for i in members], name=name)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 6.0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 16)
         gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
@@ -371,3 +418,9 @@ def _written(file, order, names=("inner", "outer"), version=4.1, rings=((10, 22)
     finally:
         gmsh.finalize()
     return file
+
+
+def _reach(body):
+    import gmsh
+
+    return gmsh.model.getBoundingBox(3, body)[3]
