@@ -34,6 +34,10 @@ _EXPECTED = {
     "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",
     "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
 }  # fmt: skip
+#: Parts of names that may be those of a time, in whatever other words.
+_TIMES = re.compile(
+    r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -162,8 +166,9 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     """
     found = []
     for i, name in enumerate(table.names):
-        units = [tabulated_unit(text) for text in written_units(table, i, heading(name))]
-        named = re.search(r"time|zeit|elapsed|seconds|^\W*t(?![^\W_])", name.lower()) is not None
+        # A name may be nothing but a unit: "ms".
+        units = [tabulated_unit(text) for text in (name, *written_units(table, i, heading(name)))]
+        named = _TIMES.search(name) is not None
         if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
             found.append(
                 f"{table.label(i)} was not taken as the time; if it is, columns = {{time = {i + 1}}} "

@@ -21,8 +21,8 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = {
     "time": {
         "s": "s sec secs sek second seconds Sekunde Sekunden seconde secondes secondi segundos 秒 с сек",
         "ms": "ms msec msecs millisecond milliseconds мс",
-        "min": "min mins minute minutes Minute Minuten",
-        "h": "h hr hrs hour hours Stunde Stunden",
+        "min": "min mins minute minutes Minute Minuten мин",
+        "h": "h hr hrs hour hours Stunde Stunden ч",
     },
     "length": {
         "mm": "mm millimeter millimeters millimetre millimetres millimètre millimètres millimetri milímetros 毫米 мм",

@@ -407,3 +407,19 @@ def test_an_impulse_per_area_is_no_stress(tmp_path):
 def test_parts_of_an_inch_that_are_in_use_are_read(tmp_path, unit, millimetres):
     found = rig(tmp_path, f"Time [s];Travel [{unit}];Force [N]")
     assert np.abs(found.displacement).max() == pytest.approx(millimetres * LARGEST, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["Время, foo", "ms", "temps écoulé (foo)"])
+def test_a_column_that_may_be_the_time_is_not_left_out_without_a_word(tmp_path, name):
+    rows = "".join(f"{i};{0.1 * i:.1f};{i}\n" for i in range(8))
+    (tmp_path / "a.csv").write_text(f"{name};Displacement [mm];Force [N]\n{rows}", encoding="utf-8")
+    recording = read_recording(Source("axial", tmp_path / "a.csv"))
+    assert recording.time is None
+    assert any("was not taken as the time" in one.text for one in recording.repairs)
+
+
+@pytest.mark.parametrize(("name", "factor"), [("Время, мин", 60.0), ("Время, ч", 3600.0)])
+def test_minutes_and_hours_in_russian(tmp_path, name, factor):
+    rows = "".join(f"{i};{0.1 * i:.1f};{i}\n" for i in range(8))
+    (tmp_path / "a.csv").write_text(f"{name};Displacement [mm];Force [N]\n{rows}", encoding="utf-8")
+    assert read_recording(Source("axial", tmp_path / "a.csv")).time[1] == factor
