@@ -409,7 +409,7 @@ def test_parts_of_an_inch_that_are_in_use_are_read(tmp_path, unit, millimetres):
     assert np.abs(found.displacement).max() == pytest.approx(millimetres * LARGEST, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["Время, foo", "ms", "temps écoulé (foo)"])
+@pytest.mark.parametrize("name", ["Время, foo", "ms"])
 def test_a_column_that_may_be_the_time_is_not_left_out_without_a_word(tmp_path, name):
     rows = "".join(f"{i};{0.1 * i:.1f};{i}\n" for i in range(8))
     (tmp_path / "a.csv").write_text(f"{name};Displacement [mm];Force [N]\n{rows}", encoding="utf-8")
