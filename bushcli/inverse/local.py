@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.radius import Follower, Trial
+from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.stopping import MOST_EVALUATIONS
 
 Array = NDArray[np.float64]

@@ -20,23 +20,15 @@ from bushcli.inverse.journal import Journal
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
+from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
 from bushcli.inverse.stopping import STOPPING, Stopping
 from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
-from cases.stability import moduli, paths
+from cases.stability import paths
 from forms.law import Law
 
 Array = NDArray[np.float64]
 
-# The smallest eigenvalue of the tangent moduli may fall to this share of the initial shear modulus.
-STABILITY_MARGIN = 0.01
-# Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far more than
-# any channel can gain by it.
-STABILITY_WEIGHT = 1e3
-# Width of the penalty's smooth onset, in shear moduli: a search that met a sharp edge without warning would end there.
-STABILITY_EDGE = 0.005
-# A row of the penalty above this holds the search back.
-ACTIVE = 1e-3
 STABILITY_STATES = 24
 
 Progress = Callable[[Evaluation], None]
@@ -145,7 +137,7 @@ class LeastSquaresProblem:
         states : Array | None
             Principal stretches, shape (n, 3); None for those that the problem watches.
         """
-        return _penalty(self._smallest(x, self.states if states is None else states))
+        return penalty(self._smallest(x, self.states if states is None else states))
 
     def stability(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and its derivative, shape (states, parameters)."""
@@ -154,7 +146,7 @@ class LeastSquaresProblem:
     def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
         smallest = self._smallest(x, self.states)
-        return _penalty(smallest), smallest - STABILITY_MARGIN
+        return penalty(smallest), smallest - STABILITY_MARGIN
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
@@ -296,14 +288,7 @@ class LeastSquaresProblem:
     def _smallest(self, x: Array, states: Array) -> Array:
         """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 if not finite."""
         parameters = self.law_parameters(x)
-        if not parameters:
-            return np.ones(len(states))
-        shear = max(abs(self.law.shear_modulus(**parameters)), 1e-12)
-        tangents = moduli(self.law, parameters, states)
-        finite = np.isfinite(tangents).all(axis=(1, 2))
-        smallest = np.full(len(states), -1.0)
-        smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
-        return smallest
+        return smallest_moduli(self.law, parameters, states) if parameters else np.ones(len(states))
 
 
 def differences(function: Callable[[Array], Array], x: Array) -> Array:
@@ -318,13 +303,6 @@ def differences(function: Callable[[Array], Array], x: Array) -> Array:
     """
     base, steps = function(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
     return np.column_stack([(function(x + step) - base) / step.sum() for step in np.diag(steps)])
-
-
-def _penalty(smallest: Array) -> Array:
-    """Rows of the misfit by the smallest eigenvalue of the tangent moduli in each state (n,), in shear moduli."""
-    beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
-    lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
-    return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 
 def coupon_states(stretches: tuple[float, float]) -> Array:

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
-from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.wall import along_the_wall
 
 Array = NDArray[np.float64]

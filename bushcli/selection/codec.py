@@ -28,7 +28,8 @@ class FitCodec:
             }
             arrays = {f"simulated{i}": one for i, one in enumerate(answer.simulated)}
             arrays |= {f"jacobian{i}": one for i, one in enumerate(answer.jacobians)}
-            return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), "x": answer.x, **arrays}
+            arrays |= {"x": answer.x, "states": answer.states}
+            return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), **arrays}
         arrays = {f"array{i}": np.asarray(one) for i, one in enumerate(answer)}
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
@@ -58,4 +59,5 @@ class FitCodec:
             bool(about["converged"]),
             int(about["solves"]),
             int(about["failed"]),
+            found["states"],
         )

@@ -227,6 +227,7 @@ def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
         fitted.converged,
         fitted.solves,
         fitted.failed,
+        fitted.states,
     )
 
 
@@ -319,4 +320,5 @@ def fitted(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool
         converged,
         problem.forward_solves,
         problem.failed_solves,
+        problem.states,
     )

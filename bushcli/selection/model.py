@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,6 +142,8 @@ class Fitted:
     converged : bool
     solves, failed : int
         Simulations of a channel, and evaluations that failed.
+    states : shape (k, 3)
+        Principal stretches in which the law was required to be stable.
     """
 
     model: Model
@@ -152,6 +154,7 @@ class Fitted:
     converged: bool
     solves: int = 0
     failed: int = 0
+    states: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def values(self) -> dict[str, float]:

@@ -29,21 +29,17 @@ from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.evidence.promise import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
-from bushcli.selection.prediction import Addition, Prediction, reachable
+from bushcli.selection.prediction import Addition, Prediction, bounded, reachable
 from bushcli.selection.queued import slack_of
+from bushcli.selection.room import Room, room
 from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
-Priors = Sequence[ParameterPrior | None]
 
-# Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size.
-TRIED = 2.0
 # Points of an effect's grid that are tried in a pair: the best ones.
 POINTS = 2
-# Factor beyond the 95 % range of its prior up to which an amplitude is predicted: further out, curves do not follow
-# their derivatives.
-FAR = 3.0
 # Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-6
 # Points of a grid whose evidence is less than this share of the best point's do not change the mean.
@@ -170,28 +166,32 @@ class Beside:
         return misfit, slopes
 
     @cached_property
-    def _held(self) -> tuple[NDArray[np.bool_], Array]:
-        """Which of the fitted parameters bounds hold, and the parameters with these at their bounds (`State.held`)."""
-        misfit, slopes = self._whole
-        return self.state.held(misfit, slopes)
+    def _edge(self) -> LawEdge:
+        return LawEdge(self.state)
 
     @cached_property
-    def _space(self) -> Array:
-        """Orthonormal basis of the changes that the fitted parameters can make, without those that a bound holds."""
-        slopes = self._whole[1][:, ~self._held[0]]
-        if not slopes.shape[1]:
-            return np.zeros((len(slopes), 0))
-        size = np.linalg.norm(slopes, axis=0)
-        u, s, _ = np.linalg.svd(slopes / np.where(size > 0, size, 1.0), full_matrices=False)
-        return np.asarray(u[:, s > 1e-10 * max(float(s.max(initial=0.0)), 1e-300)])
+    def _rooms(self) -> dict[tuple[int, ...], Room]:
+        return {}
+
+    def _room(self, edges: tuple[int, ...] = ()) -> Room:
+        """The changes that the fitted parameters can make, with the law at its edge of stability in these states."""
+        if edges not in self._rooms:
+            misfit, slopes = self._whole
+            x = self.state.fitted.x
+            held, values = self.state.held(misfit, slopes)
+            rows = None
+            if edges:
+                margins, by = self._edge.rows
+                rows = margins[list(edges)], by[list(edges)]
+            self._rooms[edges] = room(misfit, slopes, ~held, values - x, x, rows)
+        return self._rooms[edges]
 
     def _left(self, columns: Array) -> Array:
-        return np.asarray(columns - self._space @ (self._space.T @ columns))
+        return self._room().left(columns)
 
-    @cached_property
+    @property
     def _rest(self) -> Array:
-        misfit, slopes = self._whole
-        return self._left(misfit + slopes @ (self._held[1] - self.state.fitted.x))
+        return self._room().left(self._room().rest)
 
     def _split(self, rows: Array) -> list[Array]:
         """Features by channel from weighted rows."""
@@ -220,8 +220,12 @@ class Beside:
         reach, hoped = coarse - self.coarse, coarse
         if len(points[best]) == 1:
             # Pairs are predicted again beside the fit of one of their effects.
+            loose = self._solved(points[best], within=bool(self.state.model.effects))[0]
+            # Another law may have an optimum where this one is unstable; it is fitted beside the effect's fit.
             hoped = max(
-                hoped, reachable(found[best][0].likelihood, self._value(())[0].left, found[best][0].left)
+                hoped,
+                loose.coarse,
+                reachable(found[best][0].likelihood, self._value(())[0].left, loose.left),
             )
         model = self._model(points[best], found[best][1])
         return Prediction(model, log, most - self.own, most, reach, max(hoped - most, 0.0))
@@ -254,28 +258,40 @@ class Beside:
             found, amplitude = again, other
         return found, amplitude
 
-    def _solved(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Evidence to first order with the variances at hand, and the amplitudes."""
+    def _solved(self, point: tuple[Addition, ...], within: bool = True) -> tuple[Evidence, Array]:
+        """Evidence to first order with the variances at hand, and the amplitudes; `within` the law's stability."""
         raw = [
             np.hstack([np.zeros((len(z), 0)), *(one.slopes[c] for one in point)])
             for c, z in enumerate(self.state.misfit)
         ]
         G = self._weighed(raw)
-        own = self._left(G)
         known, start = self._unknowns(point)
-        gram = own.T @ own
-        gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
-        amplitude = amplitudes(
-            gram, -(own.T @ self._rest), known, start, lambda found: self._bounded(point, found, known)
-        )
-        rest = self._rest + own @ amplitude
-        values = np.concatenate([self._held[1], start + amplitude])
+        geometry = self.state.problem.case.geometry
+        edges: tuple[int, ...] = ()
+        while True:
+            at = self._room(edges)
+            own, misfit = at.left(G), at.left(at.rest)
+            gram = own.T @ own
+            gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
+            amplitude = amplitudes(
+                gram,
+                -(own.T @ misfit),
+                known,
+                start,
+                lambda found: bounded(point, found, known, geometry),
+            )
+            optimum = at.optimum(G @ amplitude)
+            beyond = self._edge.beyond(optimum) if within else None
+            # The law stays at its edge where the optimum is beyond it; scaled as a whole, it is always possible.
+            if beyond is None or beyond in edges or len(edges) > len(self.state.model.start) - 2:
+                break
+            edges = (*edges, beyond)
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,
-            self._split(rest),
+            self._split(misfit + own @ amplitude),
             slopes,
-            values,
+            np.concatenate([at.values, start + amplitude]),
             [*self.state.known, *known],
             [*self.state.off, *start],
         )
@@ -298,28 +314,6 @@ class Beside:
     @cached_property
     def _shear(self) -> float:
         return shear_modulus(self.state.model, self.state.problem.case)
-
-    def _bounded(self, point: tuple[Addition, ...], amplitude: Array, known: Priors) -> Array:
-        """Amplitudes within the bounds of the effect and, if a finite size was tried, near that size."""
-        found, i = amplitude.copy(), 0
-        for one in point:
-            for k, name in enumerate(one.trial.amplitudes):
-                start = float(one.trial.active.values[name])
-                lower, upper = one.trial.effect.parameter(name).bounds(self.state.problem.case.geometry)
-                low, high = lower - start, upper - start
-                if k == 0 and one.trial.size is not None:
-                    low, high = one.trial.size / TRIED, one.trial.size * TRIED
-                prior = known[i]
-                if prior is not None:
-                    # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
-                    # prior has a tail towards zero, too.
-                    least, most = prior.prior.range(prior.scales)
-                    low, high = max(low, -FAR * most), min(high, FAR * most)
-                    if prior.one_sided and prior.prior.is_logarithmic:
-                        low = max(low, least / FAR)
-                found[i] = float(np.clip(found[i], low, high))
-                i += 1
-        return found
 
     def _model(self, point: tuple[Addition, ...], amplitude: Array) -> Model:
         """The model with the effects at their first-order amplitudes, 0.3 of the prior's median if these are off."""

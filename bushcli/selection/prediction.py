@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.form import Left, Likelihood
 from bushcli.selection.columns import Candidate
 from bushcli.selection.model import Model
 from bushcli.selection.queued import SHARE_SLACK
+from geometry.shape import Shape
 
 Array = NDArray[np.float64]
+
+# Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size.
+TRIED = 2.0
+# Factor beyond the 95 % range of its prior up to which an amplitude is predicted: further out, curves do not follow
+# their derivatives.
+FAR = 3.0
 
 
 @dataclass(frozen=True)
@@ -73,3 +82,39 @@ def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
     more = SHARE_SLACK * np.maximum(before.excess - after.excess, 0.0)
     excess = np.maximum(after.excess - more, np.minimum(after.excess, 0.0))
     return likelihood.judge(Left(after.across + excess - after.excess, after.along, excess)).log
+
+
+def bounded(
+    point: Sequence[Addition], amplitude: Array, known: Sequence[ParameterPrior | None], geometry: Shape
+) -> Array:
+    """Return the amplitudes within the bounds of the effect and, if a finite size was tried, near that size.
+
+    Parameters
+    ----------
+    point : sequence of Addition
+    amplitude : (k,) array
+        Of all additions, each in its parameter's unit.
+    known : sequence of ParameterPrior or None
+        Their priors.
+    geometry : Shape
+        Of the bushing, on which bounds may depend.
+    """
+    found, i = amplitude.copy(), 0
+    for one in point:
+        for k, name in enumerate(one.trial.amplitudes):
+            start = float(one.trial.active.values[name])
+            lower, upper = one.trial.effect.parameter(name).bounds(geometry)
+            low, high = lower - start, upper - start
+            if k == 0 and one.trial.size is not None:
+                low, high = one.trial.size / TRIED, one.trial.size * TRIED
+            prior = known[i]
+            if prior is not None:
+                # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
+                # prior has a tail towards zero, too.
+                least, most = prior.prior.range(prior.scales)
+                low, high = max(low, -FAR * most), min(high, FAR * most)
+                if prior.one_sided and prior.prior.is_logarithmic:
+                    low = max(low, least / FAR)
+            found[i] = float(np.clip(found[i], low, high))
+            i += 1
+    return found
