@@ -1,30 +1,48 @@
-"""The edge of a law's stability beside a fitted model: optima are predicted within it, because fits end there."""
+"""The edge of a law's stability beside a fitted model: optima are predicted within it, because fits end there.
+
+A law is stable where the tangent moduli H of every state that the rubber reaches are positive definite. For a vector v,
+v H v is linear in the parameters of the polynomial laws: a law beyond the edge violates a linear condition, a cutting
+plane, with v the eigenvector of the smallest modulus there. For other laws it is linearised at the fit.
+
+References
+----------
+Kelley (1960), J. Soc. Indust. Appl. Math. 8:703-712, doi:10.1137/0108053.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.problem import differences
-from bushcli.inverse.stability import STABILITY_EDGE, stability_margins
+from bushcli.inverse.stability import STABILITY_EDGE, STABILITY_MARGIN, stability_margins
 from bushcli.selection.state import State
+from cases.stability import moduli
+from forms.law import Law
 
 Array = NDArray[np.float64]
 
+# Halvings of the way from the fit to parameters at which the law has no moduli (Gent beyond locking).
+_HALVINGS = 10
 
-@dataclass(frozen=True)
+
+@dataclass
 class LawEdge:
-    """Margins of a fitted model's law in the states that the rubber reaches, as functions of the fitted parameters.
+    """Conditions on the parameters of a fitted model, under which its law is stable.
 
     Attributes
     ----------
     state : State
+    cuts : list of (array, float)
+        Derivative (p,) of each condition's left side by the parameters, and its value at the fit, MPa; the law is
+        stable where that side is no less than zero.
     """
 
     state: State
+    cuts: list[tuple[Array, float]] = field(default_factory=list)
 
     @cached_property
     def is_possible(self) -> bool:
@@ -34,20 +52,37 @@ class LawEdge:
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
-        values = dict(zip(self.state.fitted.names, map(float, x), strict=True))
-        law = self.state.model.task(self.state.problem.case).law
-        return stability_margins(law, self.state.model.at(values).start, self.state.fitted.states)
+        return stability_margins(self._law, self._values(x), self.state.fitted.states)
 
-    def beyond(self, x: Array) -> int | None:
-        """Index of the state in which the law is the least stable with parameters x (p,); None if it is stable."""
+    def is_beyond(self, x: Array) -> bool:
+        """Whether the law is unstable with parameters x (p,); if so, add the condition that they violate."""
         if not self.is_possible:
-            return None
+            return False
         margins = self.margins(x)
-        least = int(np.argmin(margins))
-        return least if margins[least] < -STABILITY_EDGE else None
+        worst = int(np.argmin(margins))
+        if margins[worst] >= -STABILITY_EDGE:
+            return False
+        states, fitted = self.state.fitted.states[[worst]], self.state.fitted.x
+        for half in range(_HALVINGS):
+            (tangent,) = moduli(self._law, self._values(fitted + (x - fitted) / 2**half), states)
+            if np.isfinite(tangent).all():
+                break
+        else:
+            return False
+        v = np.linalg.eigh(tangent)[1][:, 0]
+
+        def side(at: Array) -> Array:
+            values = self._values(at)
+            (found,) = moduli(self._law, values, states)
+            return np.array([v @ found @ v - STABILITY_MARGIN * self._law.shear_modulus(**values)])
+
+        self.cuts.append((differences(side, fitted)[0], float(side(fitted)[0])))
+        return True
 
     @cached_property
-    def rows(self) -> tuple[Array, Array]:
-        """Margins (n,) at the fitted parameters, and their derivatives (n, p)."""
-        x = self.state.fitted.x
-        return self.margins(x), differences(self.margins, x)
+    def _law(self) -> Law:
+        return self.state.model.task(self.state.problem.case).law
+
+    def _values(self, x: Array) -> dict[str, float]:
+        """Parameters of the law, by name."""
+        return dict(self.state.model.at(dict(zip(self.state.fitted.names, map(float, x), strict=True))).start)

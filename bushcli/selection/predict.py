@@ -33,13 +33,15 @@ from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
 from bushcli.selection.prediction import Addition, Prediction, bounded, reachable
 from bushcli.selection.queued import slack_of
-from bushcli.selection.room import Room, room
+from bushcli.selection.room import Cut, Room, room
 from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
 
 # Points of an effect's grid that are tried in a pair: the best ones.
 POINTS = 2
+# Most rounds in which a prediction is brought within the law's stability; two or three suffice.
+CUTS = 8
 # Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-6
 # Points of a grid whose evidence is less than this share of the best point's do not change the mean.
@@ -170,28 +172,19 @@ class Beside:
         return LawEdge(self.state)
 
     @cached_property
-    def _rooms(self) -> dict[tuple[int, ...], Room]:
-        return {}
-
-    def _room(self, edges: tuple[int, ...] = ()) -> Room:
-        """The changes that the fitted parameters can make, with the law at its edge of stability in these states."""
-        if edges not in self._rooms:
-            misfit, slopes = self._whole
-            x = self.state.fitted.x
-            held, values = self.state.held(misfit, slopes)
-            rows = None
-            if edges:
-                margins, by = self._edge.rows
-                rows = margins[list(edges)], by[list(edges)]
-            self._rooms[edges] = room(misfit, slopes, ~held, values - x, x, rows)
-        return self._rooms[edges]
+    def _room(self) -> Room:
+        """The changes that the fitted parameters can make within their bounds."""
+        misfit, slopes = self._whole
+        x = self.state.fitted.x
+        held, values = self.state.held(misfit, slopes)
+        return room(misfit, slopes, ~held, values - x, x)
 
     def _left(self, columns: Array) -> Array:
-        return self._room().left(columns)
+        return self._room.left(columns)
 
     @property
     def _rest(self) -> Array:
-        return self._room().left(self._room().rest)
+        return self._room.left(self._room.rest)
 
     def _split(self, rows: Array) -> list[Array]:
         """Features by channel from weighted rows."""
@@ -267,9 +260,9 @@ class Beside:
         G = self._weighed(raw)
         known, start = self._unknowns(point)
         geometry = self.state.problem.case.geometry
-        edges: tuple[int, ...] = ()
-        while True:
-            at = self._room(edges)
+        at = self._room
+        active: tuple[int, ...] = ()
+        for _ in range(CUTS):
             own, misfit = at.left(G), at.left(at.rest)
             gram = own.T @ own
             gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
@@ -280,12 +273,15 @@ class Beside:
                 start,
                 lambda found: bounded(point, found, known, geometry),
             )
-            optimum = at.optimum(G @ amplitude)
-            beyond = self._edge.beyond(optimum) if within else None
-            # The law stays at its edge where the optimum is beyond it; scaled as a whole, it is always possible.
-            if beyond is None or beyond in edges or len(edges) > len(self.state.model.start) - 2:
+            further = G @ amplitude
+            beyond = within and self._edge.is_beyond(at.optimum(further))
+            if not beyond and not active:
                 break
-            edges = (*edges, beyond)
+            cuts = self._cuts()
+            held = self._room.active(cuts, further)
+            if held == active:
+                break
+            at, active = self._room.within([cuts[i] for i in held]) if held else self._room, held
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,
@@ -296,6 +292,11 @@ class Beside:
             [*self.state.off, *start],
         )
         return found, amplitude
+
+    def _cuts(self) -> list[Cut]:
+        """Conditions of the law's stability, with their values where bounds hold parameters: there they are met."""
+        change = self._room.values - self.state.fitted.x
+        return [(row, max(value + float(row @ change), 0.0)) for row, value in self._edge.cuts]
 
     def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[ParameterPrior | None], Array]:
         """Priors and off values of the amplitudes."""

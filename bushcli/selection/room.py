@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
+from scipy.optimize import nnls
 
 Array = NDArray[np.float64]
+Cut = tuple[Array, float]
+"""A condition on the parameters: its derivative (p,), and its value at the fit, which may fall to zero."""
+
+# Relative singular value that counts as zero.
+RANK = 1e-10
 
 
 @dataclass(frozen=True)
@@ -43,21 +50,50 @@ class Room:
         """Return the parameters (p,) with the least misfit, if others change it by `further` (rows,)."""
         if not self.free.shape[1]:
             return self.values
-        size = np.linalg.norm(self.slopes, axis=0)
-        size[size == 0.0] = 1.0
-        best = np.linalg.lstsq(self.slopes / size, -(self.rest + further))[0] / size
+        best = np.linalg.lstsq(self.slopes, -(self.rest + further))[0]
         return np.asarray(self.values + self.free @ best)
 
+    def within(self, cuts: Sequence[Cut]) -> Room:
+        """Return the room in which conditions are met with equality.
 
-def room(
-    misfit: Array,
-    slopes: Array,
-    free: NDArray[np.bool_],
-    change: Array,
-    x: Array,
-    edges: tuple[Array, Array] | None = None,
-) -> Room:
-    """Return the room of a fit.
+        Parameters
+        ----------
+        cuts : sequence of (array, float)
+            Derivatives of the conditions by the parameters, and their values at `values`.
+        """
+        by = np.array([row for row, _ in cuts]) @ self.free
+        change = np.linalg.lstsq(by, -np.array([value for _, value in cuts]))[0]
+        left = null_space(by)
+        moved = self.rest + self.slopes @ change
+        return _room(self.values + self.free @ change, self.free @ left, self.slopes @ left, moved)
+
+    def active(self, cuts: Sequence[Cut], further: Array) -> tuple[int, ...]:
+        """Return which conditions hold the optimum, if other parameters change the misfit by `further` (rows,).
+
+        Parameters
+        ----------
+        cuts : sequence of (array, float)
+            As in `within`; the values are no less than zero, so that the parameters at `values` are possible.
+        further : (rows,) array
+
+        References
+        ----------
+        Lawson and Hanson (1995), Solving Least Squares Problems, SIAM, doi:10.1137/1.9781611971217, chapter 23.
+        """
+        u, s, v = np.linalg.svd(self.slopes, full_matrices=False)
+        kept = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
+        aim = -u[:, kept].T @ (self.rest + further)
+        E = np.array([row for row, _ in cuts]) @ self.free @ v[kept].T / s[kept]
+        size = np.linalg.norm(E, axis=1)
+        size[size == 0.0] = 1.0
+        # The least distance from the free optimum: of y = aim + w, with E y + value >= 0.
+        bound = -(np.array([value for _, value in cuts]) + E @ aim) / size
+        held, _ = nnls(np.vstack([(E / size[:, None]).T, bound]), np.append(np.zeros(len(aim)), 1.0))
+        return tuple(int(i) for i in np.flatnonzero(held > RANK))
+
+
+def room(misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x: Array) -> Room:
+    """Return the room of a fit, with the parameters that bounds hold at these.
 
     Parameters
     ----------
@@ -71,17 +107,14 @@ def room(
         Change of the others to their bounds.
     x : (p,) array
         Parameters of the fit, each in its unit.
-    edges : (k,) array and (k, p) array, optional
-        Margins of the law's stability at the fit and their derivatives, in states in which it is to be at its edge.
     """
     size = np.linalg.norm(slopes, axis=0)
-    size[size == 0.0] = 1.0
-    changes = np.diag(1.0 / size)[:, free]
-    if edges is not None:
-        margins, by = edges
-        change = change + changes @ np.linalg.lstsq(by @ changes, -(margins + by @ change))[0]
-        changes = changes @ null_space(by @ changes)
-    left = slopes @ changes
-    u, s, _ = np.linalg.svd(left, full_matrices=False)
-    basis = u[:, s > 1e-10 * max(float(s.max(initial=0.0)), 1e-300)]
-    return Room(x + change, changes, left, basis, misfit + slopes @ change)
+    changes = np.diag(1.0 / np.where(size > 0.0, size, 1.0))[:, free]
+    return _room(x + change, changes, slopes @ changes, misfit + slopes @ change)
+
+
+def _room(values: Array, free: Array, slopes: Array, rest: Array) -> Room:
+    if not slopes.shape[1]:
+        return Room(values, free, slopes, np.zeros((len(rest), 0)), rest)
+    u, s, _ = np.linalg.svd(slopes, full_matrices=False)
+    return Room(values, free, slopes, u[:, s > RANK * max(float(s.max(initial=0.0)), 1e-300)], rest)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, minimize
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
@@ -16,6 +16,7 @@ from bushcli.evidence.prior import known_parameters
 from bushcli.likelihood.form import Left
 from bushcli.selection.columns import Candidate, columns, trials
 from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, reachable
 from bushcli.selection.queued import SLACK
@@ -225,3 +226,62 @@ def test_an_effect_that_explains_most_may_explain_all(made):
     expected = likelihood.judge(after(9.9e3 - 25.0)).log
     assert reachable(likelihood, before, little) == pytest.approx(expected)
     assert expected < noise - 3.0
+
+
+@pytest.fixture
+def beyond(made):
+    """A fit whose first-order optimum has a law that softens until it is unstable."""
+    state = made.state
+    step = np.array([0.1 if name == "C10" else -0.25 for name in state.fitted.names if name != "C30"] + [0.0])
+    forces = zip(state.fitted.simulated, state.fitted.jacobians, strict=True)
+    return State(
+        made.problem, replace(state.fitted, simulated=tuple(force - J @ step for force, J in forces))
+    )
+
+
+def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond, monkeypatch):
+    """The same least-squares problem with the exact margins as constraints, by SciPy's SLSQP."""
+    beside, edge = Beside(beyond, ()), LawEdge(beyond)
+    misfit, slopes = beside._whole
+    x, size = beyond.fitted.x, np.linalg.norm(slopes, axis=0)
+    free = x - np.linalg.lstsq(slopes, misfit)[0]
+    assert edge.margins(free).min() < -0.1
+
+    def cost(s):
+        rest = misfit + slopes @ (s / size)
+        return 0.5 * float(rest @ rest), slopes.T @ rest / size
+
+    margins = {"type": "ineq", "fun": lambda s: edge.margins(x + s / size)}
+    exact = minimize(cost, np.zeros(len(x)), jac=True, method="SLSQP", constraints=[margins])
+    assert exact.success
+    found = beside._solved(())[0]
+    cuts = beside._cuts()
+    held = beside._room.active(cuts, np.zeros(len(misfit)))
+    optimum = beside._room.within([cuts[i] for i in held]).optimum(np.zeros(len(misfit)))
+    assert edge.margins(optimum).min() > -0.02
+    rest = np.concatenate(
+        [
+            f.whitened(left, v)
+            for f, left, v in zip(found.likelihood.features, found.misfit, beside.variances, strict=True)
+        ]
+    )
+    assert 0.5 * rest @ rest == pytest.approx(exact.fun, rel=0.01)
+    # Without the edge, first order promises what no fit can reach.
+    reached = beside.own
+    monkeypatch.setattr(LawEdge, "is_beyond", lambda self, x: False)
+    assert Beside(beyond, ()).own > reached + 5.0
+
+
+def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatch):
+    added = addition(made, "permanent_set", loop(made))
+    (found,) = Beside(beyond, [added]).singles()
+    monkeypatch.setattr(LawEdge, "is_beyond", lambda self, x: False)
+    (free,) = Beside(beyond, [added]).singles()
+    assert found.log_likelihood < free.log_likelihood - 5.0
+    assert found.log_likelihood + found.hope >= free.log_likelihood
+
+
+def test_a_law_of_one_parameter_has_no_edge(coupon):
+    state = coupon().state
+    assert not LawEdge(state).is_possible
+    assert not LawEdge(state).is_beyond(-state.fitted.x)
