@@ -75,6 +75,7 @@ class Room:
         cuts : sequence of (array, float)
             As in `within`; the values are no less than zero, so that the parameters at `values` are possible.
         further : (rows,) array
+            Change of the weighted misfit.
 
         References
         ----------
