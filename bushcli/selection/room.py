@@ -74,8 +74,8 @@ class Room:
         ----------
         cuts : sequence of (array, float)
             As in `within`; the values are no less than zero, so that the parameters at `values` are possible.
-        further : (rows,) array
-            Change of the weighted misfit.
+        further : array, shape (rows,)
+            Change of the weighted misfit, in standard deviations.
 
         References
         ----------
@@ -98,15 +98,15 @@ def room(misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x
 
     Parameters
     ----------
-    misfit : (rows,) array
-        Weighted misfit at the fit.
-    slopes : (rows, p) array
+    misfit : array, shape (rows,)
+        Weighted misfit at the fit, in standard deviations.
+    slopes : array, shape (rows, p)
         Its derivatives by the parameters.
-    free : (p,) array of bool
+    free : array of bool, shape (p,)
         Parameters that no bound holds.
-    change : (p,) array
-        Change of the others to their bounds.
-    x : (p,) array
+    change : array, shape (p,)
+        Change of the others to their bounds, each in its unit.
+    x : array, shape (p,)
         Parameters of the fit, each in its unit.
     """
     size = np.linalg.norm(slopes, axis=0)
