@@ -18,7 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.problem import differences
-from bushcli.inverse.stability import STABILITY_EDGE, STABILITY_MARGIN, stability_margins
+from bushcli.inverse.stability import (
+    ACTIVE,
+    STABILITY_EDGE,
+    STABILITY_MARGIN,
+    penalty,
+    smallest_moduli,
+    stability_margins,
+)
 from bushcli.selection.state import State
 from cases.stability import moduli
 from forms.law import Law
@@ -45,10 +52,17 @@ class LawEdge:
     cuts: list[tuple[Array, float]] = field(default_factory=list)
 
     @cached_property
-    def is_possible(self) -> bool:
-        """Whether the law can become unstable: a single parameter only scales it."""
-        names = self.state.fitted.names
-        return len(self.state.fitted.states) > 0 and sum(name in self.state.model.start for name in names) > 1
+    def holds(self) -> bool:
+        """Whether the law's stability holds the fit back.
+
+        Where it does not, the edge is far, and the way there is not one to predict: with other effects the rubber
+        reaches other stretches. A single parameter only scales the law.
+        """
+        found = self.state.fitted
+        if not len(found.states) or sum(name in self.state.model.start for name in found.names) < 2:
+            return False
+        smallest = smallest_moduli(self._law, self._values(found.x), found.states)
+        return bool(penalty(smallest).max() > ACTIVE)
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
@@ -56,7 +70,7 @@ class LawEdge:
 
     def is_beyond(self, x: Array) -> bool:
         """Whether the law is unstable with parameters x (p,); if so, add the condition that they violate."""
-        if not self.is_possible:
+        if not self.holds:
             return False
         margins = self.margins(x)
         worst = int(np.argmin(margins))

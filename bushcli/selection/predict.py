@@ -54,9 +54,13 @@ class Beside:
     """First-order predictions about a fitted model."""
 
     def __init__(
-        self, state: State, additions: Sequence[Addition], variances: Sequence[float] | None = None
+        self,
+        state: State,
+        additions: Sequence[Addition],
+        variances: Sequence[float] | None = None,
+        edge: LawEdge | None = None,
     ) -> None:
-        self.state = state
+        self.state, self.edge = state, LawEdge(state) if edge is None else edge
         self.variances = state.problem.variances if variances is None else variances
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
@@ -168,10 +172,6 @@ class Beside:
         return misfit, slopes
 
     @cached_property
-    def _edge(self) -> LawEdge:
-        return LawEdge(self.state)
-
-    @cached_property
     def _room(self) -> Room:
         """The changes that the fitted parameters can make within their bounds."""
         misfit, slopes = self._whole
@@ -245,7 +245,7 @@ class Beside:
             scale = found.judged.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
                 break
-            again, other = Beside(self.state, (), scale)._solved(point)
+            again, other = Beside(self.state, (), scale, self.edge)._solved(point)
             if again.log <= found.log:
                 break
             found, amplitude = again, other
@@ -274,7 +274,7 @@ class Beside:
                 lambda found: bounded(point, found, known, geometry),
             )
             further = G @ amplitude
-            beyond = within and self._edge.is_beyond(at.optimum(further))
+            beyond = within and self.edge.is_beyond(at.optimum(further))
             if not beyond and not active:
                 break
             cuts = self._cuts()
@@ -296,7 +296,7 @@ class Beside:
     def _cuts(self) -> list[Cut]:
         """Conditions of the law's stability, with their values where bounds hold parameters: there they are met."""
         change = self._room.values - self.state.fitted.x
-        return [(row, max(value + float(row @ change), 0.0)) for row, value in self._edge.cuts]
+        return [(row, max(value + float(row @ change), 0.0)) for row, value in self.edge.cuts]
 
     def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[ParameterPrior | None], Array]:
         """Priors and off values of the amplitudes."""

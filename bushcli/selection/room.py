@@ -32,6 +32,8 @@ class Room:
         Changes of the weighted misfit by these.
     basis : shape (rows, r)
         Orthonormal basis of the columns of `slopes`.
+    inverse : shape (q, r)
+        `slopes` times `inverse` is `basis`.
     rest : shape (rows,)
         Weighted misfit at `values`.
     """
@@ -40,6 +42,7 @@ class Room:
     free: Array
     slopes: Array
     basis: Array
+    inverse: Array
     rest: Array
 
     def left(self, columns: Array) -> Array:
@@ -48,10 +51,7 @@ class Room:
 
     def optimum(self, further: Array) -> Array:
         """Return the parameters (p,) with the least misfit, if others change it by `further` (rows,)."""
-        if not self.free.shape[1]:
-            return self.values
-        best = np.linalg.lstsq(self.slopes, -(self.rest + further))[0]
-        return np.asarray(self.values + self.free @ best)
+        return np.asarray(self.values - self.free @ (self.inverse @ (self.basis.T @ (self.rest + further))))
 
     def within(self, cuts: Sequence[Cut]) -> Room:
         """Return the room in which conditions are met with equality.
@@ -81,10 +81,8 @@ class Room:
         ----------
         Lawson and Hanson (1995), Solving Least Squares Problems, SIAM, doi:10.1137/1.9781611971217, chapter 23.
         """
-        u, s, v = np.linalg.svd(self.slopes, full_matrices=False)
-        kept = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
-        aim = -u[:, kept].T @ (self.rest + further)
-        E = np.array([row for row, _ in cuts]) @ self.free @ v[kept].T / s[kept]
+        aim = -self.basis.T @ (self.rest + further)
+        E = np.array([row for row, _ in cuts]) @ self.free @ self.inverse
         size = np.linalg.norm(E, axis=1)
         size[size == 0.0] = 1.0
         # The least distance from the free optimum: of y = aim + w, with E y + value >= 0.
@@ -116,6 +114,7 @@ def room(misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x
 
 def _room(values: Array, free: Array, slopes: Array, rest: Array) -> Room:
     if not slopes.shape[1]:
-        return Room(values, free, slopes, np.zeros((len(rest), 0)), rest)
-    u, s, _ = np.linalg.svd(slopes, full_matrices=False)
-    return Room(values, free, slopes, u[:, s > RANK * max(float(s.max(initial=0.0)), 1e-300)], rest)
+        return Room(values, free, slopes, np.zeros((len(rest), 0)), np.zeros((0, 0)), rest)
+    u, s, v = np.linalg.svd(slopes, full_matrices=False)
+    kept = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
+    return Room(values, free, slopes, u[:, kept], v[kept].T / s[kept], rest)

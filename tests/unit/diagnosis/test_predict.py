@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear, minimize
+from scipy.optimize import brentq, lsq_linear, minimize
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
@@ -230,13 +230,15 @@ def test_an_effect_that_explains_most_may_explain_all(made):
 
 @pytest.fixture
 def beyond(made):
-    """A fit whose first-order optimum has a law that softens until it is unstable."""
+    """A fit at the edge of its law's stability, whose first-order optimum is beyond."""
     state = made.state
-    step = np.array([0.1 if name == "C10" else -0.25 for name in state.fitted.names if name != "C30"] + [0.0])
+    x, names = state.fitted.x, state.fitted.names
+    way = np.array([{"C10": 0.1, "C20": -0.25, "C30": 0.0}[name] for name in names])
+    edge = LawEdge(state)
+    at = brentq(lambda t: edge.margins(x + t * way).min() - 0.002, 0.0, 1.0)
     forces = zip(state.fitted.simulated, state.fitted.jacobians, strict=True)
-    return State(
-        made.problem, replace(state.fitted, simulated=tuple(force - J @ step for force, J in forces))
-    )
+    simulated = tuple(force - J @ ((1.0 - at) * way) for force, J in forces)
+    return State(made.problem, replace(state.fitted, x=x + at * way, simulated=simulated))
 
 
 def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond, monkeypatch):
@@ -281,7 +283,18 @@ def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatc
     assert found.log_likelihood + found.hope >= free.log_likelihood
 
 
+def test_a_fit_far_from_the_edge_is_not_held_back(made):
+    edge = LawEdge(made.state)
+    x = made.state.fitted.x
+    unstable = np.array(
+        [-9.0 if name == "C20" else value for name, value in zip(made.state.fitted.names, x, strict=True)]
+    )
+    assert edge.margins(unstable).min() < 0.0 < edge.margins(x).min()
+    assert not edge.holds
+    assert not edge.is_beyond(unstable)
+
+
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
-    assert not LawEdge(state).is_possible
+    assert not LawEdge(state).holds
     assert not LawEdge(state).is_beyond(-state.fitted.x)
