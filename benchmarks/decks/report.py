@@ -243,12 +243,19 @@ def _misses(deck: str, runs: Runs) -> str:
             entry = i.entry
             what = f"{truth_of(entry)}, {entry.share:.1f} %, {entry.program}, {', '.join(entry.channels)}"
             alike = ", ".join(entry.look_alikes or ())
-            rows.append(
-                [entry.name, what, alike, i.said.verdict.replace("_", " "), credible + more, _stated(i)]
-            )
-        head = ["name", "truth", "look-alikes", "verdict", "credible set", "wrongly stated"]
+            verdict = i.said.verdict.replace("_", " ")
+            rows.append([entry.name, what, alike, verdict, credible + more, _stated(i), *_compared(i)])
+        head = ["name", "truth", "look-alikes", "verdict", "credible set", "wrongly stated", "right", "misfits"]
         text += f"\n### {label}\n\n" + (table(head, rows) if rows else "None.\n")
     return text
+
+
+def _compared(item: Item) -> tuple[str, str]:
+    """Probability of the right sets, and misfits of their best fit and of the first set's, in units of the noise."""
+    first = [names for names, _ in item.said.sets[:1]]
+    found = (item.said.misfit(item.right), item.said.misfit(first))
+    misfits = ", ".join("not fitted" if value is None else f"{value:.2f}" for value in found)
+    return f"{item.said.of(item.right):.4f}" if item.said.sets else "", misfits if any(found) else ""
 
 
 def _stated(item: Item) -> str:

@@ -66,6 +66,13 @@ class Said:
         wanted = set(right)
         return min(1.0, sum(p for names, p in self.sets if names in wanted))
 
+    def misfit(self, wanted: Iterable[Names]) -> float | None:
+        """Smallest misfit of the fits with these sets of effects, in standard deviations of the noise; None if none."""
+        sets = set(wanted)
+        trials = (self.line.get("searched") or {}).get("trials") or []
+        fits = [t["misfit"] for t in trials if bases(t["effects"]) in sets and t.get("misfit") is not None]
+        return min(map(float, fits), default=None)
+
     @property
     def faults(self) -> Names:
         """Kinds of data faults that are reported."""
