@@ -245,7 +245,16 @@ def _misses(deck: str, runs: Runs) -> str:
             alike = ", ".join(entry.look_alikes or ())
             verdict = i.said.verdict.replace("_", " ")
             rows.append([entry.name, what, alike, verdict, credible + more, _stated(i), *_compared(i)])
-        head = ["name", "truth", "look-alikes", "verdict", "credible set", "wrongly stated", "right", "misfits"]
+        head = [
+            "name",
+            "truth",
+            "look-alikes",
+            "verdict",
+            "credible set",
+            "wrongly stated",
+            "right",
+            "misfits",
+        ]
         text += f"\n### {label}\n\n" + (table(head, rows) if rows else "None.\n")
     return text
 
