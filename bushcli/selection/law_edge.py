@@ -68,8 +68,8 @@ class LawEdge:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
         return stability_margins(self._law, self._values(x), self.state.fitted.states)
 
-    def is_beyond(self, x: Array) -> bool:
-        """Whether the law is unstable with parameters x (p,); if so, add the condition that they violate."""
+    def cut_off(self, x: Array) -> bool:
+        """Add the condition that parameters x (p,) violate; return whether the law is unstable with them."""
         if not self.holds:
             return False
         margins = self.margins(x)

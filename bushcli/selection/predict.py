@@ -274,7 +274,7 @@ class Beside:
                 lambda found: bounded(point, found, known, geometry),
             )
             further = G @ amplitude
-            beyond = within and self.edge.is_beyond(at.optimum(further))
+            beyond = within and self.edge.cut_off(at.optimum(further))
             if not beyond and not active:
                 break
             cuts = self._cuts()

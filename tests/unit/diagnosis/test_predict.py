@@ -270,14 +270,14 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     assert 0.5 * rest @ rest == pytest.approx(exact.fun, rel=0.01)
     # Without the edge, first order promises what no fit can reach.
     reached = beside.own
-    monkeypatch.setattr(LawEdge, "is_beyond", lambda self, x: False)
+    monkeypatch.setattr(LawEdge, "cut_off", lambda self, x: False)
     assert Beside(beyond, ()).own > reached + 5.0
 
 
 def test_what_only_another_law_could_reach_is_hoped_for(beyond, made, monkeypatch):
     added = addition(made, "permanent_set", loop(made))
     (found,) = Beside(beyond, [added]).singles()
-    monkeypatch.setattr(LawEdge, "is_beyond", lambda self, x: False)
+    monkeypatch.setattr(LawEdge, "cut_off", lambda self, x: False)
     (free,) = Beside(beyond, [added]).singles()
     assert found.log_likelihood < free.log_likelihood - 5.0
     assert found.log_likelihood + found.hope >= free.log_likelihood
@@ -291,10 +291,10 @@ def test_a_fit_far_from_the_edge_is_not_held_back(made):
     )
     assert edge.margins(unstable).min() < 0.0 < edge.margins(x).min()
     assert not edge.holds
-    assert not edge.is_beyond(unstable)
+    assert not edge.cut_off(unstable)
 
 
 def test_a_law_of_one_parameter_has_no_edge(coupon):
     state = coupon().state
     assert not LawEdge(state).holds
-    assert not LawEdge(state).is_beyond(-state.fitted.x)
+    assert not LawEdge(state).cut_off(-state.fitted.x)
