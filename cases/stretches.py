@@ -162,7 +162,7 @@ def surface(model: FiniteElementModel, displacement: float = 0.0) -> Surface | N
         largest = (
             principal_stretches(model, corners, name)[..., -1] if name == "rubber" else np.ones(x.shape[:2])
         )
-        cell, order = _around(x, faces)
+        cell, order = _seen_from_outside(x, faces)
         reference.append(x[cell, order].reshape(-1, 4, 3))
         deformed.append(y[cell, order].reshape(-1, 4, 3))
         stretch.append(largest[cell, order].reshape(-1, 4))
@@ -188,7 +188,7 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
         x = mesh.mesh.geometry.x[nodes]
         if dimension == 2:
             x = x[..., [0, 2, 1]]
-        reference.append(x[_around(x, faces)].reshape(-1, 4, 3))
+        reference.append(x[_seen_from_outside(x, faces)].reshape(-1, 4, 3))
         rubber.append(np.full(len(reference[-1]), name == "rubber"))
     parts = mesh.mesh.comm.gather((np.concatenate(reference), np.concatenate(rubber)), root=0)
     if parts is None:
@@ -205,8 +205,8 @@ def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
     return np.array(_SECTION_FACES if mesh.dimension == 2 else _SOLID_FACES)
 
 
-def _around(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Return indices of cells (n, 1, 1) and of the corners of their faces (n, faces, 4), a solid's seen from outside.
+def _seen_from_outside(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return indices of cells (n, 1, 1) and of their faces' corners (n, faces, 4), counter-clockwise from outside.
 
     Parameters
     ----------

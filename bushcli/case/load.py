@@ -122,7 +122,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _unreadable(error: Exception, text: str) -> str:
-    """Return why a file cannot be read whose name has a null byte, or that TOML's reader gives up."""
+    """Return why a file cannot be read: its name has a null byte, or the reader of TOML gives up."""
     if not text:
         return f"cannot be read: {error}"
     if isinstance(error, RecursionError):

@@ -23,20 +23,6 @@ STABILITY_EDGE = 0.005
 ACTIVE = 1e-3
 
 
-def stability_margins(law: Law, parameters: Mapping[str, float], states: Array) -> Array:
-    """Return the margin of a law's stability in each state, shape (n,), in shear moduli; negative beyond the edge.
-
-    Parameters
-    ----------
-    law : Law
-    parameters : mapping of str to float
-        The law's parameters, each in its unit.
-    states : Array
-        Principal stretches, shape (n, 3).
-    """
-    return np.asarray(smallest_moduli(law, parameters, states) - STABILITY_MARGIN)
-
-
 def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) -> Array:
     """Return the smallest tangent modulus in each state, shape (n,), in initial shear moduli; -1 where not finite.
 

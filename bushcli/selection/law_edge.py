@@ -24,8 +24,8 @@ from bushcli.inverse.stability import (
     STABILITY_MARGIN,
     penalty,
     smallest_moduli,
-    stability_margins,
 )
+from bushcli.selection.room import Cut
 from bushcli.selection.state import State
 from cases.stability import moduli
 from forms.law import Law
@@ -43,13 +43,13 @@ class LawEdge:
     Attributes
     ----------
     state : State
-    cuts : list of (array, float)
+    cuts : list of Cut
         Derivative (p,) of each condition's left side by the parameters, and its value at the fit, MPa; the law is
         stable where that side is no less than zero.
     """
 
     state: State
-    cuts: list[tuple[Array, float]] = field(default_factory=list)
+    cuts: list[Cut] = field(default_factory=list)
 
     @cached_property
     def holds(self) -> bool:
@@ -61,12 +61,11 @@ class LawEdge:
         found = self.state.fitted
         if not len(found.states) or sum(name in self.state.model.start for name in found.names) < 2:
             return False
-        smallest = smallest_moduli(self._law, self._values(found.x), found.states)
-        return bool(penalty(smallest).max() > ACTIVE)
+        return bool(penalty(self._smallest(found.x)).max() > ACTIVE)
 
     def margins(self, x: Array) -> Array:
         """Margin (n,) in each state with parameters x (p,), in shear moduli, negative beyond the edge."""
-        return stability_margins(self._law, self._values(x), self.state.fitted.states)
+        return self._smallest(x) - STABILITY_MARGIN
 
     def cut_off(self, x: Array) -> bool:
         """Add the condition that parameters x (p,) violate; return whether the law is unstable with them."""
@@ -92,6 +91,9 @@ class LawEdge:
 
         self.cuts.append((differences(side, fitted)[0], float(side(fitted)[0])))
         return True
+
+    def _smallest(self, x: Array) -> Array:
+        return smallest_moduli(self._law, self._values(x), self.state.fitted.states)
 
     @cached_property
     def _law(self) -> Law:
