@@ -32,11 +32,12 @@ test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid o
 	tests/launcher.sh
 	tests/with-browser tests/with-solver $(IN) python -m pytest -n $(PROCESSES) --dist worksteal $(PYTEST_ARGS)
 
-lint: setup ## ruff, mypy and the import rules
+lint: setup ## ruff, mypy, the import rules and unused code
 	$(IN) ruff check .
 	$(IN) ruff format --check .
 	$(IN) mypy
 	$(IN) lint-imports
+	$(IN) python tests/unused.py
 
 format: setup ## put all files into the common format
 	$(IN) ruff check --fix --select I .

@@ -24,56 +24,6 @@ from ufl.classes import Variable
 from forms.law import Scalar
 
 
-def first_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: Scalar) -> Scalar:
-    """Return the derivative of an energy density with respect to ``w`` in the direction ``v``.
-
-    Parameters
-    ----------
-    density : UFL scalar
-        Energy per area or volume of the mesh, or its derivative with respect to a parameter.
-    measures : sequence of ufl.variable
-        All scalars through which ``density`` depends on ``w``, none of them a function of another:
-        `forms.kinematics.Kinematics.measures` and, in the mixed form, the pressure as a ``ufl.variable``.
-    w : dolfinx.fem.Function
-        The unknown.
-    v : UFL argument
-        Test function, or any direction in the space of ``w``.
-
-    Raises
-    ------
-    ValueError
-        When ``density`` depends on ``w`` other than through ``measures``, or one measure is a function of another.
-    """
-    return sum(slope * _along(y, w, v) for y, slope in collapse(density, measures, w).slopes())
-
-
-def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: Scalar, dw: Scalar) -> Scalar:
-    """Return the derivative of `first_variation` with respect to ``w`` in the direction ``dw``; symmetric.
-
-    Parameters and Raises as in `first_variation`.
-
-    Parameters
-    ----------
-    density : Scalar
-        Energy per volume, MPa.
-    measures : Sequence[Scalar]
-        UFL variables that the energy is a function of.
-    w : Scalar
-        Unknowns that the measures are made of.
-    v : Scalar
-        Direction of the first variation.
-    dw : Scalar
-        Direction of the second variation.
-    """
-    collapsed = collapse(density, measures, w)
-    total = 0
-    for a, (y, slope) in enumerate(collapsed.slopes()):
-        dy = _along(y, w, v)
-        total += dy * _sum(collapsed.curvature(a, b) * _along(z, w, dw) for b, z in enumerate(collapsed.y))
-        total += slope * ufl.derivative(dy, w, dw)
-    return total
-
-
 @dataclass(frozen=True)
 class Collapse:
     """Derivatives of an energy density W(x(y)) with respect to the innermost variables y.
@@ -122,16 +72,22 @@ class Collapse:
 
 
 def collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> Collapse:
-    """Return the derivatives by the innermost variables; Parameters and Raises as in `first_variation`.
+    """Return the derivatives by the innermost variables.
 
     Parameters
     ----------
-    density : Scalar
-        Energy per volume, MPa.
-    measures : Sequence[Scalar]
-        UFL variables that the energy is a function of.
-    w : Scalar
+    density : UFL scalar
+        Energy per area or volume of the mesh, or its derivative with respect to a parameter.
+    measures : sequence of ufl.variable
+        All scalars through which ``density`` depends on ``w``, none of them a function of another:
+        `forms.kinematics.Kinematics.measures` and, in the mixed form, the pressure as a ``ufl.variable``.
+    w : dolfinx.fem.Function
         Unknowns that the measures are made of.
+
+    Raises
+    ------
+    ValueError
+        When ``density`` depends on ``w`` other than through ``measures``, or one measure is a function of another.
     """
     labels = {x.label() for x in measures}
     if any(node == w for node in _nodes(density, lambda node: _label(node) in labels)):
@@ -151,11 +107,6 @@ def collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> Collapse
     ]
     W = [ufl.diff(density, x) for x in measures]
     return Collapse([z for _, z in y], W, [[ufl.diff(slope, x) for x in measures] for slope in W], X)
-
-
-def _along(measure: Scalar, w: Scalar, v: Scalar) -> Scalar:
-    """Return the derivative of a variable in the direction ``v``."""
-    return ufl.derivative(measure.expression(), w, v)
 
 
 def _variables(expression: Scalar, w: Scalar) -> dict[Scalar, Scalar]:

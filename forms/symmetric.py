@@ -13,9 +13,6 @@ from ufl.classes import Zero
 
 from forms.law import Scalar
 
-# Row and column of each component.
-PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-
 
 @dataclass(frozen=True)
 class Symmetric:

@@ -8,6 +8,8 @@ import signal
 import sys
 from pathlib import Path
 
+from benchmarks.decks.manifest import DECKS
+
 # Several processes share the machine, so that threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -112,11 +114,11 @@ def main() -> int:
     five.set_defaults(act=run)
     six = actions.add_parser("score", help="compare truth and ledgers, write the tables")
     six.add_argument("--label", dest="labels", action="append", help="may be given several times (old, new)")
-    six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], metavar="DECK")
+    six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], choices=DECKS)
     six.add_argument("-o", "--output", type=Path, help="write the page there, and a picture beside it")
     six.set_defaults(act=score)
     for action in (one, two, three, four, five):
-        action.add_argument("deck", metavar="DECK")
+        action.add_argument("deck", choices=DECKS)
     for action in (two, three, four, five):
         action.add_argument("folder", type=Path, metavar="DIR")
     options = parser.parse_args()

@@ -10,7 +10,7 @@ from typing import Any
 
 FOLDER = Path(__file__).parent / "results"
 # Largest number of entries kept of lists that can be long, and of characters of stderr.
-HYPOTHESES, MODELS, PARTS, TAIL = 20, 30, 12, 600
+MODELS, PARTS, TAIL = 30, 12, 600
 
 
 def file_of(deck: str, label: str, folder: Path = FOLDER) -> Path:

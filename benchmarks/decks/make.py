@@ -135,14 +135,3 @@ def check_all(deck: str, folder: Path) -> Iterator[tuple[str, str]]:
             yield name, "no digest"
         else:
             yield name, compared(entry, {file: digest(*read_csv(case / file)) for file in entry.digest})
-
-
-def seal(deck: str, folder: Path) -> Iterator[str]:
-    """Write the digests of the made recordings into the manifest, replacing earlier ones."""
-    for name, entry in manifest.read(deck).items():
-        case = folder / "cases" / name
-        if case.exists():
-            found = {f"{c}.csv": digest(*read_csv(case / f"{c}.csv")) for c in entry.channels}
-            if found != entry.digest:
-                manifest.put(deck, replace(manifest.read(deck)[name], digest=found))
-                yield f"{name}: sealed"

@@ -198,19 +198,6 @@ def _passed(correlation: float) -> float:
     return float(weights @ correlation**gap @ weights / (weights @ weights))
 
 
-def autoregression(noise: NoiseModel, values: Array) -> Array:
-    """Return innovations (n - 1, ...): the part of each sample (n, ...) that its predecessor does not predict.
-
-    Parameters
-    ----------
-    noise : NoiseModel
-    values : (n,) array
-        Noise at the samples, N or N mm.
-    """
-    r = noise.correlation
-    return np.asarray((values[1:] - r * values[:-1]) / np.sqrt(1.0 - r**2))
-
-
 def smoothed(recording: Recording) -> Array:
     """Recorded force (n,) without most of its noise: each sample as the other samples of its branch predict it.
 

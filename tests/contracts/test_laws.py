@@ -14,9 +14,9 @@ from mpi4py import MPI
 
 from cases import jit
 from cases.stability import stable
-from forms.chain import first_variation, second_variation
 from forms.kinematics import cartesian
 from forms.law import UnknownName, law, laws
+from tests.variations import first_variation, second_variation
 
 NAMES = tuple(laws())
 RNG_SEED = 11

@@ -10,9 +10,9 @@ from mpi4py import MPI
 
 from cases import jit
 from forms import kinematics
-from forms.chain import first_variation, second_variation
 from forms.law import law
 from forms.volumetric import mixed_energy
+from tests.variations import first_variation, second_variation
 
 POINTS = np.array([(0.2, 0.3), (0.6, 0.1), (0.3, 0.7)])
 

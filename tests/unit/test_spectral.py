@@ -14,9 +14,9 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from cases import jit
-from forms.chain import first_variation, second_variation
 from forms.kinematics import axisymmetric, cartesian
 from forms.spectral import PAIR, SPHERE
+from tests.variations import first_variation, second_variation
 
 ALPHAS = (-25.0, -4.0, -2.0, 1.3, 2.0, 5.0, 11.0, 25.0)
 TINY = (

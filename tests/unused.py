@@ -1,0 +1,94 @@
+"""List code that only tests use, or nobody: names in the packages that neither they nor a benchmark use.
+
+Vulture looks for names that occur nowhere but in their definition; what a library calls by its name is listed here.
+``make lint`` runs this file.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from vulture import Vulture
+
+ROOT = Path(__file__).parents[1]
+READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
+# Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
+CONFIDENCE = 60
+VALIDATORS = ["@field_validator*", "@model_validator*"]
+
+#: Where the path begins, name (or kind) -> who uses it.
+ALLOWED = {
+    ("", "__getattr__"): "Python, where a module lacks a name that is loaded late",
+    ("", "model_config"): "pydantic",
+    ("bushcli/case/schema.py", "ux"): "pydantic: keys of a case file",
+    ("bushcli/case/schema.py", "uy"): "pydantic: keys of a case file",
+    ("bushcli/case/schema.py", "uz"): "pydantic: keys of a case file",
+    ("bushcli/case/schema.py", "rx"): "pydantic: keys of a case file",
+    ("bushcli/case/schema.py", "ry"): "pydantic: keys of a case file",
+    ("bushcli/cli/page_server.py", "log_message"): "http.server",
+    ("bushcli/cli/page_server.py", "list_directory"): "http.server",
+    ("bushcli/errors.py", "exit_code"): "click",
+    ("bushcli/export/fmu/slave", "Bushing"): "PythonFMU",
+    ("bushcli/export/fmu/slave", "modelName"): "PythonFMU",
+    ("bushcli/export/fmu/slave", "exit_initialization_mode"): "PythonFMU",
+    ("bushcli/export/fmu/slave", "do_step"): "PythonFMU",
+    ("bushcli/report/html.py", "fold"): "the page's template",
+    ("bushcli/runtime/canonical.py", "persistent_id"): "pickle.Pickler",
+    ("geometry/shapes/", "class"): "the list of shapes, which is made from the files in the folder",
+    ("geometry/shapes/", "examples"): "the tests of all shapes",
+    ("geometry/shape.py", "examples"): "the tests of all shapes",
+}
+
+
+class Unused(NamedTuple):
+    """A name that is defined and not used; `kind` is Vulture's word: function, class, variable, ..."""
+
+    path: str
+    line: int
+    kind: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: {self.kind} {self.name} is not used"
+
+    def reason(self, allowed: Iterable[tuple[str, str]]) -> tuple[str, str] | None:
+        """Key of ``allowed`` that covers it."""
+        return next(
+            (
+                (begin, what)
+                for begin, what in allowed
+                if self.path.startswith(begin) and what in (self.name, self.kind)
+            ),
+            None,
+        )
+
+
+def unused(root: Path, read: Iterable[str]) -> list[Unused]:
+    """Names that files and folders under ``root`` define and do not use."""
+    vulture = Vulture(ignore_decorators=VALIDATORS)
+    vulture.scavenge([root / path for path in read])
+    return [
+        Unused(Path(item.filename).relative_to(root).as_posix(), item.first_lineno, item.typ, item.name)
+        for item in vulture.get_unused_code(min_confidence=CONFIDENCE)
+    ]
+
+
+def faults(root: Path, read: Iterable[str], allowed: Mapping[tuple[str, str], str]) -> list[str]:
+    """Sentences about unused names that ``allowed`` lacks, and about its entries that cover nothing."""
+    found = unused(root, read)
+    needed = {name.reason(allowed) for name in found}
+    return [
+        *(str(name) for name in found if name.reason(allowed) is None),
+        *(
+            f"no unused {what} in {begin or 'any file'}: remove the exception"
+            for begin, what in allowed
+            if (begin, what) not in needed
+        ),
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit("\n".join(faults(ROOT, READ, ALLOWED)) or 0)
