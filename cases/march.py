@@ -114,7 +114,7 @@ def _started(
     series: SeriesSpring | None,
     observer: Observer | None,
     patience: int | None,
-) -> _Run:
+) -> _March:
     """Assemble the bushing, and return the march at the beginning of its program."""
     model.put(np.zeros_like(solver.unknowns()))
     if model.internal is not None:
@@ -129,11 +129,11 @@ def _started(
     shared = None if series is None else Shared(series, span, began)
     widest = max(float(np.abs(np.diff(program.displacement, prepend=0.0)).max()), 1e-12)
     stepper = Stepper(model, solver, began, widest, flows=patience is None)
-    return _Run(model, solver, program, derivatives, recorder, stepper, shared, observer, patience)
+    return _March(model, solver, program, derivatives, recorder, stepper, shared, observer, patience)
 
 
 @dataclass
-class _Run:
+class _March:
     """State of a march in progress."""
 
     model: FiniteElementModel

@@ -206,19 +206,19 @@ class Points:
                 turn[:, :, i, :d] = factor * slopes[..., int(name[-1])]
         return turn
 
-    def _made(self, turn: Array, pressure: Array) -> _Group:
-        return _Group.of(self, turn, pressure)
+    def _made(self, turn: Array, pressure: Array) -> _PointGroup:
+        return _PointGroup.of(self, turn, pressure)
 
 
 @dataclass(frozen=True)
-class _Group:
+class _PointGroup:
     """The struct that the loops read, and the arrays in it, which have to live as long."""
 
     struct: Any
     kept: Sequence[Any]
 
     @classmethod
-    def of(cls, points: Points, turn: Array, pressure: Array) -> _Group:
+    def of(cls, points: Points, turn: Array, pressure: Array) -> _PointGroup:
         ffi = loops().ffi
         cells, number, tables, _ = turn.shape
         arrays = {
@@ -258,7 +258,7 @@ class Moving:
         Relative change of the points' volumes.
     """
 
-    group: _Group
+    group: _PointGroup
     stretch: Array
     points: Points
 

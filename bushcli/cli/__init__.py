@@ -32,7 +32,7 @@ from bushcli.cli.view import view
 from bushcli.errors import nearest, printable
 
 
-class _Group(click.Group):
+class _Commands(click.Group):
     """A group that suggests the nearest command, and reports in a sentence that its output cannot be written."""
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **extra: Any) -> Any:
@@ -150,7 +150,9 @@ def _home() -> str:
         return tempfile.gettempdir()
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}
+)
 @click.version_option(__version__, prog_name="bushcli")
 def main() -> None:
     """Simulate rubber bushings and correlate them with test-rig recordings.

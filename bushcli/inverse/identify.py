@@ -118,7 +118,9 @@ def identify(
     for channel in problem.channels:
         recording = channel.recording
         check_play(task.case, recording.name, recording.mode, recording.displacement)
-    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
+    run = _Identification(
+        task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables
+    )
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -139,7 +141,7 @@ def identify(
 
 
 @dataclass
-class _Run:
+class _Identification:
     """An identification in progress.
 
     Attributes

@@ -109,7 +109,9 @@ def predict(
     channels, faults = admitted(case, kept.measured)
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
-    run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
+    run = _Prediction(
+        case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at
+    )
     run = run.shared_by(sharing(case, comm))
     simulated, interrupted = run.simulate_all(channels)
     return _response(case, material, simulated, faults, comm, interrupted)
@@ -153,7 +155,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
     """
     check_material(case, material)
     channels, _ = admitted(case, measured)
-    run = _Run(case, rubber_of(material), False, None, None, MPI.COMM_SELF, PredictionCache(), False)
+    run = _Prediction(case, rubber_of(material), False, None, None, MPI.COMM_SELF, PredictionCache(), False)
     found = {}
     for channel in channels:
         simulation = run.simulation(channel)
@@ -173,7 +175,7 @@ def rubber_of(material: Material) -> Rubber:
 
 
 @dataclass(frozen=True)
-class _Run:
+class _Prediction:
     """Common data of all channels of a prediction."""
 
     case: Case
@@ -188,7 +190,7 @@ class _Run:
     stiffness_at: float | None = None
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
-    def shared_by(self, comm: MPI.Comm) -> _Run:
+    def shared_by(self, comm: MPI.Comm) -> _Prediction:
         """Return the run with meshes that these processes share; of several runs alone only the first writes files."""
         if comm.size == self.comm.size:
             return self

@@ -29,11 +29,11 @@ def modules():
             )
 
 
-def test_every_public_class_has_a_name_of_its_own():
+def test_every_class_has_a_name_of_its_own():
     homes = defaultdict(list)
     for module, tree in modules():
         for node in ast.walk(tree):
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            if isinstance(node, ast.ClassDef):
                 homes[node.name].append(module)
     several = {name: tuple(found) for name, found in homes.items() if len(found) > 1}
     assert several == SEVERAL
