@@ -7,15 +7,16 @@ PROCESSES ?= $(shell n=$$(env -u OMP_NUM_THREADS nproc 2>/dev/null || echo 2); [
 SUITE ?= $(BUSHCLI_SUITE)
 export BUSHCLI_SUITE := $(SUITE)
 IN := setup/enter
+TEST := tests/with-browser tests/with-solver $(IN) python -m pytest -n $(PROCESSES) --dist worksteal
 CASE ?= examples/batch/case.toml
 CONCEALED ?= examples/concealed/case.toml
 SAY := @printf '\n== %s\n\n'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint format bench install uninstall sizes lock clean
+.PHONY: help setup demo test test-slow lint format bench install uninstall sizes lock clean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
 
 setup: ## install what is missing (takes a second if nothing is)
 	@bash setup/setup.sh
@@ -28,9 +29,12 @@ demo: setup ## simulate one bundled example, diagnose the other: results and rep
 	$(SAY) 'What was concealed: examples/concealed/truth/truth.json. To open in a browser:'
 	@ls out/direct/report.html out/diagnosis/report.html
 
-test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
+test: setup ## the tests but the slow ones; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
 	tests/launcher.sh
-	tests/with-browser tests/with-solver $(IN) python -m pytest -n $(PROCESSES) --dist worksteal $(PYTEST_ARGS)
+	$(TEST) -m "not slow" $(PYTEST_ARGS)
+
+test-slow: setup ## the slow tests, with the same arguments: whole diagnoses, other codes' references, the pages' commands
+	$(TEST) -m slow $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy, the import rules and unused code
 	$(IN) ruff check .

@@ -34,6 +34,7 @@ def result(folder: Path) -> Any:
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_the_readme_goes_from_a_part_to_a_curve_in_five_commands(tmp_path: Path) -> None:
     section = README.partition("## From a CAD file to a curve")[2].partition("\n## ")[0]
     lines = commands(section)
@@ -54,6 +55,7 @@ def volume() -> float:
     return float(area * d["length"])
 
 
+@pytest.mark.slow
 def test_every_command_of_the_page_does_what_it_says(tmp_path: Path) -> None:
     run(commands(PAGE), tmp_path)
     measures = result(tmp_path / "part")["geometry"]["measures"]

@@ -55,6 +55,7 @@ def test_direct_gives_json_on_stdout_and_nothing_else_there(cli: Cli, small: Pat
     assert recording["within_10_percent"] is False
 
 
+@pytest.mark.slow
 def test_a_sweep_in_the_shell_changes_the_case(cli: Cli, small: Path) -> None:
     forces = []
     for length in (30, 40):
@@ -67,11 +68,13 @@ def test_a_sweep_in_the_shell_changes_the_case(cli: Cli, small: Path) -> None:
     assert 1.2 < forces[1] / forces[0] < 40 / 30 + 0.05
 
 
+@pytest.mark.slow
 def test_strict_turns_a_negative_verdict_into_exit_1(cli: Cli, small: Path) -> None:
     assert cli("direct", small, "-q").returncode == 0
     assert cli("direct", small, "-q", "--strict").returncode == 1
 
 
+@pytest.mark.slow
 def test_output_folder_holds_result_curves_plots_and_report(cli: Cli, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = cli("direct", small, "-o", out)
@@ -133,6 +136,7 @@ def test_list_prints_every_entry(cli: Cli, kind: str) -> None:
         assert entry["name"] in text
 
 
+@pytest.mark.slow
 def test_a_march_that_cannot_go_on_keeps_what_it_has(cli: Cli, small: Path, tmp_path: Path) -> None:
     # Gent's chains lock at I1 - 3 = 0.5: simple shear of 9 mm rubber gets there at about 6 mm.
     text = small.read_text().split("[material]")[0] + (
@@ -284,6 +288,7 @@ def test_check_says_a_fatal_fault_with_its_remedy(
     assert cli("check", small, "--strict", "--set", key).returncode == 0
 
 
+@pytest.mark.slow
 def test_direct_and_inverse_say_faults_before_anything_of_the_law(cli: Cli, small: Path) -> None:
     spoiled(small, lambda i, force: force + (400.0 if i == 250 else 0.0))
     for command in ("direct", "inverse"):

@@ -179,6 +179,7 @@ def test_effects_without_a_name_are_refused(run: Any) -> None:
     assert "names no effect" in done.err
 
 
+@pytest.mark.slow
 def test_the_folder_holds_result_report_curves_and_map(run: Any, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = run("-o", out)
@@ -361,6 +362,7 @@ def test_a_mistake_in_the_extras_is_not_hidden(monkeypatch: pytest.MonkeyPatch) 
         extras(monkeypatch, "_maps", ZeroDivisionError())
 
 
+@pytest.mark.slow
 def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     text = small.read_text().split("[material.parameters]")[0]

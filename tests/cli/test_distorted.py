@@ -27,6 +27,7 @@ amplitude = 4.6
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("amplitude", "names"), [(3.6, []), (4.6, ["distorted_elements"])])
 def test_distorted_elements_are_reported_with_a_remedy(
     cli: Cli, tmp_path: Path, amplitude: float, names: list[str]
@@ -66,6 +67,7 @@ parameters = {shrinkage = 0.02}
 """
 
 
+@pytest.mark.slow
 def test_a_force_at_rest_is_reported_with_the_offset_of_the_rig(cli: Cli, tmp_path: Path) -> None:
     """A cone that has shrunk pushes its inner sleeve along; set to zero there, the rig records no force at rest."""
     (tmp_path / "case.toml").write_text(CONE)

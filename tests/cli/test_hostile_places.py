@@ -73,6 +73,7 @@ def test_an_environment_in_which_libraries_do_not_start(small, environment):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_an_output_that_no_file_system_takes(small, tmp_path):
     for folder in (tmp_path / ("x" * 300), "/proc/x", small / "x"):
         done = run("direct", small, "-q", "-o", folder)
@@ -123,6 +124,7 @@ def test_control_characters_are_written_out(text, shown):
     assert printable(f"a{text}b") == f"a{shown}b"
 
 
+@pytest.mark.slow
 def test_a_channel_with_a_path_for_a_name_stays_in_the_folder(small, tmp_path):
     small.write_text(small.read_text() + 'name = "../../escaped"\n')
     done = run("direct", small, "-q", "-o", tmp_path / "deep" / "out")
@@ -162,6 +164,7 @@ def test_the_example_is_not_written_through_a_link(tmp_path):
     assert not (tmp_path / "elsewhere").exists()
 
 
+@pytest.mark.slow
 def test_a_bulk_modulus_below_that_of_the_fitted_law():
     """The law comes from coupons, so that the check of the case cannot compare its moduli."""
     example, options = (
@@ -176,6 +179,7 @@ def test_a_bulk_modulus_below_that_of_the_fitted_law():
     assert "bulk_modulus = 1e-10 is too small for a shear modulus of" in simulated.stderr
 
 
+@pytest.mark.slow
 def test_damaged_evaluations_are_calculated_again_and_reported(small, tmp_path):
     command = ("inverse", small, "--model", "neo_hookean", "-q", "-o", tmp_path / "out")
     first = run(*command)

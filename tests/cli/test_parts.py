@@ -35,6 +35,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> None:
     done = cli("mesh", "kidney.step", "-o", "part", cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -54,6 +55,7 @@ def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> Non
     assert "C10 = 0.7" in (folder / "part" / "case.toml").read_text()
 
 
+@pytest.mark.slow
 def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, folder: Path) -> None:
     done = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
     assert done.returncode == 2
@@ -64,6 +66,7 @@ def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, fold
     assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
 
 
+@pytest.mark.slow
 def test_a_drawing_is_computed(cli: Cli, folder: Path) -> None:
     done = cli("direct", "case.toml", "-o", "out", "--json", "-q", cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -88,6 +91,7 @@ def test_what_is_wrong_is_said(cli: Cli, folder: Path, change: str, said: str) -
     assert said in done.stderr
 
 
+@pytest.mark.slow
 def test_an_empty_or_foreign_file_is_refused(cli: Cli, folder: Path) -> None:
     for name, content in (
         ("empty.step", ""),

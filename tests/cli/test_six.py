@@ -56,6 +56,7 @@ def case(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_path_has_six_motions_and_reactions(cli: Cli, case: Path, tmp_path: Path) -> None:
     done = cli("direct", case, "--json", "--stiffness-matrix", "--stiffness-at", "1", "-o", tmp_path / "out")
     assert done.returncode == 0, done.stderr
@@ -91,6 +92,7 @@ def test_a_path_has_six_motions_and_reactions(cli: Cli, case: Path, tmp_path: Pa
     assert "stiffness matrix at the end" in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "case.toml"
     file.write_text(CASE + '[[load_cases]]\nmode = "radial"\namplitude = 1.0\nsteps = 2\n')
@@ -141,6 +143,7 @@ def test_a_path_has_the_time_that_an_effect_needs(case: Path) -> None:
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.slow
 def test_effects_of_the_assembly_act_and_those_of_the_rig_are_refused(cli: Cli, case: Path) -> None:
     stiffer = '[[effects]]\nname = "swaging"\n[effects.parameters]\nreduction = 0.2\n'
     forces = []
@@ -210,6 +213,7 @@ def test_a_recorded_path_is_compared_reaction_by_reaction(recorded: Path) -> Non
         assert abs(K[2, 4]) > 100.0
 
 
+@pytest.mark.slow
 def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
     """From all reactions together; so small a travel determines only a combination of C20 and C30, as is reported."""
     start = "material.parameters={C10 = 0.7, C20 = -0.02, C30 = 0.01}"

@@ -57,6 +57,7 @@ def designs(folder):
     return parquet.read_table(folder / "designs.parquet").to_pylist()
 
 
+@pytest.mark.slow
 def test_a_grid_is_what_single_runs_are(cli, case, tmp_path):
     out = tmp_path / "out"
     options = ["--vary", "geometry.outer_radius=18,20", "--vary", "material.parameters.C10=0.2,0.3"]
@@ -234,6 +235,7 @@ def test_a_tolerance_of_the_case_is_named_by_its_file(inside, case):
     assert done.output.startswith(f"error: {case}: geometry.outer_radius = ")
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_path):
     out = tmp_path / "out"
     options = [
@@ -275,6 +277,7 @@ def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_pat
     assert "holds another study: vary differ" in again.stderr
 
 
+@pytest.mark.slow
 def test_sobol_indices(inside, case, tmp_path):
     out = tmp_path / "out"
     varied = ["--vary", "geometry.length=33:35", "--vary", "material.parameters.C10=0.15:0.25"]

@@ -30,6 +30,7 @@ def result(folder: Path) -> Any:
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_every_command_of_the_tutorial_does_what_the_page_says(tmp_path: Path) -> None:
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     for line in commands():

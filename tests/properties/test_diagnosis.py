@@ -126,6 +126,7 @@ def test_what_is_concealed_is_found(usual: dict[str, Any]) -> None:
     assert usual["probability"]["permanent_set"] > 0.95
 
 
+@pytest.mark.slow
 @FEW
 @given(unit=st.sampled_from(sorted(STRESS)), clock=st.sampled_from(sorted(TIME)), order=st.permutations(BOTH))
 def test_units_and_order_do_not_matter(
@@ -142,6 +143,7 @@ def same_physics(one: dict[str, Any], other: dict[str, Any]) -> None:
         assert abs(value - other["law"][name]) < 4.0 * np.hypot(one["std"][name], other["std"][name]), name
 
 
+@pytest.mark.slow
 @settings(FEW, max_examples=2)
 @given(share=st.sampled_from([0.5, 0.7, 0.9]), seed=st.integers(0, 9))
 def test_which_samples_were_taken_does_not_matter(
@@ -157,6 +159,7 @@ def test_which_samples_were_taken_does_not_matter(
     same_physics(coupon(tmp_path, "MPa", "s", BOTH, 1, some), usual)
 
 
+@pytest.mark.slow
 @settings(FEW, max_examples=2)
 @given(times=st.sampled_from([2, 4]))
 def test_samples_between_samples_tell_nothing_new(usual: dict[str, Any], tmp_path: Path, times: int) -> None:
@@ -174,6 +177,7 @@ def test_samples_between_samples_tell_nothing_new(usual: dict[str, Any], tmp_pat
         assert std > np.sqrt(2.0 / 3.0) * usual["std"][name], name
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_does_not_matter(usual: dict[str, Any], tmp_path: Path) -> None:
     assert coupon(tmp_path, "MPa", "s", BOTH, 2) == usual
 
@@ -214,6 +218,7 @@ def play(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return axial(tmp_path_factory.mktemp("play"), "N", "mm", 1, True)
 
 
+@pytest.mark.slow
 @FEW
 @given(
     force=st.sampled_from(sorted(FORCE)),

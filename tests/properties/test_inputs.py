@@ -154,6 +154,7 @@ def test_the_case_itself_is_sound(tmp_path):
     assert run(tmp_path, "check", document(CASE)).exit_code == 0
 
 
+@pytest.mark.slow
 @FOLDER
 @given(case=changed_cases())
 def test_a_changed_case_is_checked_or_refused(tmp_path, case):
@@ -411,6 +412,7 @@ places_of_numbers = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @settings(FOLDER, max_examples=40)
 @given(changes=st.dictionaries(places_of_numbers, extremes, min_size=1, max_size=3))
 def test_extreme_numbers_are_simulated_or_refused(tmp_path, changes):

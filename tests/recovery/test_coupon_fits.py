@@ -35,6 +35,7 @@ def cost_of(case, law, parameters, weighting):
     return problem.cost(np.array([parameters[name] for name in task.names]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weighting", ["relative", "absolute"])
 def test_three_term_ogden_is_as_good_as_the_published_set(treloar, weighting):
     published = cost_of(treloar, "ogden", OGDEN, weighting)

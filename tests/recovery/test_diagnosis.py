@@ -162,6 +162,7 @@ def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:
     adds_up(found)
 
 
+@pytest.mark.slow
 def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     secret = {
         "viscoelasticity": {"g1": 0.15, "tau1": 6.0},
@@ -184,6 +185,7 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
             assert abs(one.parameters[key].value - truth) < 3 * one.parameters[key].std
 
 
+@pytest.mark.slow
 def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_path: Path) -> None:
     """At zero, the derivative by the debonded length is that of the bond's corner, which has the opposite sign here."""
     found = diagnose(
@@ -203,6 +205,7 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
     assert 1.0 < found.effects[0].parameters["length"].value < 6.0
 
 
+@pytest.mark.slow
 def test_a_stop_is_fitted_where_the_plain_law_imitates_it_at_its_edge_of_stability(tmp_path: Path) -> None:
     """The fit begins with the plain law's parameters, at the edge of stability; a trust region alone ends there."""
     stop = {"stiffness": 2000.0, "gap": 2.2}
@@ -236,6 +239,7 @@ def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float 
 RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
 
 
+@pytest.mark.slow
 def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_path: Path) -> None:
     found = diagnose(with_torsion(tmp_path, {"free_play": {"half_width": 0.12}}), effects=RIGS, maps=False)
     assert [one.label for one in found.effects] == ["Free play in the rig (axial)"]
@@ -244,6 +248,7 @@ def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_pat
     assert found.effects[0].plausible
 
 
+@pytest.mark.slow
 def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     zeros = {"axial": 25.0, "torsional": -400.0}
     concealed = {"offset": {"force": zeros["axial"], "displacement": 0.05}}
@@ -265,6 +270,7 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 
 
+@pytest.mark.slow
 def test_a_logger_may_be_late_in_one_channel_only(tmp_path: Path) -> None:
     """The force of the axial rig is 0.6 s late; that of the torsional rig is not."""
     concealed = with_torsion(tmp_path, {"time_lag": {"lag": 0.6}})
@@ -292,6 +298,7 @@ def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> N
     assert any(one.sign == "too_stiff" and one.cycle[1] >= 3 for one in found.location.mismatch)
 
 
+@pytest.mark.slow
 def test_a_channel_that_is_held_out_is_predicted_and_took_part_in_nothing(tmp_path: Path) -> None:
     concealed = {"free_play": {"half_width": 0.12}}
     whole = with_torsion(tmp_path, concealed)
@@ -306,6 +313,7 @@ def test_a_channel_that_is_held_out_is_predicted_and_took_part_in_nothing(tmp_pa
     assert held.after_percent < 5.0
 
 
+@pytest.mark.slow
 def test_a_budget_gives_an_answer_that_says_what_was_not_looked_at(tmp_path: Path) -> None:
     found = diagnose(
         case(tmp_path, {"free_play": {"half_width": 0.12}}), effects=RIGS, budget=1e-3, maps=False
@@ -319,6 +327,7 @@ def test_a_budget_gives_an_answer_that_says_what_was_not_looked_at(tmp_path: Pat
     assert (found.models, found.effects, found.groups, found.missing) == ((), (), (), None)
 
 
+@pytest.mark.slow
 def test_uniform_odds_do_not_change_what_the_recording_decides(tmp_path: Path) -> None:
     secret = case(tmp_path, {"free_play": {"half_width": 0.12}})
     for uniform in (False, True):
@@ -327,6 +336,7 @@ def test_uniform_odds_do_not_change_what_the_recording_decides(tmp_path: Path) -
         assert found.probability["free_play"] > 0.95
 
 
+@pytest.mark.slow
 def test_another_batch_is_told_from_a_law_that_is_identified_anew() -> None:
     """Of the README: both explain a misfit 125 times the noise; the one factor is the simpler cause."""
     batch = load_case(EXAMPLE.parent / "batch" / "case.toml", ())
@@ -337,6 +347,7 @@ def test_another_batch_is_told_from_a_law_that_is_identified_anew() -> None:
     assert abs(value.value + 0.5725) < value.std
 
 
+@pytest.mark.slow
 def test_the_example_conceals_what_its_truth_says() -> None:
     """The bundled recording, made with third-order elements and a step per sample."""
     found = diagnose(load_case(EXAMPLE / "case.toml", ()), effects=["mullins", "friction"], maps=False)

@@ -106,12 +106,14 @@ def check(found: Any) -> None:
         assert found["misfit"]["after"][channel] < 0.25 * before
 
 
+@pytest.mark.slow
 def test_an_effect_concealed_on_a_path_of_six_motions_is_found(tmp_path: Path) -> None:
     """Only one absent effect is offered beside it: the whole catalogue takes some minutes in three dimensions."""
     case = made(tmp_path, PLAIN, PATH, ("ux_mm", "uz_mm", "fx_N", "fz_N"), 73)
     check(diagnosed(case, "--effects", "viscoelasticity,rig_compliance", "--no-maps"))
 
 
+@pytest.mark.slow
 def test_an_effect_concealed_on_a_section_is_found(tmp_path: Path) -> None:
     """The mesh consists of triangles, and so does the map of the rubber, which is drawn and written."""
     check(diagnosed(made(tmp_path, SECTION, CYCLES, ("displacement_mm", "force_N"), 121)))

@@ -65,6 +65,7 @@ def test_recovers_from_a_friendly_start_at_a_higher_price(experiment):
     assert found.forward_solves > 2 * best.forward_solves
 
 
+@pytest.mark.slow
 def test_from_a_poor_start_it_ends_where_the_bounded_search_does_not(experiment):
     """From ten times too stiff the baseline may end with any values for any reason, but it must report the failure."""
     case = experiment("axial")

@@ -71,6 +71,7 @@ def _csv(*columns):
     return "time_s,displacement_mm,force_N\n" + "\n".join(",".join(f"{v:.6f}" for v in row) for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "values"),
     [
@@ -93,6 +94,7 @@ def test_an_effect_is_identified_together_with_the_law(recorded, name, values):
     assert fit.parameters[f"{name}.{amplitude}"].value == pytest.approx(values[amplitude], rel=0.1)
 
 
+@pytest.mark.slow
 def test_parameters_of_an_effect_may_be_fixed(recorded):
     case = recorded("viscoelasticity", {"g1": 0.3, "tau1": 6.0}, "parameters = { g1 = 0.2, tau1 = 6.0 }\n")
     task = Task(case, "yeoh", fixed=("viscoelasticity.tau1",))

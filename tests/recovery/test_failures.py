@@ -37,6 +37,7 @@ def failing(monkeypatch):
 
 
 # Regions near the answer (0.4993, -0.0396, 0.0069) through which the undisturbed search from the start passes.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "start", "condition"),
     [
@@ -61,6 +62,7 @@ def test_a_law_that_fails_in_part_of_the_space_is_identified_all_the_same(
     assert values(fit) == pytest.approx(values(best), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_one_channel_that_fails_is_enough_to_step_back(experiment, failing):
     case = experiment("axial", "torsional")
     best = identify(Task(case, "yeoh"))
@@ -72,6 +74,7 @@ def test_one_channel_that_fails_is_enough_to_step_back(experiment, failing):
     assert values(fit) == pytest.approx(values(best), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_profiles")
 def test_an_answer_behind_a_wall_of_failures_is_not_made_up(experiment, failing):
     """The minimum itself cannot be solved: the search ends before it, at parameters that were solved."""
@@ -122,6 +125,7 @@ def falling(peak: float, stop: float) -> Curve:
     return Curve("axial", q, 420.0 * np.sin(0.5 * np.pi * q / peak))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_profiles")
 def test_curves_that_ask_for_an_unstable_law_get_the_nearest_stable_one(experiment):
     case = experiment("axial")
@@ -134,6 +138,7 @@ def test_curves_that_ask_for_an_unstable_law_get_the_nearest_stable_one(experime
     assert fit.curves[0].rms_percent > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_profiles")
 @pytest.mark.parametrize("seed", range(2))
 def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
@@ -145,6 +150,7 @@ def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
     assert stable(task.law, fit.material.parameters, problem.states).all()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_profiles")
 def test_robust_loss_resists_outliers(experiment, monkeypatch):
     """Outliers that are not recognised as spikes."""

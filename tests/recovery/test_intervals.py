@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bushcli.inverse import Task, identify, profile
 
@@ -12,6 +13,7 @@ SEEDS = 20
 NOISE = 0.1
 
 
+@pytest.mark.slow
 def test_standard_errors_from_white_noise(experiment, monkeypatch):
     # Only standard errors are tested; profiles would take most of the time.
     monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])

@@ -13,6 +13,7 @@ from forms.law import laws
 MESH = "[mesh]\nelements_across = 2\nelements_along = 4\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "models",
     # Ogden's six parameters on one curve would take longer than all other laws together.

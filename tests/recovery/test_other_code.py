@@ -57,6 +57,7 @@ def test_cycles_of_a_path_independent_rubber_are_one_curve(recorded):
         assert low - 0.005 * abs(truth) < truth < high + 0.005 * abs(truth), name
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_four_percent_too_stiff_is_survived_and_said(recorded, monkeypatch):
     """No law meets both channels to their noise: the truth is outside the standard errors, which the result says."""
     monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])

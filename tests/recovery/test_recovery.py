@@ -32,6 +32,7 @@ def named(fit):
     return {condition.name for condition in fit.conditions}
 
 
+@pytest.mark.slow
 def test_axial_and_radial_together(experiment):
     fit = identify(Task(experiment("axial", "radial"), "yeoh"))
     found = errors(fit)
@@ -71,6 +72,7 @@ def test_one_channel_alone(experiment, mode, allowed):
     assert all(found[name] < limit for name, limit in allowed.items()), found
 
 
+@pytest.mark.slow
 def test_all_channels_together(experiment):
     fit = identify(Task(experiment("axial", "radial", "torsional"), "yeoh"))
     assert fit.sweeps <= SWEEPS
@@ -125,6 +127,7 @@ def test_a_poor_scale_costs_nothing_but_the_scaling(reference, factor, method):
     assert fit.evaluations[1].cost < 1e-3 * fit.evaluations[0].cost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factors", list(product((0.1, 10.0), repeat=3)), ids=str)
 def test_start_a_factor_of_ten_off_in_every_parameter(reference, factors):
     """Each parameter by its own factor; three starts lose all stiffness and are moved towards the law's own start."""
@@ -135,6 +138,7 @@ def test_start_a_factor_of_ten_off_in_every_parameter(reference, factors):
     assert values(fit) == pytest.approx(values(best), rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("corner", "method"),
     [
@@ -175,6 +179,7 @@ def test_a_fixed_parameter_keeps_its_start(experiment):
     assert errors(fit)["C10"] < 0.3
 
 
+@pytest.mark.slow
 def test_the_bulk_modulus_shows_in_a_radial_recording(experiment):
     """Started ten times too soft; the axial channel tells C10, the radial one kappa."""
     case = experiment("axial", "radial")
@@ -192,6 +197,7 @@ def test_the_bulk_modulus_shows_in_a_radial_recording(experiment):
     assert abs(fit.leverage["radial"]["compliance"]) > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("known", "other", "limit"),
     [

@@ -34,6 +34,7 @@ def values(fit):
     return {name: estimate.value for name, estimate in fit.parameters.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [1, 3])
 def test_resumes_after_a_kill_with_the_same_answer(experiment, tmp_path, after):
     case, journal = experiment("axial"), tmp_path / "history"
@@ -132,6 +133,7 @@ def ended_by(sent: signal.Signals, case: Path, out: Path, saved: str, *options: 
     return children
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
 def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, sent):
     out = tmp_path / "out"
@@ -139,6 +141,7 @@ def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, se
     assert list(out.glob("history-yeoh/*.npz"))
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_processes_that_refine_further_starts(experiment, tmp_path):
     """A signal to the command alone: its processes are told to end, and the best of all starts is written."""
     case, options = experiment("axial", "radial").path, ("--starts", "4", "--workers", "2")

@@ -21,6 +21,7 @@ def case(experiment):
     return experiment("axial", extra=MESH)
 
 
+@pytest.mark.slow
 def test_differential_evolution_ends_at_the_same_minimum(case, monkeypatch):
     # Four generations of 18 points are enough to find the valley, and take a second.
     monkeypatch.setattr(starts, "GENERATIONS", 3)
@@ -35,6 +36,7 @@ def test_differential_evolution_ends_at_the_same_minimum(case, monkeypatch):
     assert [e.number for e in fit.evaluations] == list(range(1, len(fit.evaluations) + 1))
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_makes_no_difference(case, monkeypatch):
     """End points, evaluations and their order are equal to the bit."""
     alone = identify(Task(case, "yeoh", starts=3, seed=4))
@@ -47,6 +49,7 @@ def test_the_number_of_workers_makes_no_difference(case, monkeypatch):
     assert [e.number for e in told] == [e.number for e in shared.evaluations]
 
 
+@pytest.mark.slow
 def test_a_pool_of_processes_makes_no_difference(case):
     alone = identify(Task(case, "yeoh", starts=3, seed=4))
     with processes(2) as pool:

@@ -243,6 +243,7 @@ def results(tmp_path_factory) -> dict[str, dict[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_every_key_of_an_identification_is_documented():
     options = [word for key in COARSE for word in ("--set", f"mesh.{key}")]
     laws = ["--model", "yeoh,neo_hookean", "--hold-out", "radial"]

@@ -37,6 +37,7 @@ def test_the_integrals_are_those_of_the_density() -> None:
     assert tetrahedra(5.0, h, g, [Fine(2, 3.0, 9.0)]) == tetrahedra(5.0, h, g, ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "dimension", "mirrors", "refinement"),
     [

@@ -49,6 +49,7 @@ def test_signals_that_come_together_are_one_interruption(listening, sent):
         os.kill(os.getpid(), sent)
 
 
+@pytest.mark.slow
 def test_a_signal_waits_until_native_code_is_loaded(listening, tmp_path, monkeypatch):
     """An exception in the middle of loading DOLFINx would end the process with a dump of its stack."""
     (tmp_path / "loads_slowly.py").write_text(

@@ -127,6 +127,7 @@ def compiled(cache: Path) -> list[Path]:
     return sorted(cache.rglob("*.so"))
 
 
+@pytest.mark.slow
 def test_damaged_kernels_are_compiled_anew(tmp_path):
     """Loading a truncated one would end the process with a bus error; one with other bytes may do anything."""
     whole = compiled(tmp_path)

@@ -51,6 +51,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("parts")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANES)
 def test_a_sound_part_is_understood_and_meshed(name, folder, capfd):
     shape = CAD(file=str(make(name, folder)))
@@ -134,6 +135,7 @@ def test_between_two_spokes_no_tangent_of_a_drawn_sleeve_leaves_it(folder):
     assert not inside.any()
 
 
+@pytest.mark.slow
 def test_what_names_do_not_tell_the_case_says(folder):
     file = str(make("nameless_sleeves", folder))
     roles = {"1": "inner_sleeve", "2": "rubber", "3": "outer_sleeve"}
@@ -160,6 +162,7 @@ def test_what_names_do_not_tell_the_case_says(folder):
         CAD(file=file, solids={"7": "rubber"}).found  # noqa: B018
 
 
+@pytest.mark.slow
 def test_units_rules_and_axis_of_the_case(folder):
     metres = CAD(file=str(make("wrong_unit", folder)), unit="m")
     assert metres.measures()["rubber"] == pytest.approx(np.pi * (22**2 - 10**2) * 40)
@@ -200,6 +203,7 @@ def test_units_rules_and_axis_of_the_case(folder):
             CAD(file=flanged, **wrong).found  # noqa: B018
 
 
+@pytest.mark.slow
 def test_measures_of_spline_faces_are_exact(folder):
     """Gmsh stretches cylinders into B-splines, over which OpenCASCADE integrates with an error of up to 1 %."""
 

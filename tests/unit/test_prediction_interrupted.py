@@ -61,6 +61,7 @@ def test_before_the_first_step_there_is_no_result(case):
     assert not isinstance(raised.value, PredictionInterrupted)
 
 
+@pytest.mark.slow
 def test_direct_writes_what_there_is_and_exits_with_130(case, monkeypatch):
     def interrupted(given, material, **keys):
         keys["progress"] = stop_at("torsional", 4)

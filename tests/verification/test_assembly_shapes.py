@@ -73,6 +73,7 @@ def test_an_outline_has_its_sleeve_off_centre_in_space() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_contoured_section_turns_no_bond_out_of_shape() -> None:
     """The inner bond bulges from 10 to 11.5 mm: it moves as a body, and the outer one stays."""
     shape = shapes()["section"].model_validate(shapes()["section"].examples[1])

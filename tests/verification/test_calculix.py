@@ -179,6 +179,7 @@ def half_plane(across=8, along=24):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["yeoh", "ogden"])
 def test_the_bushing_along_its_axis(calculix, tmp_path, reference_bushing, rubber, name):
     deck = half_plane() + card(name, LAWS[name]) + SECTION
@@ -230,6 +231,7 @@ def quarter(across=5, along=6, around=14):
     )
 
 
+@pytest.mark.slow
 def test_the_bushing_across_its_axis(calculix, tmp_path, reference_bushing, rubber):
     """Radially the rubber is confined, and the force depends on the bulk modulus too.
 

@@ -62,6 +62,7 @@ def touching():
     return closed([-0.3, -0.5, -0.6, -0.7], keep_states=True)
 
 
+@pytest.mark.slow
 def test_a_bump_stop_meets_other_codes():
     shape = KidneySlice(bump=True, size=2.2)
     model, history = slices(shape, modes()["radial"], YEOH, np.array([0.4, 0.8, 0.9, 1.0, 1.2, 1.4]))
@@ -349,6 +350,7 @@ def test_a_ball_between_hard_plates_is_hertz_s():
         assert -force == pytest.approx(hertz(-q), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
     """Radially by 6.4 mm of 10, with the Yeoh set of the references; the free ends fold on the way."""
     model = prepare(shapes()["plain"](**PLAIN), RADIAL, YEOH)
@@ -382,6 +384,7 @@ def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():
     assert contact.penetration < DEEPEST
 
 
+@pytest.mark.slow
 def test_a_narrow_slot_is_pressed_to_one_and_a_half_times_its_closing_travel():
     """It stopped at 74 % of this, where Newton's method failed, until contact was soft at first and then stiffer."""
     low, high, depth, mean = 5.08683, 6.13318, 15.56130, 14.81384

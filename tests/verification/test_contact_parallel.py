@@ -78,6 +78,7 @@ def curve(found):
     return np.array(channel["force"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [(), ("--set", "geometry.contact=true")])
 def test_two_processes_find_the_force_of_one_where_surfaces_meet(case, asked):
     alone, together = run(case, *asked), run(case, *asked, ranks=2)
@@ -86,6 +87,7 @@ def test_two_processes_find_the_force_of_one_where_surfaces_meet(case, asked):
     assert "not_shared" not in names(alone)
 
 
+@pytest.mark.slow
 def test_a_mesh_whose_surfaces_do_not_meet_is_shared(case):
     opened = run(case, "--set", "load_cases.0.amplitude=0.5", ranks=2)
     assert "not_shared" not in names(opened)

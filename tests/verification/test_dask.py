@@ -103,6 +103,7 @@ def cluster(tmp_path):
         yield scheduler, address, workers
 
 
+@pytest.mark.slow
 def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(cluster, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     scheduler, address, workers = cluster
@@ -131,6 +132,7 @@ def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(cluster, tmp_p
         assert one["axial.initial"] == pytest.approx(other["axial.initial"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_is_shared_too(cluster, tmp_path):
     case = ROOT / "examples" / "concealed" / "case.toml"
     options = ("--effects", "offset", "--no-maps", "-o")

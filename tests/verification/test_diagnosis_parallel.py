@@ -32,6 +32,7 @@ def run(folder, *launcher):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="there is no mpirun on the PATH")
 def test_ranks_that_share_the_refits_come_to_the_same_answer(tmp_path):
     alone, together = run(tmp_path / "1"), run(tmp_path / "2", "mpirun", "-n", "2")

@@ -156,6 +156,7 @@ def worn(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
     """FMPy along a program that no fit has used, against `bushcli direct` with the same time and displacement."""
     from bushcli.export.source import read_source

@@ -239,6 +239,7 @@ def test_another_batch_is_seen_everywhere(tmp_path):
         assert "(0.56 on all rubber)" in found.text
 
 
+@pytest.mark.slow
 def test_three_channels_tell_the_place_and_a_batch_from_it(tmp_path):
     names = ("axial", "radial", "torsional")
     (together,) = maps(tmp_path, [recording(m, spot=-0.5, seed=3) for m in names], alone=False)

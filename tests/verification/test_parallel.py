@@ -86,6 +86,7 @@ def run(*launcher):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="there is no mpirun on the PATH")
 def test_two_processes_find_the_force_of_one():
     alone, together = run(), run("mpirun", "-n", "2")

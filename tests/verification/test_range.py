@@ -28,6 +28,7 @@ YEOH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", REACH)
 @pytest.mark.parametrize("kind", YEOH)
 def test_default_settings_reach_large_loads(kind, mode, rubber):

@@ -50,6 +50,7 @@ def made(geometry):
     return shapes()[geometry["shape"]].model_validate(rest, context={"folder": str(DATA)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("geometry", "mode", "file"), REFERENCES)
 def test_default_meshes_meet_other_codes(geometry, mode, file):
     q, force, error = np.loadtxt(DATA / file, delimiter=",", skiprows=2).T
@@ -63,6 +64,7 @@ def test_default_meshes_meet_other_codes(geometry, mode, file):
     assert np.all(off < ACCURATE + error), np.round(off, 2)
 
 
+@pytest.mark.slow
 def test_tetrahedra_in_a_plain_ring(tmp_path, capfd):
     """Radially at 3 and 10 % of the thickness; the force is that of third-order elements, graded, of another code."""
     from tests.parts import draw_to, ring
@@ -75,6 +77,7 @@ def test_tetrahedra_in_a_plain_ring(tmp_path, capfd):
     np.testing.assert_allclose(history.force, [859.98, 2801.0], rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plates", [{}, {"tube": {"rigid": True}}])
 def test_two_layers_of_a_cad_part_twist_in_series(tmp_path, capfd, plates):
     """The shear of bonded rings is 1 / r^2 whatever their length: 1/k = sum of (1/a^2 - 1/b^2) / (4 pi mu L)."""
@@ -89,6 +92,7 @@ def test_two_layers_of_a_cad_part_twist_in_series(tmp_path, capfd, plates):
     assert history.force[0] / np.radians(1.0) == pytest.approx(1 / compliance, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_two_layers_of_a_cad_part_are_those_of_a_section(tmp_path, capfd):
     """Radially at a tenth of a layer's thickness: each layer has its elements, not the rubber as a whole.
 

@@ -155,6 +155,7 @@ def test_combined_path_is_that_of_another_code(rubber):
         np.testing.assert_allclose(history.reactions[:, k], theirs[:, k], rtol=tolerance, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_stiffness_matrix_is_the_derivative_of_the_reactions_and_symmetric(rubber):
     """At a state with moments, which are reported about fixed axes, so that their derivative is not symmetric."""
     (state,), history = matrices(path_of(MIXED, whole=True), rubber(), [1.0])
@@ -230,6 +231,7 @@ def test_work_of_the_reactions_is_the_stored_energy(rubber):
     assert work == pytest.approx(history.energy[-1], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["maxwell", "ogden_roxburgh"])
 def test_sensitivities_with_memory_and_a_free_motion(name, rubber):
     branch = branches()[name]
@@ -296,6 +298,7 @@ def test_local_map_adds_up_to_the_derivative_by_a_factor_on_all_rubber(rubber):
     assert sums[0] == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_kidney_from_cad_has_the_stiffness_matrix_of_another_code(rubber):
     shape = shapes()["cad"](file=str(DATA / "real" / "kidney_A.step"))
     found, _ = matrices(

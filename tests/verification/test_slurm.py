@@ -67,6 +67,7 @@ def script() -> str:
     return own
 
 
+@pytest.mark.slow
 def test_a_study_is_done_by_the_job_of_the_documented_script(slurm, tmp_path):
     (tmp_path / "slurm.py").write_text(script())
     (tmp_path / "case.toml").write_text(CASE)

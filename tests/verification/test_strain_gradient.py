@@ -82,6 +82,7 @@ def test_forces_and_stiffness_are_derivatives_of_the_energy(kidney):
     assert np.linalg.norm(ends[3] - change) < 1e-5 * np.linalg.norm(change)
 
 
+@pytest.mark.slow
 def test_sensitivities_contain_it(kidney):
     """Against differences of two marches; the step of C10 changes the force by 1e-5 of it."""
     model, history = kidney
@@ -107,6 +108,7 @@ def test_hexahedra_have_none():
     assert prepare(shape, RADIAL, YEOH).surfaces.gradient is None
 
 
+@pytest.mark.slow
 def test_a_voids_tip_does_not_crease(kidney):
     """To just before the void closes, in whole steps; without the energy b reached 8 there, after cut steps."""
     model, _ = kidney

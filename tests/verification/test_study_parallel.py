@@ -71,6 +71,7 @@ def both(command, case, *options):
     return found
 
 
+@pytest.mark.slow
 def test_ranks_that_share_a_study_come_to_the_same_answers(case):
     varied = ["--vary", "geometry.outer_radius=8.5,17,18,19", "--vary", "geometry.length=30,34,38"]
     alone, together = both("study", case, *varied)
@@ -81,6 +82,7 @@ def test_ranks_that_share_a_study_come_to_the_same_answers(case):
         assert together["answers"][name]["worst"]["highest"]["design"] == one["worst"]["highest"]["design"]
 
 
+@pytest.mark.slow
 def test_ranks_that_share_the_starts_of_a_design_come_to_the_same(case):
     options = ["--target", "radial=796", "--vary", "geometry.outer_radius=16:20", "--starts", "3"]
     alone, together = both("design", case, *options)

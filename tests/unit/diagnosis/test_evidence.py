@@ -220,6 +220,7 @@ def by_grid(coupon, state, sizes):
     return float(logsumexp(rows, b=steps * (moduli[1] - moduli[0])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("set_", [0.1, 0.02, 0.0])
 def test_laplace_on_a_coupon_is_the_integral_over_a_grid(coupon, set_):
     """A large permanent set, one smaller than the error of the law, and none: to half a nat."""

@@ -41,6 +41,7 @@ def same(cache, case, law, start):
         assert value == pytest.approx(found.parameters[name].value, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["neo_hookean", "yeoh"])
 def test_the_plain_law_of_a_coupon_is_that_of_an_identification(coupon, law):
     one = coupon(law, set_=0.03)
@@ -64,6 +65,7 @@ def no_worse(one, states):
     return len(pairs)
 
 
+@pytest.mark.slow
 def test_no_model_ends_worse_than_one_that_it_contains(coupon):
     """Three effects that need no kernel, in all combinations, started far from their best values."""
     one = coupon("yeoh", set_=0.05)
@@ -99,6 +101,7 @@ def test_a_model_that_contains_a_better_one_begins_again_from_there(coupon):
     assert beside.objective <= alone.objective + WORSE
 
 
+@pytest.mark.slow
 def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(coupon):
     """A factor on all forces is known to half a percent, whatever the error of form."""
     one = coupon("yeoh", set_=0.1)
@@ -109,6 +112,7 @@ def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(cou
     assert rms(one.state.fitted) < 1.3 * rms(one.plain)
 
 
+@pytest.mark.slow
 def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
     """This pair was once discarded because its refit had left more than friction alone."""
     one = coupon("yeoh", set_=0.05)

@@ -22,6 +22,7 @@ def ended(one, name, needed):
     return State(one.problem, fit(one.cache, one.case, model, one.measured, needed=needed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BEGUN)
 def test_a_fit_that_matters_is_the_same_with_and_without_the_question(coupon, name):
     """Also where it barely matters: its evidence, with or without the unknown effect, is just what is needed."""

@@ -63,6 +63,7 @@ def recorded(correlation, seed):
     return Recording("axial", q, force, time=np.arange(len(q), dtype=float)), noise
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.6, 0.75])
 def test_noise_with_a_memory_is_found_in_short_branches(correlation):
     """Cubics in windows of twelve samples absorb most of such noise; the features of the whole branches show it."""

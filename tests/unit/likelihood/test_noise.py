@@ -63,6 +63,7 @@ def test_an_independent_sample_is_known_as_well_as_is_stated(samples, correlatio
     assert np.sqrt(np.mean(away**2)) < 0.6
 
 
+@pytest.mark.slow
 def test_noise_is_known_the_better_the_more_samples_there_are():
     doubts = [np.median([1 / one.freedom for one in estimates(n, remembering(0.3))]) for n in (20, 60, 240)]
     assert doubts[0] > doubts[1] > 2 * doubts[2]

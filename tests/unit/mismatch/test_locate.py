@@ -11,7 +11,6 @@ from bushcli.diagnosis.words import sentence, sentences
 from bushcli.likelihood.noise import (
     Compared,
     NoiseModel,
-    autoregression,
     noise_model,
 )
 from bushcli.mismatch.bins import bins
@@ -237,6 +236,7 @@ def test_bands_have_round_edges_and_cover_all():
 # -- noise -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimated", [False, True])
 def test_noise_gives_no_region(estimated):
     """The family-wise rate over all boxes is 5 %, also when the noise is estimated from the recording."""
@@ -305,7 +305,6 @@ def test_noise_model_sees_a_memory():
     model = noise_model(recording(time, q, law(q) + SIGMA * e))
     assert model.correlation == pytest.approx(0.7, abs=0.17)
     assert model.sigma == pytest.approx(SIGMA, rel=0.3)
-    assert autoregression(NoiseModel(SIGMA, 0.7), e).std() == pytest.approx(1.0, rel=0.05)
 
 
 def test_coarse_sampling_without_noise_is_not_taken_for_a_memory():

@@ -50,6 +50,7 @@ def test_a_head_with_nonsense_behind_it(tmp_path, name, rest):
     refused(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "reason"), [("mdf", "not a valid MDF file"), ("xlsx", "not a zip file")])
 def test_the_reason_is_the_parsers_own(tmp_path, name, reason):
     """The message has neither the parser's output while it fails nor the name of its exception."""
@@ -98,6 +99,7 @@ def test_headers_of_rpc_that_cannot_be(tmp_path, changes, message):
     refused(rpc(tmp_path / "a.rsp", body, **changes), message)
 
 
+@pytest.mark.slow
 def test_a_workbook_that_unpacks_to_gigabytes(tmp_path):
     path = tmp_path / "bomb.xlsx"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
@@ -122,6 +124,7 @@ def test_a_stray_cell_at_the_end_of_a_sheet_does_no_harm(tmp_path):
     assert len(recording.force) == 50
 
 
+@pytest.mark.slow
 def test_zs2_that_unpacks_to_gigabytes(tmp_path):
     path = tmp_path / "bomb.zs2"
     with gzip.open(path, "wb", compresslevel=9) as packed:
@@ -150,6 +153,7 @@ def test_hdf5_is_not_followed_out_of_the_file(tmp_path):
     refused(tmp_path / "a.h5", "holds no table of numbers")
 
 
+@pytest.mark.slow
 def test_mdf_whose_groups_form_a_ring_ends(tmp_path, monkeypatch):
     asammdf = pytest.importorskip("asammdf")
     path = tmp_path / "a.mf4"

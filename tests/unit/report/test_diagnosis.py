@@ -797,6 +797,7 @@ def test_maps_on_triangles_and_tetrahedra_are_drawn_and_written(diagnoses):
         assert np.array_equal(arrays["connectivity"].reshape(one.cells.shape), one.cells)
 
 
+@pytest.mark.slow
 def test_a_channel_without_places_in_its_record_has_no_picture_of_them(case, diagnoses):
     """For example a channel that is held out."""
     found = diagnoses.diagnosis(case(), "missing_physics")
@@ -882,6 +883,7 @@ def test_pictures_are_drawn_of_a_channel_in_which_the_law_runs_away(case, diagno
 # -- files -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_folder_holds_all_that_the_report_shows(case, diagnoses, tmp_path):
     # As if there were an axial channel, too.
     together = diagnoses.half_plane(across=2, along=2, names=("axial", "torsional"))

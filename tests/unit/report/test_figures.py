@@ -223,6 +223,7 @@ RING = shapes()["plain"](inner_radius=10, outer_radius=20, length=30)
 KIDNEY = shapes()["cad"](file=str(PARTS / "kidney_A.step"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "mirrors"), [(RING, "yz"), (KIDNEY, "yz")], ids=["hexahedra", "tetrahedra"]
 )

@@ -42,6 +42,7 @@ class Tags(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
 
+@pytest.mark.slow
 def test_the_page_has_all_that_an_engineer_asks_for(page, fit):
     text = page(fit=fit)
     for words in (

@@ -308,6 +308,7 @@ def test_text_says_everything():
         assert said in text
 
 
+@pytest.mark.slow
 def test_every_picture_is_sound():
     fits = [identified(curves=(curve("axial"), curve("radial", 4.0, held_out=True))), identified("gent")]
     pictures = inverse_figures(fits, {"axial": "axial", "radial": "radial"})
@@ -325,6 +326,7 @@ def test_pictures_of_one_parameter_and_no_search():
     assert names == ["axial-identified", "radial-identified"]
 
 
+@pytest.mark.slow
 def test_files_of_an_identification(case, tmp_path):
     used, fits = case(), [identified()]
     result = report.inverse_json(used, fits, {"total": 1.0})
