@@ -78,7 +78,7 @@ class Equilibrium:
         self.floor = rounding(model)
         # Free motions of the sleeve are unknowns beside those of the mesh.
         self.border = Border(model) if len(model.motion.free) else None
-        self.snes = newton_solver(model.comm, self.limit.most, model.system.owned, self.border)
+        self.snes = newton_solver(model, self.limit.most, self.border)
         self.snes.setFunction(self._function, self.b)
         self.snes.setJacobian(self._jacobian, self.matrix)
         self.snes.setConvergenceTest(self._test)

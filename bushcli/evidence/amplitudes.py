@@ -10,7 +10,7 @@ doi:10.1080/01621459.1989.10478852: such weights are an EM algorithm.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ def amplitudes(
     score: Array,
     known: Sequence[ParameterPrior | None],
     start: Array,
-    bounded: Callable[[Array], Array],
+    bounds: tuple[Array, Array],
 ) -> Array:
     """Return the amplitudes (k,) that minimise a' G a - 2 a' s and twice the negative logarithm of their priors.
 
@@ -43,12 +43,12 @@ def amplitudes(
         Prior of each amplitude.
     start : (k,) array
         Values from which the amplitudes are measured.
-    bounded : callable
-        Moves amplitudes (k,) into the bounds of the effects.
+    bounds : pair of arrays, shape (k,)
+        Least and largest amplitudes.
     """
     if not len(start):
         return np.zeros(0)
-    ends = [_settled(gram, score, known, start, bounded, at) for at in (start, np.full(len(start), np.inf))]
+    ends = [_settled(gram, score, known, start, bounds, at) for at in (start, np.full(len(start), np.inf))]
 
     def objective(end: Array) -> float:
         pairs = zip(known, start + end, strict=True)
@@ -63,16 +63,17 @@ def _settled(
     score: Array,
     known: Sequence[ParameterPrior | None],
     start: Array,
-    bounded: Callable[[Array], Array],
+    bounds: tuple[Array, Array],
     at: Array,
 ) -> Array:
     """Return the converged solution; the first one uses the pull of the priors at the values `at` (k,)."""
     signs = [1 if one is not None and one.one_sided else 0 for one in known]
+    low, high = bounds
     found: Array = np.zeros(len(start))
     for _ in range(MOST_SOLUTIONS):
         before = found
         pull = [0.0 if k is None else k.pull(float(v)) for k, v in zip(known, at, strict=True)]
-        found = bounded(cone_fit(gram + np.diag(pull), score, signs)[0])
+        found = np.minimum(np.maximum(cone_fit(gram + np.diag(pull), score, signs)[0], low), high)
         at = start + found
         if (np.abs(found - before) <= SAME * np.abs(before)).all():
             break

@@ -139,6 +139,9 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
     Silvapulle and Sen (2005), Constrained statistical inference, Wiley, doi:10.1002/9781118165614, chapter 3.
     """
     k = len(score)
+    if k == 1:
+        a = score / gram[0]
+        return (a, float(a[0] * score[0])) if a[0] * signs[0] >= 0.0 else (np.zeros(1), 0.0)
     direction = np.asarray(signs)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     unit, scaled = gram / np.outer(scale, scale), score / scale
@@ -147,7 +150,7 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
         chosen = np.array(support)
         block = unit[np.ix_(chosen, chosen)]
         # Nearly collinear columns would be combined with huge amplitudes of opposite sign.
-        if len(chosen) > 1 and np.linalg.eigvalsh(block)[0] < OWN**2:
+        if len(chosen) > 1 and _smallest(block) < OWN**2:
             continue
         a = np.linalg.solve(block, scaled[chosen])
         gain = float(a @ scaled[chosen])
@@ -157,3 +160,8 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
             if len(chosen) == k:
                 break
     return best, drop
+
+
+def _smallest(block: Array) -> float:
+    """Smallest eigenvalue of a correlation matrix; of two columns in closed form."""
+    return float(1.0 - abs(block[0, 1]) if len(block) == 2 else np.linalg.eigvalsh(block)[0])

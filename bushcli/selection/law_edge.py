@@ -25,7 +25,7 @@ from bushcli.inverse.stability import (
     penalty,
     smallest_moduli,
 )
-from bushcli.selection.room import Cut
+from bushcli.selection.room import Cuts
 from bushcli.selection.state import State
 from cases.stability import moduli
 from forms.law import Law
@@ -43,13 +43,15 @@ class LawEdge:
     Attributes
     ----------
     state : State
-    cuts : list of Cut
-        Derivative (p,) of each condition's left side by the parameters, and its value at the fit, MPa; the law is
-        stable where that side is no less than zero.
+    cuts : Cuts
+        Conditions found so far, MPa; the law is stable where their values are no less than zero.
     """
 
     state: State
-    cuts: list[Cut] = field(default_factory=list)
+    cuts: Cuts = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.cuts = Cuts(np.zeros((0, len(self.state.fitted.x))), np.zeros(0))
 
     @cached_property
     def holds(self) -> bool:
@@ -89,7 +91,7 @@ class LawEdge:
             (found,) = moduli(self._law, values, states)
             return np.array([v @ found @ v - STABILITY_MARGIN * self._law.shear_modulus(**values)])
 
-        self.cuts.append((differences(side, fitted)[0], float(side(fitted)[0])))
+        self.cuts = self.cuts.and_one(differences(side, fitted)[0], float(side(fitted)[0]))
         return True
 
     def _smallest(self, x: Array) -> Array:

@@ -31,9 +31,9 @@ from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
-from bushcli.selection.prediction import Addition, Prediction, bounded, reachable
+from bushcli.selection.prediction import Addition, Prediction, limits, reachable
 from bushcli.selection.queued import slack_of
-from bushcli.selection.room import Cut, Room, room
+from bushcli.selection.room import Room, room
 from bushcli.selection.state import State
 
 Array = NDArray[np.float64]
@@ -259,7 +259,7 @@ class Beside:
         ]
         G = self._weighed(raw)
         known, start = self._unknowns(point)
-        geometry = self.state.problem.case.geometry
+        between = limits(point, known, self.state.problem.case.geometry)
         at = self._room
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
@@ -271,17 +271,18 @@ class Beside:
                 -(own.T @ misfit),
                 known,
                 start,
-                lambda found: bounded(point, found, known, geometry),
+                between,
             )
             further = G @ amplitude
             beyond = within and self.edge.cut_off(at.optimum(further))
             if not beyond and not active:
                 break
-            cuts = self._cuts()
+            # Where bounds hold parameters the law is stable.
+            cuts = self.edge.cuts.after(self._room.values - self.state.fitted.x)
             held = self._room.active(cuts, further)
             if held == active:
                 break
-            at, active = self._room.within([cuts[i] for i in held]) if held else self._room, held
+            at, active = self._room.within(cuts.only(held)) if held else self._room, held
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,
@@ -292,11 +293,6 @@ class Beside:
             [*self.state.off, *start],
         )
         return found, amplitude
-
-    def _cuts(self) -> list[Cut]:
-        """Conditions of the law's stability, with their values where bounds hold parameters: there they are met."""
-        change = self._room.values - self.state.fitted.x
-        return [(row, max(value + float(row @ change), 0.0)) for row, value in self.edge.cuts]
 
     def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[ParameterPrior | None], Array]:
         """Priors and off values of the amplitudes."""

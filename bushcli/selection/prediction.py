@@ -84,22 +84,21 @@ def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
     return likelihood.judge(Left(after.across + excess - after.excess, after.along, excess)).log
 
 
-def bounded(
-    point: Sequence[Addition], amplitude: Array, known: Sequence[ParameterPrior | None], geometry: Shape
-) -> Array:
-    """Return the amplitudes within the bounds of the effect and, if a finite size was tried, near that size.
+def limits(
+    point: Sequence[Addition], known: Sequence[ParameterPrior | None], geometry: Shape
+) -> tuple[Array, Array]:
+    """Return the bounds (k,) of the amplitudes: those of the effect, and near a finite size if one was tried.
 
     Parameters
     ----------
     point : sequence of Addition
-    amplitude : (k,) array
-        Of all additions, each in its parameter's unit.
     known : sequence of ParameterPrior or None
-        Their priors.
+        Priors of the amplitudes of all additions.
     geometry : Shape
         Of the bushing, on which bounds may depend.
     """
-    found, i = amplitude.copy(), 0
+    lows: list[float] = []
+    highs: list[float] = []
     for one in point:
         for k, name in enumerate(one.trial.amplitudes):
             start = float(one.trial.active.values[name])
@@ -107,7 +106,7 @@ def bounded(
             low, high = lower - start, upper - start
             if k == 0 and one.trial.size is not None:
                 low, high = one.trial.size / TRIED, one.trial.size * TRIED
-            prior = known[i]
+            prior = known[len(lows)]
             if prior is not None:
                 # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
                 # prior has a tail towards zero, too.
@@ -115,6 +114,6 @@ def bounded(
                 low, high = max(low, -FAR * most), min(high, FAR * most)
                 if prior.one_sided and prior.prior.is_logarithmic:
                     low = max(low, least / FAR)
-            found[i] = float(np.clip(found[i], low, high))
-            i += 1
-    return found
+            lows.append(low)
+            highs.append(high)
+    return np.array(lows), np.array(highs)

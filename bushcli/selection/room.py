@@ -11,11 +11,45 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 Array = NDArray[np.float64]
-Cut = tuple[Array, float]
-"""A condition on the parameters: its derivative (p,), and its value at the fit, which may fall to zero."""
 
 # Relative singular value that counts as zero.
 RANK = 1e-10
+
+
+@dataclass(frozen=True)
+class Cuts:
+    """Conditions on the parameters of a fit: values that may fall to zero.
+
+    Attributes
+    ----------
+    slopes : shape (m, p)
+        Derivatives of the values by the parameters.
+    values : shape (m,)
+        Values at the fit.
+    """
+
+    slopes: Array
+    values: Array
+
+    def and_one(self, slope: Array, value: float) -> Cuts:
+        """Return these and another one.
+
+        Parameters
+        ----------
+        slope : array, shape (p,)
+            Its derivative by the parameters.
+        value : float
+            Its value at the fit.
+        """
+        return Cuts(np.vstack([self.slopes, slope]), np.append(self.values, value))
+
+    def after(self, change: Array) -> Cuts:
+        """Return the conditions after a change (p,) of the parameters that is known to meet them."""
+        return Cuts(self.slopes, np.maximum(self.values + self.slopes @ change, 0.0))
+
+    def only(self, chosen: Sequence[int]) -> Cuts:
+        """Return the conditions of these numbers."""
+        return Cuts(self.slopes[list(chosen)], self.values[list(chosen)])
 
 
 @dataclass(frozen=True)
@@ -53,26 +87,20 @@ class Room:
         """Return the parameters (p,) with the least misfit, if others change it by `further` (rows,)."""
         return np.asarray(self.values - self.free @ (self.inverse @ (self.basis.T @ (self.rest + further))))
 
-    def within(self, cuts: Sequence[Cut]) -> Room:
-        """Return the room in which conditions are met with equality.
-
-        Parameters
-        ----------
-        cuts : sequence of (array, float)
-            Derivatives of the conditions by the parameters, and their values at `values`.
-        """
-        by = np.array([row for row, _ in cuts]) @ self.free
-        change = np.linalg.lstsq(by, -np.array([value for _, value in cuts]))[0]
+    def within(self, cuts: Cuts) -> Room:
+        """Return the room in which conditions, with their values at `values`, are met with equality."""
+        by = cuts.slopes @ self.free
+        change = np.linalg.lstsq(by, -cuts.values)[0]
         left = null_space(by)
         moved = self.rest + self.slopes @ change
         return _room(self.values + self.free @ change, self.free @ left, self.slopes @ left, moved)
 
-    def active(self, cuts: Sequence[Cut], further: Array) -> tuple[int, ...]:
+    def active(self, cuts: Cuts, further: Array) -> tuple[int, ...]:
         """Return which conditions hold the optimum, if other parameters change the misfit by `further` (rows,).
 
         Parameters
         ----------
-        cuts : sequence of (array, float)
+        cuts : Cuts
             As in `within`; the values are no less than zero, so that the parameters at `values` are possible.
         further : array, shape (rows,)
             Change of the weighted misfit, in standard deviations.
@@ -82,11 +110,11 @@ class Room:
         Lawson and Hanson (1995), Solving Least Squares Problems, SIAM, doi:10.1137/1.9781611971217, chapter 23.
         """
         aim = -self.basis.T @ (self.rest + further)
-        E = np.array([row for row, _ in cuts]) @ self.free @ self.inverse
+        E = cuts.slopes @ self.free @ self.inverse
         size = np.linalg.norm(E, axis=1)
         size[size == 0.0] = 1.0
         # The least distance from the free optimum: of y = aim + w, with E y + value >= 0.
-        bound = -(np.array([value for _, value in cuts]) + E @ aim) / size
+        bound = -(cuts.values + E @ aim) / size
         held, _ = nnls(np.vstack([(E / size[:, None]).T, bound]), np.append(np.zeros(len(aim)), 1.0))
         return tuple(int(i) for i in np.flatnonzero(held > RANK))
 
