@@ -77,10 +77,17 @@ def find_faults(
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
 
-def bad_samples(recording: Recording) -> Mask:
-    """Return which samples (n,) of a recording a fit must not use; none if they are most of it."""
+def bad_samples(recording: Recording, faults: Iterable[DataFault] | None = None) -> Mask:
+    """Return which samples (n,) of a recording a fit must not use; none if they are most of it.
+
+    Parameters
+    ----------
+    recording : Recording
+    faults : iterable of DataFault, optional
+        Its `sample_faults`, where they are known.
+    """
     bad = np.zeros(len(recording.force), dtype=bool)
-    for fault in sample_faults(recording):
+    for fault in sample_faults(recording) if faults is None else faults:
         bad |= fault.samples
     return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 

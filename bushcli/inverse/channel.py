@@ -107,6 +107,7 @@ class Channel:
         prepared: Prepare = prepare,
         paths: dict[str, SixSimulation] | None = None,
         corrected: Corrected | None = None,
+        bad: NDArray[np.bool_] | None = None,
     ) -> None:
         self.recording, self.comm = recording, comm
         mode = modes()[recording.mode]
@@ -141,7 +142,7 @@ class Channel:
         else:
             self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
         # Spikes and stuck samples are not the bushing's response.
-        self.scale[bad_samples(recording)] = np.inf
+        self.scale[bad_samples(recording) if bad is None else bad] = np.inf
 
     @property
     def name(self) -> str:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from bushcli.case import Case
+from bushcli.faults import bad_samples
 from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.result import Weighting
-from bushcli.recording import read_coupon, read_recording
-from bushcli.recording.table_cache import TableCache
+from bushcli.recording import read_coupon
+from bushcli.simulate.measured import Measured
 from bushcli.simulate.six_simulation import SixSimulation
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import shapes
 
 
 def coupon_channels(
-    case: Case, rubber: Rubber, weighting: Weighting, tables: TableCache | None = None
+    case: Case, rubber: Rubber, weighting: Weighting, measured: Measured | None = None
 ) -> list[Channel]:
     """Return the channels of the case's material tests; every rank of a parallel run solves these small models itself.
 
@@ -27,10 +28,10 @@ def coupon_channels(
         Law, parameters and bulk modulus to begin with.
     weighting : Weighting
         What the misfit of a coupon is divided by.
-    tables : TableCache, optional
-        Cache of the binary files that the caller reads.
+    measured : Measured, optional
+        Cache of the recordings that the caller reads.
     """
-    shape = shapes()["coupon"]()
+    shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
     return [
         Channel(read_coupon(source, tables), shape, rubber, case, weighting, MPI.COMM_SELF)
         for source in case.coupons
@@ -42,7 +43,7 @@ def bushing_channels(
     rubber: Rubber,
     comm: MPI.Comm = MPI.COMM_WORLD,
     prepared: Prepare = prepare,
-    tables: TableCache | None = None,
+    measured: Measured | None = None,
     corrected: Corrected | None = None,
 ) -> list[Channel]:
     """Return the channels of the case's recordings; `prepared` makes their finite-element models.
@@ -57,25 +58,28 @@ def bushing_channels(
         Ranks that share each model.
     prepared : Prepare
         Makes the finite-element model of a channel.
-    tables : TableCache, optional
-        Cache of the binary files that the caller reads.
+    measured : Measured, optional
+        Cache of the recordings that the caller reads.
     corrected : Corrected, optional
         Returns the correction of a channel's mesh.
     """
-    tables = TableCache() if tables is None else tables
+    measured = Measured() if measured is None else measured
     paths: dict[str, SixSimulation] = {}
-    return [
-        Channel(
-            read_recording(source, tables=tables),
+    found = []
+    for source in case.recordings:
+        recording = measured.recording(source)
+        channel = Channel(
+            recording,
             case.geometry,
             rubber,
             case,
             "relative",
             comm,
-            read_recording(source, whole=True, tables=tables) if case.effects else None,
+            measured.recording(source, whole=True) if case.effects else None,
             prepared,
             paths,
             corrected,
+            bad_samples(recording, measured.faults(recording)),
         )
-        for source in case.recordings
-    ]
+        found.append(channel)
+    return found

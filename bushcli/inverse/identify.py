@@ -118,9 +118,7 @@ def identify(
     for channel in problem.channels:
         recording = channel.recording
         check_play(task.case, recording.name, recording.mode, recording.displacement)
-    run = _Identification(
-        task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables
-    )
+    run = _Searches(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -141,7 +139,7 @@ def identify(
 
 
 @dataclass
-class _Identification:
+class _Searches:
     """An identification in progress.
 
     Attributes

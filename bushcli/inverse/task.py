@@ -24,6 +24,7 @@ from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
+from bushcli.simulate.measured import Measured
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
@@ -161,7 +162,7 @@ class Task:
         coarse: bool = False,
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
-        tables: TableCache | None = None,
+        measured: Measured | None = None,
         corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
@@ -174,8 +175,8 @@ class Task:
             Ranks that share each model, unless its surfaces can meet.
         prepared : Prepare
             Makes the finite-element model of a channel.
-        tables : TableCache, optional
-            Cache of the binary files that the caller reads.
+        measured : Measured, optional
+            Cache of the recordings that the caller reads.
         corrected : Corrected, optional
             Returns the correction of a channel's mesh.
 
@@ -197,7 +198,7 @@ class Task:
                     "one of both; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(case.path.name, what, "", expected))
-            found = coupon_channels(case, rubber, self.weighting, tables)
+            found = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings:
                 raise InputError(
@@ -206,7 +207,7 @@ class Task:
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
-            found = bushing_channels(case, rubber, comm, prepared, tables, corrected)
+            found = bushing_channels(case, rubber, comm, prepared, measured, corrected)
         known = [channel.name for channel in found]
         for name in self.hold_out:
             if name not in known:
@@ -240,7 +241,7 @@ class Task:
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
-        fitted, held_out = self.channels(coarse, comm, tables=tables)
+        fitted, held_out = self.channels(coarse, comm, measured=Measured(tables))
         return self.pose(fitted, journal, progress), held_out
 
     def pose(

@@ -21,6 +21,7 @@ from bushcli.inverse.channel import Channel, MeshCorrection
 from bushcli.inverse.task import Task
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
+from bushcli.simulate.measured import Measured
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -45,7 +46,8 @@ class ModelCache:
     """
 
     def __init__(self, tables: TableCache | None = None) -> None:
-        self.tables = TableCache() if tables is None else tables
+        self.measured = Measured(tables)
+        self.tables = self.measured.tables
         self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
         self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
         self._corrections: OrderedDict[bytes, dict[str, MeshCorrection]] = OrderedDict()
@@ -89,7 +91,7 @@ class ModelCache:
                 return self.mesh_corrections(plain, anchor)[channel]
 
             found, _ = task.channels(
-                comm=MPI.COMM_SELF, prepared=prepared, tables=self.tables, corrected=corrected
+                comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
             for channel in found:
                 if channel.simulation is not None and fineness != 1.0:

@@ -39,7 +39,7 @@ class Cuts:
         slope : array, shape (p,)
             Its derivative by the parameters.
         value : float
-            Its value at the fit.
+            Its value at the fit, in the unit of the others.
         """
         return Cuts(np.vstack([self.slopes, slope]), np.append(self.values, value))
 

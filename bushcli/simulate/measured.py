@@ -65,12 +65,20 @@ class Measured:
             return [], [], ()
         from bushcli.faults import find_faults
 
-        used = [self._read(source, False) for source in case.recordings]
+        used = [self.recording(source, False) for source in case.recordings]
         # Effects that depend on the path need the cycles before those that are compared.
-        whole = [self._read(source, True) for source in case.recordings] if case.effects else used
-        return used, whole, find_faults(case, used, self._of_samples)
+        whole = [self.recording(source, True) for source in case.recordings] if case.effects else used
+        return used, whole, find_faults(case, used, self.faults)
 
-    def _read(self, source: Source, whole: bool) -> Recording:
+    def recording(self, source: Source, whole: bool = False) -> Recording:
+        """Read a recording, as `bushcli.recording.read_recording` does, unless the file has been read before.
+
+        Parameters
+        ----------
+        source : Source
+        whole : bool
+            Read all cycles even when the source names those to use.
+        """
         from bushcli.recording import read_recording
 
         try:
@@ -85,7 +93,8 @@ class Measured:
         self._kept.move_to_end(key)
         return self._kept[key].recording
 
-    def _of_samples(self, recording: Recording) -> tuple[DataFault, ...]:
+    def faults(self, recording: Recording) -> tuple[DataFault, ...]:
+        """Return the faults of single samples of a recording; they are searched for once."""
         from bushcli.faults import sample_faults
 
         kept = next((one for one in self._kept.values() if one.recording is recording), None)
