@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -135,21 +136,20 @@ def _cells(
         groups.setdefault((cycles.index(one.cycle), ends[0], ends[1]), []).append(one)
     axes.grid(False)
     axes.set_facecolor("#f1f2f4")
+    means, boxes, dots = [], [], []
     for (row, low, high), members in groups.items():
         count = sum(one.samples for one in members)
         away = 1.0 if members[0].side == "positive" else -1.0
-        mean = away * scale * sum(one.samples * one.mean for one in members) / count
+        means.append(away * scale * sum(one.samples * one.mean for one in members) / count)
         x0, x1 = units.at(low), units.at(high)
-        axes.fill_between(
-            [x0, x1],
-            row - 0.5,
-            row + 0.5,
-            color=colours.to_rgba(np.array([mean]))[0],
-            lw=0.6,
-            edgecolor="white",
-        )
+        boxes.append([(x0, row - 0.5), (x1, row - 0.5), (x1, row + 0.5), (x0, row + 0.5)])
         if any(one.significant for one in members):
-            axes.plot((x0 + x1) / 2, row, "o", color=BLACK, ms=2.6)
+            dots.append(((x0 + x1) / 2, row))
+    # One collection: a patch for each cell took a second of a report.
+    filled = colours.to_rgba(np.array(means))
+    axes.add_collection(PolyCollection(boxes, facecolors=filled, edgecolors="white", linewidths=0.6))
+    axes.plot(*np.reshape(dots, (-1, 2)).T, "o", color=BLACK, ms=2.6)
+    axes.autoscale_view()
     labels = [f"{a}" if a == b else f"{a}-{b}" for a, b in cycles]
     axes.set_yticks(range(len(cycles)), labels)
     axes.set_ylim(len(cycles) - 0.5, -0.5)

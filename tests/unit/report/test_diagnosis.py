@@ -697,10 +697,13 @@ def test_the_record_is_mapped_before_and_after_on_one_scale(case, diagnoses):
         "axial, most probable model: loading",
         "axial, most probable model: unloading",
     ]
-    cells = [len(axes.collections) for axes in figure.axes[:4]]
+    cells = [sum(len(one.get_paths()) for one in axes.collections) for axes in figure.axes[:4]]
     assert cells[0] == cells[2] == sum(b.branch == "loading" for b in found.location.bins)
     # Where the misfit is noise, hardly any bin is marked.
-    dots = [len(axes.lines) - 1 for axes in figure.axes[:4]]
+    dots = [
+        sum(len(line.get_xdata()) for line in axes.lines if line.get_marker() == "o")
+        for axes in figure.axes[:4]
+    ]
     assert dots[0] > 10 * dots[2]
 
 
