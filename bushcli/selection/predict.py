@@ -25,13 +25,13 @@ from scipy.special import logsumexp
 
 from bushcli.evidence.amplitudes import amplitudes
 from bushcli.evidence.laplace import Evidence
-from bushcli.evidence.prior import ParameterPrior, known_parameters
+from bushcli.evidence.prior import ParameterPrior
 from bushcli.evidence.promise import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import SETTLED, TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
-from bushcli.selection.prediction import Addition, Prediction, limits, reachable
+from bushcli.selection.prediction import Addition, KnownAmplitudes, Prediction, known_amplitudes, reachable
 from bushcli.selection.queued import slack_of
 from bushcli.selection.room import Room, room
 from bushcli.selection.state import State
@@ -58,9 +58,11 @@ class Beside:
         state: State,
         additions: Sequence[Addition],
         variances: Sequence[float] | None = None,
-        edge: LawEdge | None = None,
+        before: Beside | None = None,
     ) -> None:
-        self.state, self.edge = state, LawEdge(state) if edge is None else edge
+        self.state = state
+        self.edge: LawEdge = LawEdge(state) if before is None else before.edge
+        self._known: dict[int, KnownAmplitudes] = {} if before is None else before._known
         self.variances = state.problem.variances if variances is None else variances
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
@@ -245,7 +247,7 @@ class Beside:
             scale = found.judged.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
                 break
-            again, other = Beside(self.state, (), scale, self.edge)._solved(point)
+            again, other = Beside(self.state, (), scale, self)._solved(point)
             if again.log <= found.log:
                 break
             found, amplitude = again, other
@@ -258,8 +260,7 @@ class Beside:
             for c, z in enumerate(self.state.misfit)
         ]
         G = self._weighed(raw)
-        known, start = self._unknowns(point)
-        between = limits(point, known, self.state.problem.case.geometry)
+        known, start, between = self._unknowns(point)
         at = self._room
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
@@ -294,19 +295,23 @@ class Beside:
         )
         return found, amplitude
 
-    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[ParameterPrior | None], Array]:
-        """Priors and off values of the amplitudes."""
-        known: list[ParameterPrior | None] = []
-        start: list[float] = []
-        for one in point:
-            active = one.trial.active
-            priors = known_parameters(
-                self.state.problem.case, (active,), self._shear, self.state.problem.recordings
-            )
-            for name in one.trial.amplitudes:
-                known.append(priors.get(f"{active.name}.{name}"))
-                start.append(float(active.values[name]))
-        return known, np.array(start)
+    def _unknowns(
+        self, point: tuple[Addition, ...]
+    ) -> tuple[list[ParameterPrior | None], Array, tuple[Array, Array]]:
+        """Priors, off values and bounds of the amplitudes."""
+        parts = [self._known_of(one) for one in point]
+        start, low, high = (
+            np.concatenate([np.zeros(0), *(getattr(part, what) for part in parts)])
+            for what in ("start", "low", "high")
+        )
+        return [one for part in parts for one in part.known], start, (low, high)
+
+    def _known_of(self, one: Addition) -> KnownAmplitudes:
+        """The same of one addition, computed once for all predictions beside the model."""
+        if id(one) not in self._known:
+            problem = self.state.problem
+            self._known[id(one)] = known_amplitudes(one, problem.case, self._shear, problem.recordings)
+        return self._known[id(one)]
 
     @cached_property
     def _shear(self) -> float:
@@ -316,9 +321,9 @@ class Beside:
         """The model with the effects at their first-order amplitudes, 0.3 of the prior's median if these are off."""
         model, i = self.state.model, 0
         for one in point:
-            known, start = self._unknowns((one,))
+            own = self._known_of(one)
             values: dict[str, float] = dict(one.trial.active.values)
-            for name, prior, off in zip(one.trial.amplitudes, known, start, strict=True):
+            for name, prior, off in zip(one.trial.amplitudes, own.known, own.start, strict=True):
                 value = float(off + amplitude[i])
                 if value == off and prior is not None:
                     value = float(off + 0.3 * prior.prior.median(prior.scales))

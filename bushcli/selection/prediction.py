@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.evidence.prior import ParameterPrior
+from bushcli.case import Case
+from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.likelihood.form import Left, Likelihood
+from bushcli.recording import Recording
 from bushcli.selection.columns import Candidate
 from bushcli.selection.model import Model
 from bushcli.selection.queued import SHARE_SLACK
-from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
@@ -84,36 +85,59 @@ def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
     return likelihood.judge(Left(after.across + excess - after.excess, after.along, excess)).log
 
 
-def limits(
-    point: Sequence[Addition], known: Sequence[ParameterPrior | None], geometry: Shape
-) -> tuple[Array, Array]:
-    """Return the bounds (k,) of the amplitudes: those of the effect, and near a finite size if one was tried.
+@dataclass(frozen=True)
+class KnownAmplitudes:
+    """What is known of the k amplitudes of an addition, each in its parameter's unit.
+
+    Attributes
+    ----------
+    addition : Addition
+    known : list of ParameterPrior or None
+        Priors.
+    start, low, high : shape (k,)
+        Off values, and bounds of the changes from these.
+    """
+
+    addition: Addition
+    known: list[ParameterPrior | None]
+    start: Array
+    low: Array
+    high: Array
+
+
+def known_amplitudes(
+    addition: Addition, case: Case, shear: float, recordings: Sequence[Recording]
+) -> KnownAmplitudes:
+    """Return what is known of the amplitudes of an addition.
+
+    Their bounds are those of the effect and, if a finite size was tried, near that size.
 
     Parameters
     ----------
-    point : sequence of Addition
-    known : sequence of ParameterPrior or None
-        Priors of the amplitudes of all additions.
-    geometry : Shape
-        Of the bushing, on which bounds may depend.
+    addition : Addition
+    case : Case
+        Bounds and priors depend on its specimen.
+    shear : float
+        Shear modulus, MPa.
+    recordings : sequence of Recording
     """
-    lows: list[float] = []
-    highs: list[float] = []
-    for one in point:
-        for k, name in enumerate(one.trial.amplitudes):
-            start = float(one.trial.active.values[name])
-            lower, upper = one.trial.effect.parameter(name).bounds(geometry)
-            low, high = lower - start, upper - start
-            if k == 0 and one.trial.size is not None:
-                low, high = one.trial.size / TRIED, one.trial.size * TRIED
-            prior = known[len(lows)]
-            if prior is not None:
-                # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
-                # prior has a tail towards zero, too.
-                least, most = prior.prior.range(prior.scales)
-                low, high = max(low, -FAR * most), min(high, FAR * most)
-                if prior.one_sided and prior.prior.is_logarithmic:
-                    low = max(low, least / FAR)
-            lows.append(low)
-            highs.append(high)
-    return np.array(lows), np.array(highs)
+    trial = addition.trial
+    priors = known_parameters(case, (trial.active,), shear, recordings)
+    known = [priors.get(f"{trial.active.name}.{name}") for name in trial.amplitudes]
+    start = np.array([float(trial.active.values[name]) for name in trial.amplitudes])
+    bounds = []
+    for k, (name, prior, off) in enumerate(zip(trial.amplitudes, known, start, strict=True)):
+        lower, upper = trial.effect.parameter(name).bounds(case.geometry)
+        low, high = lower - off, upper - off
+        if k == 0 and trial.size is not None:
+            low, high = trial.size / TRIED, trial.size * TRIED
+        if prior is not None:
+            # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
+            # prior has a tail towards zero, too.
+            least, most = prior.prior.range(prior.scales)
+            low, high = max(low, -FAR * most), min(high, FAR * most)
+            if prior.one_sided and prior.prior.is_logarithmic:
+                low = max(low, least / FAR)
+        bounds.append((low, high))
+    low, high = np.array(bounds, dtype=float).reshape(-1, 2).T
+    return KnownAmplitudes(addition, known, start, low, high)

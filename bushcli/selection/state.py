@@ -118,10 +118,8 @@ class State:
         values : array, shape (p,)
             Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
-        task = self.model.task(self.problem.case)
-        _, lower, upper = task.vectors()
-        order = [task.names.index(name) for name in self.fitted.names]
-        low, high = lower[order] - self.fitted.x, upper[order] - self.fitted.x
+        lower, upper = self._bounds
+        low, high = lower - self.fitted.x, upper - self.fitted.x
         size = np.linalg.norm(slopes, axis=0)
         size[size == 0.0] = 1.0
         free = np.linalg.lstsq(slopes / size, -misfit)[0] / size
@@ -129,9 +127,17 @@ class State:
             return np.zeros(len(free), dtype=bool), self.fitted.x
         room = np.minimum(low * size, 0.0), np.maximum(high * size, 0.0)
         found = lsq_linear(slopes / size, -misfit, room, method="bvls")
-        bounds = np.where(found.active_mask < 0, lower[order], upper[order])
+        bounds = np.where(found.active_mask < 0, lower, upper)
         held = found.active_mask != 0
         return held, np.where(held, bounds, self.fitted.x)
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest values (p,) of the parameters."""
+        task = self.model.task(self.problem.case)
+        _, lower, upper = task.vectors()
+        order = [task.names.index(name) for name in self.fitted.names]
+        return lower[order], upper[order]
 
     @cached_property
     def evidence(self) -> Evidence:
