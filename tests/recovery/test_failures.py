@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.inverse import Task, channel, identify, profile
+from bushcli.inverse import Task, channels, identify, profile
 from bushcli.inverse.channel import Channel
 from bushcli.recording import write_curve_csv
 from bushcli.recording.curve import Curve
@@ -154,7 +154,7 @@ def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
 @pytest.mark.usefixtures("no_profiles")
 def test_robust_loss_resists_outliers(experiment, monkeypatch):
     """Outliers that are not recognised as spikes."""
-    monkeypatch.setattr(channel, "bad_samples", lambda one: np.zeros(len(one.force), dtype=bool))
+    monkeypatch.setattr(channels, "bad_samples", lambda one, _: np.zeros(len(one.force), dtype=bool))
     case = experiment("axial", noise=0.3)
     best = identify(Task(case, "yeoh"))
     table = np.loadtxt(case.recordings[0].file, delimiter=",", skiprows=1)
