@@ -122,7 +122,8 @@ def watch_compiler(folder: Path) -> None:
 
     The form compiler has no place for that. It creates the source first, which fails if there is one, and then loads
     the library; after a compilation it creates the mark of completion. Python announces both to audit hooks. A hook
-    cannot be removed, and takes less than 1 us for each event.
+    cannot be removed, and takes less than 1 us for each event. A kernel that is damaged and cannot be replaced is not
+    loaded: opening its source raises OSError.
 
     Parameters
     ----------
@@ -137,10 +138,15 @@ def watch_compiler(folder: Path) -> None:
         parent, name = os.path.split(details[0])
         if os.path.realpath(parent) != place:
             return
-        with suppress(OSError):
-            if name.endswith(READY):
-                note_checksum(library_of(folder, name.removesuffix(READY)))
-            elif name.endswith(".c"):
+        if name.endswith(READY):
+            note_checksum(library_of(folder, name.removesuffix(READY)))
+        elif name.endswith(".c"):
+            try:
                 remove_damaged(folder, name.removesuffix(".c"))
+            except OSError as error:
+                # It must not be loaded: the form compiler ends with this error instead.
+                library = library_of(folder, name.removesuffix(".c"))
+                reason = f"{error.strerror}, and it is damaged"
+                raise OSError(error.errno, reason, str(library)) from error
 
     sys.addaudithook(hook)

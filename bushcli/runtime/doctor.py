@@ -168,23 +168,31 @@ def _cache() -> Examination:
     forms = sum(1 for p in files if p.suffix == ".so")
     facts = {"form cache": f"{cache}: {forms} compiled forms, {size / 1e6:.1f} MB"}
     existing = next(p for p in (cache, *cache.parents) if p.exists())
-    broken = damaged(cache)
-    if broken:
+    writable = existing.is_dir() and os.access(existing, os.W_OK)
+    problems = []
+    if broken := damaged(cache):
         names = ", ".join(file.name for file in broken[:3])
-        problem = Condition(
-            "damaged_kernels",
-            f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}",
-            "nothing to do: they are compiled again when needed; check whether the disk is full or failing",
+        remedy = (
+            "nothing to do: they are compiled again when needed; check whether the disk is full or failing"
         )
-        return Examination(facts, (problem,))
-    if existing.is_dir() and os.access(existing, os.W_OK):
-        return Examination(facts, ())
-    problem = Condition(
-        "cache_not_writable",
-        f"compiled forms cannot be saved: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
-        "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
-    )
-    return Examination(facts, (problem,))
+        problems.append(
+            Condition(
+                "damaged_kernels",
+                f"{len(broken)} compiled forms are truncated or differ from their checksum, such as {names}",
+                remedy
+                if writable
+                else "they are not used, and cannot be compiled again in this folder (below)",
+            )
+        )
+    if not writable:
+        problems.append(
+            Condition(
+                "cache_not_writable",
+                f"compiled forms cannot be saved: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
+                "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
+            )
+        )
+    return Examination(facts, tuple(problems))
 
 
 def _threads() -> Examination:

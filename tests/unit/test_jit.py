@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 from cases import jit
-from cases.checksum import checksum, checksum_file
+from cases.checksum import READY, checksum, checksum_file, watch_compiler
 
 LIBRARY = sysconfig.get_config_var("EXT_SUFFIX")
 
@@ -157,6 +158,22 @@ def test_damaged_kernels_are_compiled_anew(tmp_path):
         checksum_file(library).unlink()
     assert jit.damaged(folder) == []
     assert [library.stat().st_mtime_ns for library in compiled(tmp_path)] == times
+
+
+def test_a_damaged_kernel_that_cannot_be_replaced_is_not_loaded(tmp_path, monkeypatch):
+    """As on a file system that is read-only: the form compiler, which opens the source first, must not go on."""
+    for name in ("libffcx_one.c", f"libffcx_one{READY}"):
+        (tmp_path / name).write_text("")
+    (tmp_path / f"libffcx_one{LIBRARY}").write_bytes(b"half")
+
+    def refused(self, missing_ok=False):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(self))
+
+    watch_compiler(tmp_path)
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(OSError, match="Read-only file system, and it is damaged") as error:
+        (tmp_path / "libffcx_one.c").open("x")
+    assert error.value.filename == str(tmp_path / f"libffcx_one{LIBRARY}")
 
 
 def test_what_is_under_way_is_left_alone(tmp_path):
