@@ -10,8 +10,10 @@ raise it where they meet. mpirun itself would kill them a quarter of a second af
 
 from __future__ import annotations
 
+import math
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -55,9 +57,7 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
         if clock() - last < SAME:
             return
         if _loads_native_code(frame):
-            again = threading.Timer(AGAIN, signal.raise_signal, [number])
-            again.daemon = True
-            again.start()
+            _send_again(number)
             return
         last = clock()
         if waits and not _remembered:
@@ -66,11 +66,46 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
         abandon_compilation(frame)
         raise KeyboardInterrupt
 
+    def once_more() -> None:
+        nonlocal last
+        last = -math.inf
+        _send_again(signal.SIGINT)
+
+    hook = sys.unraisablehook
+    sys.unraisablehook = _Dropped(hook.before if isinstance(hook, _Dropped) else hook, once_more)
     for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
         signal.signal(one, interrupt)
     # Under nohup a run goes on when its terminal is closed.
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         signal.signal(signal.SIGHUP, interrupt)
+
+
+class _Dropped:
+    """Hook for exceptions that Python drops, where an object is destroyed or a weak reference dies.
+
+    Parameters
+    ----------
+    before : callable
+        Hook for other exceptions.
+    interrupted : callable
+        Called if the exception was an interruption.
+    """
+
+    def __init__(self, before: Callable[[Any], None], interrupted: Callable[[], None]) -> None:
+        self.before, self._interrupted = before, interrupted
+
+    def __call__(self, dropped: Any) -> None:
+        if issubclass(dropped.exc_type, KeyboardInterrupt):
+            self._interrupted()
+        else:
+            self.before(dropped)
+
+
+def _send_again(number: int) -> None:
+    """Send a signal to this process after `AGAIN` seconds."""
+    again = threading.Timer(AGAIN, signal.raise_signal, [number])
+    again.daemon = True
+    again.start()
 
 
 def meet(comm: Any) -> None:

@@ -6,6 +6,7 @@ import ctypes
 import importlib
 import os
 import signal
+import subprocess
 import sys
 import time
 from types import ModuleType
@@ -29,6 +30,7 @@ STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 def listening():
     """Listen for signals with a clock that stands still unless it is set."""
     before = {one: signal.getsignal(one) for one in STOPS}
+    hook = sys.unraisablehook
     now = [100.0]
     # Tests that were started with nohup ignore it.
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -36,6 +38,23 @@ def listening():
     yield now
     for one, handler in before.items():
         signal.signal(one, handler)
+    sys.unraisablehook = hook
+
+
+def test_a_signal_where_an_object_is_destroyed_is_sent_again(listening):
+    """Python drops an exception there: a signal at such a moment was lost, and the command went on."""
+
+    class Thing:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(0.0)
+
+    def work():
+        Thing()
+        time.sleep(5.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
 
 
 @pytest.mark.parametrize("sent", STOPS, ids=lambda s: s.name)
@@ -65,6 +84,17 @@ def test_a_signal_waits_until_native_code_is_loaded(listening, tmp_path, monkeyp
     with pytest.raises(KeyboardInterrupt):
         load()
     assert sys.modules.pop("loads_slowly").COMPLETE
+
+
+def test_while_the_command_loads_its_modules_ctrl_c_ends_it_without_a_traceback():
+    code = "import os, signal, sys, time; sys.argv = ['{}']; import bushcli; os.kill(os.getpid(), 2); time.sleep(5)"
+    command, library = (
+        subprocess.run([sys.executable, "-c", code.format(name)], capture_output=True, text=True, check=False)
+        for name in ("/usr/bin/bushcli", "/usr/bin/other")
+    )
+    assert (command.returncode, command.stderr) == (-signal.SIGINT, "")
+    # Whoever imports bushcli keeps the usual exception.
+    assert "KeyboardInterrupt" in library.stderr
 
 
 def test_under_nohup_a_closed_terminal_does_not_interrupt():
