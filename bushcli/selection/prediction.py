@@ -92,6 +92,7 @@ class KnownAmplitudes:
     Attributes
     ----------
     addition : Addition
+        Held here, so that no other object gets its identity, by which predictions find these values.
     known : list of ParameterPrior or None
         Priors.
     start, low, high : shape (k,)
