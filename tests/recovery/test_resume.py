@@ -16,6 +16,7 @@ import pytest
 
 from bushcli.errors import InputError
 from bushcli.inverse import Task, identify
+from tests.processes import lives
 
 # Kills itself without warning when the given evaluation is done, like a power failure.
 KILLED = """
@@ -147,4 +148,4 @@ def test_ctrl_c_ends_processes_that_refine_further_starts(experiment, tmp_path):
     case, options = experiment("axial", "radial").path, ("--starts", "4", "--workers", "2")
     children = ended_by(signal.SIGINT, case, tmp_path / "out", "history-yeoh-start-*/*.npz", *options)
     assert len(children) >= 2
-    assert [one for one in children if Path(f"/proc/{one}").exists()] == []
+    assert [one for one in children if lives(one)] == []

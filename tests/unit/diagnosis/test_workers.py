@@ -21,6 +21,7 @@ from bushcli.runtime import workers
 from bushcli.runtime.store import SUFFIX, Store
 from bushcli.runtime.workers import Workers, _deaf
 from bushcli.selection.codec import FitCodec
+from tests.processes import lives
 
 CASE = """\
 [geometry]
@@ -137,15 +138,6 @@ def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
     while any(map(lives, workers)) and time.monotonic() < end:
         time.sleep(0.05)
     assert not any(map(lives, workers))
-
-
-def lives(pid):
-    """Whether a process runs; a zombie does not."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
 
 
 @pytest.mark.parametrize("seed", ["1", "2"])
