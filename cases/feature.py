@@ -83,8 +83,10 @@ class Feature:
     stress_free : callable, optional
         Parameters, coordinates on the mesh (UFL vector, (r, z) in the half-plane) and meshed shape -> where the
         stress-free body is.
-    resizes : bool
-        Whether ``stress_free`` makes the sleeves longer or wider too: they then move as bodies of that size.
+    arms : callable, optional
+        As ``stress_free`` -> displacement from the mesh (UFL vector, mm) of the points of sleeves that are longer,
+        wider or turned in the stress-free body, without that of their centres: they then turn as such bodies. None
+        where they are those of the mesh.
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
@@ -116,7 +118,7 @@ class Feature:
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Metal], Scalar | None] | None = None
     stress_free: Callable[[Values, Scalar, Shape], Moved] | None = None
-    resizes: bool = False
+    arms: Callable[[Values, Scalar, Shape], Scalar | None] | None = None
     reduction: Callable[[Array, str], Array] | None = None
     reduced: str = "outer"
     surface: Callable[[Values, Place], Sequence[Scalar]] | None = None

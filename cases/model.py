@@ -119,7 +119,7 @@ class FiniteElementModel:
             followed,
             self.features,
             self.parameters,
-            self._stress_free.together,
+            self._stress_free.arms,
         )
         self._prescribed = fem.Function(self.space)
         constrained = self.motion.constrained.dofs

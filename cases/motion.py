@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 from ufl.algorithms import expand_derivatives
+from ufl.constantvalue import Zero
 
 from cases.compiling import bare
 from cases.feature import Installed
@@ -19,7 +20,7 @@ from cases.jit import options
 from cases.mode import Mode, Setting
 from cases.parameters import Parameters
 from cases.six import displacement, rotation, twist_of, twists
-from forms.kinematics import Moved
+from forms.law import Scalar
 from geometry.dolfinx_api import collapsed, interpolation_points
 from geometry.mesh import NamedMesh
 from geometry.shape import Mirrors
@@ -49,8 +50,8 @@ class Motion:
         The mixed space (u, p, and the motion of each boundary in ``followed``).
     features, parameters
         Those of the model.
-    moved
-        Features -> position of the stress-free body; None where they do not move it.
+    arms
+        Returns the displacement by which the sleeves turn as other bodies than on the mesh, in UFL; None if by none.
 
     Attributes
     ----------
@@ -70,15 +71,15 @@ class Motion:
         followed: Sequence[str],
         features: Sequence[Installed],
         parameters: Parameters,
-        moved: Callable[[Sequence[Installed]], Moved | None],
+        arms: Callable[[], Scalar | None],
     ) -> None:
         self._mesh, self._mode, self._setting, self._space = mesh, mode, setting, space
-        self._followed, self._features, self._parameters, self._moved = followed, features, parameters, moved
+        self._followed, self._features, self._parameters, self._arms = followed, features, parameters, arms
         self._size = (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * (
             space.dofmap.index_map_bs
         )
         self.constrained = self._found()
-        self._resizings: dict[str, Callable[[], Array]] = {}
+        self._turnings: dict[str, Callable[[], Array] | None] = {}
         self.six = setting.six
         self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
 
@@ -192,19 +193,21 @@ class Motion:
         q
             Path's parameter, s.
         by
-            Parameter that resizes the sleeve; if given, the derivative by it is returned.
+            Parameter of the sleeve's size or direction; if given, the derivative by it is returned.
         """
         c, pose = self.constrained, self.pose(q)
-        x = c.x.T if self._resized is None else c.x.T + self._resized()
+        x = c.x.T if self._turned is None else c.x.T + self._turned()
         fields = twists(x, pose)
-        if by:
+        slope = self._turned_by(by)
+        assert slope is not None or not by
+        if slope is not None:
             # Affine in the coordinates: the difference drops the constant.
-            fields = twists(x + self._resizing(by), pose) - fields
+            fields = twists(x + slope(), pose) - fields
         return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
 
     def arms(self, q: float) -> Array:
         """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""
-        x = self.constrained.x.T if self._resized is None else self.constrained.x.T + self._resized()
+        x = self.constrained.x.T if self._turned is None else self.constrained.x.T + self._turned()
         return rotation(self.pose(q)[3:]) @ x
 
     def over_all(self, constrained: Array) -> Array:
@@ -228,7 +231,7 @@ class Motion:
         """
         if name in self._reductions:
             return self.over_all(self._stage * self._reductions[name])
-        if self.resizes(name):
+        if self.turns_by(name):
             return self.over_all(self._along_sleeve(self._motion, q, by=name))
         return None
 
@@ -242,52 +245,54 @@ class Motion:
         q : float
             Generalised displacement, mm or rad.
         """
-        if not self.resizes(name):
+        if not self.turns_by(name):
             return None
         if self.six is not None:
             return self.over_all(twist_of(self.pose(q)) @ self.six.rate(q) @ self.twists(q, by=name))
         return self.over_all(self._along_sleeve(self._setting.rate, q, by=name))
 
-    def resizes(self, name: str) -> bool:
-        """Whether a sleeve's motion depends on a parameter because its size does."""
-        return self._resized is not None and any(
-            item.feature.resizes and name.startswith(f"{item.name}.") for item in self._features
-        )
+    def turns_by(self, name: str) -> bool:
+        """Whether a sleeve's motion depends on a parameter because its size or direction does."""
+        return self._turned_by(name) is not None
 
     @property
     def _stage(self) -> float:
         return float(self._parameters.stage.value)
 
     def _along_sleeve(self, motion: Any, q: float, by: str = "") -> Array:
-        """Motion of the constrained unknowns, or its derivative by a parameter that resizes the sleeve."""
+        """Motion of the constrained unknowns, or its derivative by a parameter of the sleeve's size or direction."""
         c = self.constrained
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
         x = c.x[:, :dimension].T
-        if self._resized is not None:
-            x = x + self._resized()
+        if self._turned is not None:
+            x = x + self._turned()
         displacement = motion(x, q)
-        if by:
+        slope = self._turned_by(by)
+        assert slope is not None or not by
+        if slope is not None:
             # A rigid motion is affine in the coordinates: the difference drops the constant.
-            displacement = motion(x + self._resizing(by), q) - displacement
+            displacement = motion(x + slope(), q) - displacement
         return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
 
     @cached_property
-    def _resized(self) -> Callable[[], Array] | None:
-        """Displacement (3, n) of the constrained points from mesh to resized body; None unless a rotation needs it."""
-        moved = self._moved([item for item in self._features if item.feature.resizes])
+    def _turning(self) -> Scalar | None:
+        """Displacement from the mesh of the sleeves' points about their centres, in UFL; None unless one turns."""
         turns = self._mode.rotational or self.six is not None
-        if moved is None or self._setting.kinematics != "cartesian" or not turns:
-            return None
-        return self._at_constrained(moved.displacement)
+        return self._arms() if turns and self._setting.kinematics == "cartesian" else None
 
-    def _resizing(self, name: str) -> Array:
-        """Derivative of `_resized` by a parameter."""
-        if name not in self._resizings:
-            moved = self._moved([item for item in self._features if item.feature.resizes])
-            assert moved is not None
-            slope = expand_derivatives(ufl.diff(moved.displacement, self._parameters.marked[name]))
-            self._resizings[name] = self._at_constrained(slope)
-        return self._resizings[name]()
+    @cached_property
+    def _turned(self) -> Callable[[], Array] | None:
+        """Values of `_turning` at the constrained points, (3, n)."""
+        return None if self._turning is None else self._at_constrained(self._turning)
+
+    def _turned_by(self, name: str) -> Callable[[], Array] | None:
+        """Derivative of `_turned` by a parameter; None where it is zero."""
+        if self._turning is None or name not in self._parameters.marked:
+            return None
+        if name not in self._turnings:
+            slope = expand_derivatives(ufl.diff(self._turning, self._parameters.marked[name]))
+            self._turnings[name] = None if isinstance(slope, Zero) else self._at_constrained(slope)
+        return self._turnings[name]
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
         """Return a function that evaluates a UFL vector at the constrained points, (3, n), at present parameters."""

@@ -20,6 +20,7 @@ from cases.feature import Installed
 from cases.jit import options
 from cases.parameters import Parameters
 from forms.kinematics import Moved
+from forms.law import Scalar
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -80,6 +81,17 @@ class StressFree:
         if len(moved) < 2:
             return moved[0] if moved else None
         return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+
+    def arms(self) -> Scalar | None:
+        """Return the displacement by which sleeves turn as other bodies (`Feature.arms`), in UFL; None if by none."""
+        x = ufl.SpatialCoordinate(self._mesh.mesh)
+        found = [
+            item.feature.arms(self._parameters.ufl_values(item), x, self._mesh.shape)
+            for item in self._features
+            if item.feature.arms is not None
+        ]
+        given = [one for one in found if one is not None]
+        return sum(given[1:], given[0]) if given else None
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
         """Return the position at reference points of cells; None if it is the mesh.

@@ -130,7 +130,7 @@ def _within(parameter: EffectParameter) -> str:
     if parameter.within is None:
         return ""
     name, share = parameter.within
-    return f", at most {share:g} of the rubber's {name}"
+    return f", at most {share:g} of the rubber's {name.replace('/', ' over its ')}"
 
 
 def _units(parameter: EffectParameter) -> str:

@@ -84,8 +84,8 @@ class EffectParameter:
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
     within : (str, float) or None
-        "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
-        there is no such bushing.
+        "thickness" or "length" of the rubber or their quotient, and the share of it that the value's size must not
+        exceed: beyond it there is no such bushing.
     prior : Prior
         Knowledge of its value before any recording.
     """
@@ -108,7 +108,7 @@ class EffectParameter:
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
-    within: tuple[Literal["thickness", "length"], float] | None = None
+    within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
 
     @property
@@ -129,7 +129,8 @@ class EffectParameter:
         if self.within is None or wall is None:
             return self.lower, self.upper
         name, share = self.within
-        size = wall.bonded if name == "length" else wall.thickness
+        sizes = {"length": wall.bonded, "thickness": wall.thickness}
+        size = sizes[name] if name in sizes else wall.thickness / wall.bonded
         return max(self.lower, -share * size), min(self.upper, share * size)
 
     def choice(self, value: float) -> str:

@@ -30,6 +30,7 @@ Of = Literal[
     "compliance",
     "thickness",
     "length",
+    "thickness/length",
     "shear",
     "1/shear",
     "1/force",
@@ -40,7 +41,7 @@ Scales = Mapping[str, float]
 """Quantities to which priors are relative, by name: duration and interval between samples (s), largest travel (mm or
 rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of
 the rubber (mm), shear modulus (MPa). For an effect on several channels they are the stiffest channel's. "1/shear",
-"1/force", "1/duration" and "force/duration" are quotients of them."""
+"1/force", "1/duration", "force/duration" and "thickness/length" are quotients of them."""
 
 # A log-uniform prior has normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5

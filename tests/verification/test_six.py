@@ -15,6 +15,7 @@ from cases.feature import Feature, Installed
 from cases.local import LocalStiffness
 from cases.march import march
 from cases.mode import modes
+from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.rigid import tangent
 from cases.simulate import prepare
@@ -22,6 +23,7 @@ from cases.six import SixPath, rotation, skew, twist_of
 from cases.six import tangent as tangent_of
 from forms.branch import branches
 from forms.potential import Attached
+from geometry.mesh import build
 from geometry.shape import Refinement, shapes
 
 DATA = Path(__file__).parent / "data"
@@ -331,3 +333,51 @@ def test_a_sleeve_off_centre_in_any_direction_is_one_that_is_turned(rubber):
     ends = [end(np.pi / 2, 0.8 + d).reactions[0, 1] for d in (step, -step)]
     slope = across.reaction_sensitivity[0, 1, 0]
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
+
+
+def test_a_tilted_sleeve_is_one_that_the_mesh_has(rubber):
+    """Offset along the axis and tilts, against a mesh whose points are where the stress-free body's are."""
+    chosen, fine = rubber("yeoh", 200.0), Refinement(across=2, along=6, around=12)
+    values = {"offset": 0.0, "offset_along": 0.9, "tilt": 0.06, "tilt_across": -0.03}
+    six = path_of([0.0, 0.0, 2.0, 0.0, 0.05, 0.0])
+    place = Installed("misalignment", effect("misalignment").feature(), values)
+    found = march(model_of(six, chosen, fine, features=[place]), Program(np.array([1.0])), tolerance=SHARP)
+    mesh = build(shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0), 3, frozenset(), fine)
+    x = mesh.mesh.geometry.x
+    share = (22.0 - np.hypot(x[:, 0], x[:, 1])) / 10.0
+    # The rotation with these Cayley parameters, by its axis and angle.
+    half = np.array([-0.03, 0.06, 0.0]) / 2
+    turned = rotation(2 * np.arctan(np.linalg.norm(half)) * half / np.linalg.norm(half)) @ x.T - x.T
+    x += share[:, None] * (turned + np.array([[0.0], [0.0], [0.9]])).T
+    # The sleeve turns about its own centre, a mesh of that form about the origin.
+    centre, pose = np.array([0.0, 0.0, 0.9]), six.motion[-1].copy()
+    pose[:3] += centre - rotation(pose[3:]) @ centre
+    moved = FiniteElementModel(
+        mesh, modes()["path"].follow(path_of(pose)), chosen.law, chosen.parameters, 200.0
+    )
+    expected = march(moved, Program(np.array([1.0])), tolerance=SHARP).reactions[0]
+    aligned = march(model_of(six, chosen, fine), Program(np.array([1.0])), tolerance=SHARP).reactions[0]
+    # Curved element edges are parabolas in one mesh and moved parabolas in the other.
+    scale = np.array([expected[2]] * 3 + [expected[4]] * 3)
+    expected[3:] -= np.cross(rotation(pose[3:]) @ centre, expected[:3])
+    np.testing.assert_allclose(found.reactions[0] / scale, expected / scale, atol=5e-4)
+    assert np.abs((found.reactions[0] - aligned) / scale).max() > 0.05
+
+
+def test_derivatives_by_tilts_are_differences(rubber):
+    chosen, step = rubber("yeoh", 200.0), 1e-4
+    names = ("offset_along", "tilt", "tilt_across")
+    six = path_of([0.3, 0.0, 1.0, 0.02, 0.03, 0.0])
+
+    def end(sensitivity=(), **change):
+        values = {"offset": 0.2, "offset_along": 0.5, "tilt": 0.03, "tilt_across": 0.02}
+        values |= {name: values[name] + by for name, by in change.items()}
+        place = Installed("misalignment", effect("misalignment").feature(), values)
+        model = model_of(six, chosen, features=[place])
+        return march(model, Program(np.array([1.0])), tolerance=SHARP, sensitivity=sensitivity)
+
+    exact = end(tuple(f"misalignment.{name}" for name in names)).reaction_sensitivity[0]
+    for i, name in enumerate(names):
+        ends = [end(**{name: d}).reactions[0] for d in (step, -step)]
+        slope = (ends[0] - ends[1]) / (2 * step)
+        np.testing.assert_allclose(exact[:, i], slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())

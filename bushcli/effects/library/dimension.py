@@ -62,7 +62,7 @@ def feature() -> Feature:
     """Return the true shape of the stress-free rubber."""
     from cases.feature import Feature
 
-    return Feature(stress_free=_moved, resizes=True)
+    return Feature(stress_free=_moved, arms=lambda values, x, shape: _moved(values, x, shape).displacement)
 
 
 EFFECT = Effect(
