@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.six import SixPath
+from cases.six import MOTIONS, SixPath
 
 Array = NDArray[np.float64]
 Motion = Callable[[Array, float], Array]
@@ -114,6 +114,16 @@ class Mode:
         if self.rotational or self.specimen != "bushing":
             return 0.0
         return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
+
+    @property
+    def motions(self) -> frozenset[str]:
+        """Motions of the inner sleeve (`cases.six.MOTIONS`) that q drives; empty for a mode of coupons, and a path."""
+        if self.specimen != "bushing" or self.solid.six is not None:
+            return frozenset()
+        corners = self.solid.rate(np.column_stack([np.zeros(3), np.eye(3)]), 0.0)
+        turning = corners[:, 1:] - corners[:, :1]
+        twist = [*corners[:, 0], turning[2, 1], turning[0, 2], turning[1, 0]]
+        return frozenset(name for name, share in zip(MOTIONS, twist, strict=True) if share)
 
     def is_symmetric_end_to_end(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
         """Whether the motion is symmetric about z = 0, alone or combined with a reflection in another of these planes.

@@ -59,8 +59,8 @@ class EffectParameter:
     optional : bool
         Whether the parameter may be absent, as may those of a second and third branch, or one that refines the effect.
     motions : frozenset of str
-        For an optional parameter, the motions of a path ("uy") whose reactions it changes to first order: where one of
-        them was recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
+        For an optional parameter, the motions ("uy") whose reactions it changes to first order: where one of them was
+        recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}

@@ -26,6 +26,7 @@ from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
 from cases.march import NotConverged
+from cases.mode import modes
 from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
@@ -153,7 +154,8 @@ def _grid(
     recordings: Sequence[Recording],
 ) -> list[Candidate]:
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
-    chosen = _parameters(effect, present, {MOTIONS[one.six.number] for one in recordings if one.six})
+    moved = [{MOTIONS[one.six.number]} if one.six else modes()[one.mode].motions for one in recordings]
+    chosen = _parameters(effect, present, frozenset().union(*moved))
     shear = shear_modulus(model, case)
     scales = scales_of(case, shear, recordings)
     amplitudes = tuple(p for p in chosen if p.off is not None)
@@ -194,7 +196,7 @@ def _parameters(
 ) -> tuple[EffectParameter, ...]:
     """Parameters of the effect that the model does not have: all but optional ones, or those of one branch more.
 
-    Optional ones that change the reactions to the recorded `motions` of a path to first order come with the effect.
+    Optional ones that change the reactions to the recorded `motions` to first order come with the effect.
     """
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))

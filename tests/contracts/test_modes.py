@@ -178,3 +178,10 @@ def test_a_mode_says_how_far_it_moves_the_sleeve_sideways(mode):
     centre = np.zeros((3, 1))
     moved = np.linalg.norm((mode.solid.motion(centre, 0.5) - mode.solid.motion(centre, 0.0))[:2])
     assert mode.sideways == pytest.approx(0.0 if mode.rotational else moved / 0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "motion"), [("axial", "uz"), ("radial", "ux"), ("torsional", "rz"), ("conical", "ry")]
+)
+def test_a_mode_drives_one_motion_of_the_sleeve(name, motion):
+    assert modes()[name].motions == {motion}

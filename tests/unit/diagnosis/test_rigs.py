@@ -69,6 +69,8 @@ def test_an_offset_across_the_load_is_tried_where_its_reaction_was_recorded(made
         model, effects = made.state.model, effect("misalignment")
         amplitudes += [t.amplitudes for t in trials(case, model, effects, [replace(radial, six=path)])[0]]
     assert amplitudes == [("offset",), ("offset",), ("offset", "offset_across")]
+    conical = replace(one, name="conical", mode="conical")
+    assert trials(case, model, effects, [conical])[0][0].amplitudes == ("offset", "tilt")
     assert effect("misalignment").branches == 1
 
 
