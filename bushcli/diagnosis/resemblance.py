@@ -11,7 +11,9 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
     ratio = RESEMBLES / (1 - RESEMBLES) / n / (odds of the effect) p(ln r) / (|a| pi(a))
 
-for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. r is relative
+for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
+amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
+keep their priors. r is relative
 to what the effects do that are left. That is measured twice, and the smaller r counts: with the law fitted, as the
 part of the change that the other parameters cannot imitate relative to the misfit of the plain law; and with all
 other parameters held, relative to the largest change by one of these effects. The law adapts itself to nearly all
@@ -39,7 +41,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import effects
+from bushcli.effects.effect import EffectParameter, effects
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.model import Key
@@ -171,9 +173,9 @@ def _together(one: ActiveEffect, other: ActiveEffect) -> bool:
 def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     """Logarithm of the odds that an error of form resembles an effect, over the effect's own odds and density.
 
-    The density is that of the logarithm of the size of its first amplitude; other parameters keep their priors.
+    The density is that of the logarithm of the size of its leading amplitude; other parameters keep their priors.
     """
-    parameter = active.effect.amplitudes[0]
+    parameter = _leading(state, active)
     known = state.priors.get(active.full_name(parameter))
     value = float(active.values[parameter.name])
     size = abs(value - float(parameter.off or 0.0))
@@ -184,6 +186,23 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     # Any effect of the catalogue, whichever the user asks for.
     odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects())
     return math.log(odds / effect_odds(active.effect.name, uniform)) - density
+
+
+def _leading(state: State, active: ActiveEffect) -> EffectParameter:
+    """Return the amplitude of an effect that changes the features most: the size of the change is in proportion to it.
+
+    One that nothing in the recordings shows would have any size, such as none at all.
+    """
+    names, slopes = state.fitted.names, np.vstack(state.slopes)
+
+    def change(parameter: EffectParameter) -> float:
+        name = active.full_name(parameter)
+        if name not in names:
+            return 0.0
+        i = names.index(name)
+        return float(np.linalg.norm(slopes[:, i]) * abs(state.fitted.x[i] - float(parameter.off or 0.0)))
+
+    return max(active.effect.amplitudes, key=change)
 
 
 def _log_density(size: float, median: float, spread: float, most: float = math.inf) -> float:

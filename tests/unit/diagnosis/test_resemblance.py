@@ -11,7 +11,7 @@ from scipy.stats import lognorm
 
 from bushcli.diagnosis import resemblance
 from bushcli.diagnosis.posterior import posterior, probabilities, unfitted
-from bushcli.diagnosis.resemblance import resembling
+from bushcli.diagnosis.resemblance import Size, resembling
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects
 from bushcli.effects.rig import Travel, elastic_response
@@ -69,6 +69,24 @@ def test_it_follows_the_closed_form(coupon, monkeypatch, smaller):
     monkeypatch.setitem(likelihood.__dict__, "explained", np.array([(own_size(state, name) / share) ** 2]))
     one = expected(state, name, min(share, held), PHI, PHI_SPREAD, PHI_MOST)
     assert math.exp(dict(resembling(state))["permanent_set",]) == pytest.approx(one, rel=1e-6)
+
+
+@pytest.mark.parametrize("leading", ["g1", "g2"])
+def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading):
+    """The other one, which the recordings do not show, would have the density of no size at all: without limit."""
+    world = World(coupon, **{"drift.rate": 3.0, f"viscoelasticity.{leading}": 0.5})
+    two = ActiveEffect(effect("viscoelasticity"), {"g1": 0.1, "tau1": 1.0, "g2": 0.1, "tau2": 10.0})
+    law = world.base.model
+    both = type(law)(law.law, law.start, effects=(ActiveEffect(effect("drift")).started(), two))
+    state = State(world.problem, world.fit(world.one.case, both, None))
+    active = {one.effect.name: one for one in state.model.effects}
+    size = Size.of(state, active["viscoelasticity"], ())
+    share = size.relative_to(
+        [Size.of(state, active["drift"], [active["viscoelasticity"]])],
+        math.sqrt(float(state.problem.likelihood.explained.sum())),
+    )
+    one = expected(state, f"viscoelasticity.{leading}", share, PHI, PHI_SPREAD, PHI_MOST)
+    assert math.exp(dict(resembling(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
