@@ -123,7 +123,7 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
         ("path.ux=[0.0, 10.0, 10.0]", "closes the gap"),
         ("path.rz=[0.0, 0.0, 200.0]", "more than 180 degrees"),
         ("path.vx=[0.0, 0.0, 1.0]", "not a key"),
-        ("path=[0.0, 1.0]", "has six motions; amplitude, points and file give one"),
+        ("path=[0.0, 1.0]", "has six motions; amplitude, file or a list of points gives one"),
         ("mode=radial", 'is a table of six motions, and mode "radial" has one'),
         ("rate=1.0", "has no meaning"),
         ("path={time = [0.0, 1.0], uz = [0.0, 0.0]}", "moves nothing"),
