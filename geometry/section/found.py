@@ -89,7 +89,8 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
     refuse_crossings(loops, where)
     ends = np.array([point for loop in loops for curve in loop.curves for point in curve.points])
     extents = (float(ends[:, 0].max()), float(np.ptp(ends[:, 1])))
-    refuse_size(max(extents), where, "dimensions in mm; of a drawing, its own unit ($INSUNITS) is used")
+    remedy = "dimensions in mm; of a drawing, in the unit that it states ($INSUNITS), or geometry.unit"
+    refuse_size(max(extents), where, remedy)
     with session():
         refuse_overlaps(drawn_loops, where)
         model().add("section")

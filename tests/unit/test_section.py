@@ -175,6 +175,26 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
 
 
+@pytest.mark.parametrize("number", [0, 13])
+def test_the_case_gives_the_unit_of_a_drawing_that_states_none_or_a_wrong_one(tmp_path, number):
+    path = drawing(tmp_path / "part.dxf", unit=number)
+    inches = SECTION(file=path, unit="inch")
+    assert inches.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
+    assert not [note for note in inches.notes if "unit" in note]
+
+
+def test_a_drawing_without_a_unit_is_in_mm_and_a_note_says_so(tmp_path):
+    shape = SECTION(file=drawing(tmp_path / "part.dxf", unit=0))
+    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert [note for note in shape.notes if "states no unit" in note]
+    assert not [note for note in SECTION(outline=RING).notes if "unit" in note]
+
+
+def test_a_unit_without_a_drawing_is_refused():
+    with pytest.raises(ValueError, match="unit belongs to a file"):
+        SECTION(outline=RING, unit="inch")
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
