@@ -178,7 +178,8 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
         rest += left
-    closed, left = _chained(rest, gap)
+    # Where corners of a sleeve and of the rubber coincide, an outline continues on the layer that it began on.
+    closed, left = _chained(sorted(rest, key=lambda curve: curve.name in BONDS), gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
         every = np.array(ends)
@@ -197,7 +198,14 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
             f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{hidden}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
-    return (*(Loop(loop) for loop in closed), *loops)
+    return (*(Loop(loop, _body(loop)) for loop in closed), *loops)
+
+
+def _body(loop: Sequence[OutlineCurve]) -> str:
+    """The body of an outline on several layers: a sleeve if they are one bond and one other name, else rubber."""
+    names = {curve.name for curve in loop}
+    own = names - {*BONDS}
+    return own.pop() if len(names) == 2 and len(own) == 1 and FREE not in own else RUBBER
 
 
 def _chained(

@@ -107,7 +107,11 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
 
 def _require(drawn: Drawn, where: str) -> None:
     if RUBBER not in drawn.regions:
-        raise GeometryError(where, "there is no rubber: every outline has the name of a plate")
+        raise GeometryError(
+            where,
+            "there is no rubber: every outline has the name of a plate",
+            'no name, or "free", for the free edges of the rubber; in a drawing, the layer "0" or "free"',
+        )
     named = ", ".join(sorted(drawn.boundaries))
     for bond in ("inner", "outer"):
         if bond not in drawn.boundaries:
