@@ -53,13 +53,12 @@ def load_case(
     """
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
+        other = "amplitude, file or a list of points"
         if isinstance(raw, dict):
             what = f"{dotted(at)} is a table of six motions, and mode {shown(table.mode)} has one"
         else:
-            what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; amplitude, points and file give one"
-        expected = (
-            f'mode = "{PATH}" with a table [load_cases.path], or amplitude, points or file with another mode'
-        )
+            what = f"{dotted(keys)}: mode {shown(table.mode)} has six motions; {other} gives one"
+        expected = f'mode = "{PATH}" with a table [load_cases.path], or {other} with another mode'
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     wrong = []
     if table.rate is not None:

@@ -87,7 +87,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     """
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
-    index, remarks = _found(table, wanted) if chosen is None else (_chosen(table, chosen), ())
+    index, remarks = _found(table, wanted) if chosen is None else (chosen_index(table, chosen), ())
     if index is None:
         return None
     # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
@@ -177,7 +177,21 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     return found
 
 
-def _chosen(table: Table, chosen: str | int) -> int:
+def chosen_index(table: Table, chosen: str | int) -> int:
+    """Return the number, from 0, of a column that the case file chooses.
+
+    Parameters
+    ----------
+    table : Table
+        The file's rows and headings.
+    chosen : str or int
+        The column's name, or its number from 1.
+
+    Raises
+    ------
+    RecordingError
+        There is no such column, or there are several with different values.
+    """
     width = len(table.names)
     if isinstance(chosen, int):
         if chosen > width:

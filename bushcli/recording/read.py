@@ -14,7 +14,7 @@ from bushcli.recording.opened import open_table
 from bushcli.recording.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.recording.samples import timed, updated
 from bushcli.recording.signals import branches, select_cycles
-from bushcli.recording.six import read_motions
+from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Source
 from bushcli.recording.specimen import nominal
@@ -23,7 +23,7 @@ from bushcli.recording.stated_rate import rate_remarks
 from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
 from cases.mode import Mode, modes
-from cases.six import REACTIONS
+from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]
 
@@ -74,6 +74,7 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    there |= _other_motions(table, source, moved)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -123,6 +124,14 @@ def _used_columns(
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
     return columns, unused, tuple(Repair("columns", text) for text in _remarks(table, found, source))
+
+
+def _other_motions(table: Table, source: Source, moved: Column) -> dict[str, Column]:
+    """Return the columns of the other prescribed motions of a recorded path, by their names, "ux" to "rz"."""
+    if source.six is None:
+        return {}
+    every = motion_columns(table, source).items()
+    return {MOTIONS[k]: one for k, one in every if k not in source.six.free and one.index != moved.index}
 
 
 def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.columns import column
+from bushcli.recording.columns import Column, chosen_index, column
 from bushcli.recording.six_table import named_in, six_table
 from bushcli.recording.source import Source
+from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
@@ -36,7 +37,7 @@ def columns_of(
     Raises
     ------
     RecordingError
-        The file cannot be read, or names no motion.
+        The file cannot be read, names no motion, or lacks a column that is given.
     """
     table = six_table(source, chosen(motions, forces), tables)
     found: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
@@ -48,6 +49,9 @@ def columns_of(
         raise RecordingError(
             Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
         )
+    for name in theirs.values():
+        # Reactions whose motion stays zero are not read later.
+        chosen_index(table, name)
     return own, theirs
 
 
@@ -61,6 +65,32 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     """
     given = {**(motions or {}), **(forces or {})}
     return {key: name for key, name in given.items() if isinstance(name, str)}
+
+
+def motion_columns(table: Table, source: Source) -> dict[int, Column]:
+    """Return the columns of the motions of a recorded path, by their numbers from 0.
+
+    Parameters
+    ----------
+    table : Table
+        The file's rows and headings.
+    source : Source
+
+    Raises
+    ------
+    RecordingError
+        A column is missing or cannot be read.
+    """
+    assert source.six is not None
+    columns = {}
+    for k, name in enumerate(MOTIONS):
+        if name not in source.six.motions:
+            continue
+        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
+        found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
+        assert found is not None
+        columns[k] = found
+    return columns
 
 
 def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Array]:
@@ -81,12 +111,7 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     assert source.six is not None
     table = six_table(source, source.six.chosen, tables)
     poses: Array = np.zeros((0, 6))
-    for k, name in enumerate(MOTIONS):
-        if name not in source.six.motions:
-            continue
-        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
-        found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
-        assert found is not None
+    for k, found in motion_columns(table, source).items():
         if not len(poses):
             poses = np.zeros((len(found.values), 6))
         poses[:, k] = found.values

@@ -23,6 +23,9 @@ _MOTION_UNITS, _FORCE_UNITS = ("mm",) * 3 + ("deg",) * 3, ("N",) * 3 + ("N mm",)
 _ROWS = 9
 # Values below this share of the largest one of the same kind are rounding errors and are printed as zero.
 _NOTHING = 1e-6
+# Forces or moments that are all below this share of the largest value of both, in N and N mm, are rounding errors:
+# Newton's method leaves 1e-9 of it in the moment of a free tilt.
+_ROUNDING = 1e-6
 
 
 def shown_motion(six: SixCurve) -> Array:
@@ -73,6 +76,17 @@ def six_columns(six: SixCurve) -> tuple[list[str], list[Array]]:
     return ["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T]
 
 
+def largest_reactions(force: Array) -> tuple[float, float]:
+    """Return the largest force (N) and the largest moment (N mm) of reactions of shape (n, 6).
+
+    It is infinite where all of them are rounding errors, as moments are if each belongs to a free or symmetric motion.
+    """
+    most = float(np.abs(force).max())
+    forces, moments = (float(np.abs(force[:, part]).max()) for part in (slice(0, 3), slice(3, 6)))
+    least = _ROUNDING * most
+    return (forces if forces > least else np.inf), (moments if moments > least else np.inf)
+
+
 def _path_table(name: str, six: SixCurve) -> ReportTable:
     chosen = np.unique(np.linspace(0, len(six.time) - 1, min(_ROWS, len(six.time))).round().astype(int))
     motion = shown_motion(six)
@@ -80,10 +94,8 @@ def _path_table(name: str, six: SixCurve) -> ReportTable:
     heads = ["time, s"]
     heads += [f"{MOTIONS[k]}{' (free)' if k in six.free else ''}, {_MOTION_UNITS[k]}" for k in moving]
     heads += [f"{force}, {unit}" for force, unit in zip(REACTIONS, _FORCE_UNITS, strict=True)]
-    largest, widest = (
-        [float(np.abs(values[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]
-        for values in (six.force, motion)
-    )
+    largest = largest_reactions(six.force)
+    widest = [float(np.abs(motion[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]
     rows: list[Row] = []
     for i in chosen:
         forces = [_force(six.force[i, k], largest[k // 3]) for k in range(6)]

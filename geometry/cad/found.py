@@ -17,7 +17,7 @@ from geometry.cad.frame import Frame, frame_of
 from geometry.cad.held import beyond_bonds, held_area, is_even
 from geometry.cad.missing import require_bonds
 from geometry.cad.notes import captions_of, notes_of, shown
-from geometry.cad.part import Part, Unit, open_part
+from geometry.cad.part import Part, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
 from geometry.cad.sampling import Sampled, extent, sample
@@ -28,6 +28,7 @@ from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
 from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
+from geometry.size import Unit
 from geometry.symmetry import SampledSolids, balanced, moments
 from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -12,13 +11,9 @@ from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
 from geometry.session import model, options, refusing, silent
-from geometry.size import refuse_size
+from geometry.size import MILLIMETRES, UNITS, Unit, refuse_size
 
 STEP = (".step", ".stp")
-Unit = Literal["mm", "cm", "m", "inch"]
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-#: Remedy for a part of impossible size.
-UNITS = 'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states'
 #: Solids may overlap by this share of the smaller one's volume: 1e-7 to 1e-4 mm, the tolerances of files, on its faces.
 OVERLAP = 1e-6
 #: Colour that Gmsh returns for a face without one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -14,9 +15,10 @@ from geometry.errors import GeometryError
 from geometry.joined import BONDS
 from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve
 from geometry.section.spline import pieces
+from geometry.size import MILLIMETRES, Unit
 
-#: $INSUNITS -> mm; 0 is "no unit", which in drawings of parts means mm.
-UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
+#: $INSUNITS -> unit; 0 is "no unit", which in drawings of parts means mm.
+STATED: dict[int, Unit] = {1: "inch", 4: "mm", 5: "cm", 6: "m"}
 #: Layers that name no boundary.
 UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
 #: Largest gap that drawings leave between the ends of two entities, as a share of their size.
@@ -25,8 +27,24 @@ GAP = 1e-4
 MOST_CURVES, MOST_PARTS = 2000, 20_000
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """Contents of a drawing.
+
+    Attributes
+    ----------
+    loops
+        Closed outlines, mm.
+    unit
+        Unit of its numbers; None where neither the drawing nor the case states one, and they are taken as mm.
+    """
+
+    loops: tuple[Loop, ...]
+    unit: Unit | None
+
+
 @cache
-def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
+def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
     """Read the closed loops of a drawing.
 
     Parameters
@@ -35,6 +53,8 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
         The file.
     changed : float
         Time of the file's last change, s since 1970: a file that was changed is read again.
+    unit : Unit or None
+        Unit of its numbers; None for the one that it states.
 
     Raises
     ------
@@ -52,18 +72,24 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     except (ezdxf.DXFError, ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
         # Damaged files: ezdxf's parser raises what it stumbles over.
         raise GeometryError(str(path), f"is not a readable DXF file: {error}") from None
-    unit = int(drawing.header.get("$INSUNITS", 0))
-    if unit not in UNITS:
-        raise GeometryError(str(path), f"has unit number {unit} ($INSUNITS)", "mm, cm, m or inch")
+    number = int(drawing.header.get("$INSUNITS", 0))
+    if unit is None and number:
+        if number not in STATED:
+            raise GeometryError(
+                str(path),
+                f"has unit number {number} ($INSUNITS)",
+                f"geometry.unit, one of {list(MILLIMETRES)}",
+            )
+        unit = STATED[number]
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
-    curves = _all_curves(drawing.modelspace(), UNITS[unit], hidden, str(path))
+    curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden, str(path))
     if not curves:
         raise GeometryError(
             str(path),
             "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
         )
     off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden)
-    return _loops(curves, str(path), off)
+    return Drawing(_loops(curves, str(path), off), unit)
 
 
 def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:
@@ -152,7 +178,8 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
         body = RUBBER if layer in (FREE, *BONDS) else layer
         loops += [Loop(loop, body) for loop in closed]
         rest += left
-    closed, left = _chained(rest, gap)
+    # Where corners of a sleeve and of the rubber coincide, an outline continues on the layer that it began on.
+    closed, left = _chained(sorted(rest, key=lambda curve: curve.name in BONDS), gap)
     if left:
         ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
         every = np.array(ends)
@@ -171,7 +198,14 @@ def _loops(curves: Sequence[OutlineCurve], where: str, off: Sequence[str]) -> tu
             f"{len(left)} {'curves' if len(left) > 1 else 'curve'} of {layers} in no closed outline{hidden}",
             f"closed outlines only: no gaps above {gap:.2g} mm, no centre lines, no duplicate lines",
         )
-    return (*(Loop(loop) for loop in closed), *loops)
+    return (*(Loop(loop, _body(loop)) for loop in closed), *loops)
+
+
+def _body(loop: Sequence[OutlineCurve]) -> str:
+    """The body of an outline on several layers: a sleeve if they are one bond and one other name, else rubber."""
+    names = {curve.name for curve in loop}
+    own = names - {*BONDS}
+    return own.pop() if len(names) == 2 and len(own) == 1 and FREE not in own else RUBBER
 
 
 def _chained(

@@ -89,7 +89,8 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
     refuse_crossings(loops, where)
     ends = np.array([point for loop in loops for curve in loop.curves for point in curve.points])
     extents = (float(ends[:, 0].max()), float(np.ptp(ends[:, 1])))
-    refuse_size(max(extents), where, "dimensions in mm; of a drawing, its own unit ($INSUNITS) is used")
+    remedy = "dimensions in mm; of a drawing, in the unit that it states ($INSUNITS), or geometry.unit"
+    refuse_size(max(extents), where, remedy)
     with session():
         refuse_overlaps(drawn_loops, where)
         model().add("section")
@@ -106,7 +107,11 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
 
 def _require(drawn: Drawn, where: str) -> None:
     if RUBBER not in drawn.regions:
-        raise GeometryError(where, "there is no rubber: every outline has the name of a plate")
+        raise GeometryError(
+            where,
+            "there is no rubber: every outline has the name of a plate",
+            'no name, or "free", for the free edges of the rubber; in a drawing, the layer "0" or "free"',
+        )
     named = ", ".join(sorted(drawn.boundaries))
     for bond in ("inner", "outer"):
         if bond not in drawn.boundaries:

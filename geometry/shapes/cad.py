@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from typing_extensions import override
 
 from geometry.cad.found import CadStatements, FoundPart, find_part
-from geometry.cad.part import MILLIMETRES
+from geometry.cad.part import STEP
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
 from geometry.file import beside
 from geometry.metal import Metal, Plate, described, metals
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
+from geometry.size import MILLIMETRES, UNSTATED, Unit
 from geometry.view import View
 from geometry.wall import Wall
 
@@ -48,7 +49,7 @@ class Cad(Meets):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
 
     file: str = Field(description="STEP, BREP, MSH or INP file, relative to the case file")
-    unit: Literal["mm", "cm", "m", "inch"] | None = Field(
+    unit: Unit | None = Field(
         default=None, description="unit of the numbers in the file; absent = the one that the file states"
     )
     axis: Vector | None = Field(default=None, description="direction of the axis; absent = found")
@@ -121,8 +122,11 @@ class Cad(Meets):
     @override
     def notes(self) -> tuple[str, ...]:
         metal = self.elastic_sleeves
+        # BREP and meshes have no unit.
+        stated = self.unit is not None or Path(self.file).suffix.lower() in STEP
         return (
             *self.found.notes,
+            *(() if stated else (UNSTATED,)),
             *(f"{name}: {described(own)}" for name, own in metal.items()),
         )
 

@@ -12,10 +12,11 @@ from typing_extensions import override
 
 from geometry.file import beside
 from geometry.metal import Metal, Plate, described, is_rigid, metals
-from geometry.section.dxf import read_dxf
+from geometry.section.dxf import Drawing, read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
+from geometry.size import UNSTATED, Unit
 from geometry.view import View, caption
 from geometry.wall import Wall
 
@@ -69,6 +70,9 @@ class Section(Meets):
         default=None, description="edges in order around each body, [[geometry.outline]]"
     )
     file: str | None = Field(default=None, description="DXF file instead; layers are names")
+    unit: Unit | None = Field(
+        default=None, description="unit of the numbers in the DXF file; absent = the one that the file states"
+    )
     centre: float | None = Field(
         default=None, description="z of the bushing's centre, mm; absent = middle of the inner bond"
     )
@@ -87,10 +91,12 @@ class Section(Meets):
     def _one_source(self) -> Any:
         if bool(self.outline) == bool(self.file):
             raise ValueError("give the outline either as [[geometry.outline]] or as file")
+        if self.unit and not self.file:
+            raise ValueError("unit belongs to a file; [[geometry.outline]] is in mm")
         return self
 
     def __hash__(self) -> int:
-        return hash((self.outline, self.file, self.centre, tuple(self.plates.items())))
+        return hash((self.outline, self.file, self.unit, self.centre, tuple(self.plates.items())))
 
     @property
     def found(self) -> FoundSection:
@@ -109,18 +115,24 @@ class Section(Meets):
 
     @property
     def _loops(self) -> tuple[Loop, ...]:
-        if self.file is not None:
-            return read_dxf(Path(self.file), Path(self.file).stat().st_mtime)
-        return loops_of(self.outline or (), "geometry.outline")
+        drawing = self._drawing
+        return drawing.loops if drawing else loops_of(self.outline or (), "geometry.outline")
+
+    @property
+    def _drawing(self) -> Drawing | None:
+        if self.file is None:
+            return None
+        return read_dxf(Path(self.file), Path(self.file).stat().st_mtime, self.unit)
 
     @property
     @override
     def notes(self) -> tuple[str, ...]:
-        found, metal = self.found, self.elastic_sleeves
+        found, metal, drawing = self.found, self.elastic_sleeves, self._drawing
         symmetry = "symmetric" if found.symmetric else "not symmetric"
         return (
             f"bodies: {', '.join(_body(name, metal) for name in found.regions)}",
             f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
+            *((UNSTATED,) if drawing and drawing.unit is None else ()),
         )
 
     @property

@@ -123,7 +123,7 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
         ("path.ux=[0.0, 10.0, 10.0]", "closes the gap"),
         ("path.rz=[0.0, 0.0, 200.0]", "more than 180 degrees"),
         ("path.vx=[0.0, 0.0, 1.0]", "not a key"),
-        ("path=[0.0, 1.0]", "has six motions; amplitude, points and file give one"),
+        ("path=[0.0, 1.0]", "has six motions; amplitude, file or a list of points gives one"),
         ("mode=radial", 'is a table of six motions, and mode "radial" has one'),
         ("rate=1.0", "has no meaning"),
         ("path={time = [0.0, 1.0], uz = [0.0, 0.0]}", "moves nothing"),
@@ -246,6 +246,8 @@ def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
         ('motions={ux = "ux_mm"}', None),
         ('motions={wx = "ux_mm"}', "wx"),
         ('motions={ux = "Weg"}', "no column"),
+        ('forces={fx = "fx_N", fy = "Kraft"}', 'has no column "Kraft"'),
+        ("forces={fx = 5, fy = 99}", "has no column 99"),
         ('forces={fy = "fx_N"}', "no reaction along a motion in which the sleeve moves"),
         ('columns={force = "fx_N"}', "has no meaning for mode path"),
         ("cycles=[1]", "has no meaning for mode path"),
@@ -256,6 +258,17 @@ def test_what_is_wrong_with_a_recorded_path_is_said(key: str, said: str | None, 
     done = CliRunner().invoke(main, ["check", str(recorded / "case.toml"), "--set", f"recordings.0.{key}"])
     assert done.exit_code == (0 if said is None else 2), done.output
     assert said is None or said in done.output
+
+
+def test_all_prescribed_motions_are_listed_as_read(recorded: Path) -> None:
+    """A motion is used by every reaction of the path, not only by its own."""
+    options = ["--json", "--set", 'recordings.0.free=["uz"]']
+    done = CliRunner().invoke(main, ["check", str(recorded / "case.toml"), *options])
+    assert done.exit_code == 0, done.output
+    read = {one["channel"]: one for one in json.loads(done.stdout)["sources"]}
+    own = {one["quantity"]: one["name"] for one in read["path.fx"]["columns"]}
+    assert own == {"displacement": "ux_mm", "force": "fx_N", "time": "time_s", "rz": "rz_deg"}
+    assert read["path.fx"]["unused"] == ["uz_mm", "fz_N", "my_Nmm", "mz_Nmm"]
 
 
 def test_keys_of_a_path_are_refused_elsewhere(recorded: Path) -> None:

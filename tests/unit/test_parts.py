@@ -168,6 +168,8 @@ def test_units_rules_and_axis_of_the_case(folder):
     assert metres.measures()["rubber"] == pytest.approx(np.pi * (22**2 - 10**2) * 40)
     brep = CAD(file=str(make("plain", folder, ".brep")))
     assert brep.measures() == pytest.approx(metres.measures())
+    assert [note for note in brep.notes if "states no unit" in note]
+    assert not [note for note in metres.notes if "states no unit" in note]
     flanged = str(make("flange", folder))
     ruled = CAD(
         file=flanged,

@@ -175,6 +175,52 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
 
 
+@pytest.mark.parametrize("number", [0, 13])
+def test_the_case_gives_the_unit_of_a_drawing_that_states_none_or_a_wrong_one(tmp_path, number):
+    path = drawing(tmp_path / "part.dxf", unit=number)
+    inches = SECTION(file=path, unit="inch")
+    assert inches.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40 * 25.4**2)
+    assert not [note for note in inches.notes if "unit" in note]
+
+
+def test_a_drawing_without_a_unit_is_in_mm_and_a_note_says_so(tmp_path):
+    shape = SECTION(file=drawing(tmp_path / "part.dxf", unit=0))
+    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert [note for note in shape.notes if "states no unit" in note]
+    assert not [note for note in SECTION(outline=RING).notes if "unit" in note]
+
+
+@pytest.mark.parametrize("beyond", [0.0, 2.0])
+@pytest.mark.parametrize("layers", [("outer", "core", "inner", "0"), ("inner", "0", "outer", "core")])
+def test_a_sleeve_is_drawn_with_its_bore_on_a_layer_of_its_own(tmp_path, layers, beyond):
+    """The order of a drawing's curves is arbitrary; corners of sleeve and rubber coincide if it is not longer."""
+    end = 20.0 + beyond
+    lines = [("outer", (20, -20), (20, 20)), ("inner", (8, -end), (8, end))]
+    lines += [("0", (10, -20), (20, -20)), ("0", (20, 20), (10, 20)), ("0", (10, 20), (10, -20))]
+    lines += [("core", (8, -end), (10, -end)), ("core", (10, end), (8, end)), ("core", (10, -end), (10, end))]
+    document = ezdxf.new(units=4)
+    for name, start, to in sorted(lines, key=lambda line: layers.index(line[0])):
+        document.modelspace().add_line(start, to, dxfattribs={"layer": name})
+    document.saveas(tmp_path / "part.dxf")
+    shape = SECTION(file=str(tmp_path / "part.dxf"), plates={"core": {"youngs_modulus": 70000.0}})
+    assert shape.elastic_sleeves["core"].youngs_modulus == 70000.0
+    measures = shape.found.measures
+    assert measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
+    assert measures["core"] == pytest.approx(np.pi * (10**2 - 8**2) * 2 * end)
+    assert measures["inner_bond"] == pytest.approx(2 * np.pi * 8 * 2 * end)
+
+
+def test_rubber_whose_free_edges_have_a_name_is_refused_with_the_remedy():
+    named = [edge if "name" in edge else edge | {"name": "gummi"} for edge in RING]
+    with pytest.raises(GeometryError, match=r'there is no rubber.*no name, or "free", for the free edges'):
+        SECTION(outline=named).found  # noqa: B018
+
+
+def test_a_unit_without_a_drawing_is_refused():
+    with pytest.raises(ValueError, match="unit belongs to a file"):
+        SECTION(outline=RING, unit="inch")
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, RED, legend, literal, new_figure, style
-from bushcli.report.six import shown_motion
+from bushcli.report.six import largest_reactions, shown_motion
 from bushcli.simulate.six import SixCurve
 from cases.six import MOTIONS, REACTIONS
 
@@ -30,7 +30,7 @@ def six_figure(name: str, six: SixCurve) -> Figure:
     six : SixCurve
         Simulated motions and reactions.
     """
-    motion = shown_motion(six)
+    motion, largest = shown_motion(six), largest_reactions(six.force)
     with style():
         figure = new_figure(9.0, 5.6)
         panels = figure.subplots(2, 2, sharex=True)
@@ -41,8 +41,7 @@ def six_figure(name: str, six: SixCurve) -> Figure:
             moved = [k for k in part if k in six.free or motion[:, k].any()]
             _lines(panels[0, column], six.time, motion, moved, [_motion_label(six, k) for k in moved])
             panels[0, column].set(ylabel=f"{kind} [{unit}]")
-            largest = float(np.abs(six.force[:, list(part)]).max())
-            pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest]
+            pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest[column]]
             _lines(panels[1, column], six.time, six.force, pushed, [REACTIONS[k] for k in pushed])
             panels[1, column].set(xlabel="time [s]", ylabel=f"{force} [{force_unit}]")
         figure.suptitle(literal(six_title(name)))

@@ -12,7 +12,10 @@ from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, pr
 from bushcli.report.figures.body import _Drawing, deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth
 from bushcli.report.figures.picture import style
+from bushcli.report.figures.six import six_figure
+from bushcli.report.six import largest_reactions
 from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.six import SixCurve
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
 from geometry.shape import Refinement, shapes
@@ -238,3 +241,18 @@ def test_faces_of_a_solid_are_counter_clockwise_from_outside(shape, mirrors):
     )
     # Chords instead of arcs: a coarse mesh lacks some percent.
     assert 4 * volume == pytest.approx(shape.measures()["rubber"], rel=0.05)
+
+
+def test_reactions_that_are_rounding_errors_are_not_drawn():
+    """Of a path with a free tilt the only moment is what Newton's method leaves of zero."""
+    time = np.array([0.0, 1.0, 2.0])
+    motion, force = np.zeros((3, 6)), np.zeros((3, 6))
+    motion[:, 0], motion[:, 4] = time, 0.01 * time
+    force[:, 0], force[:, 4] = 1000.0 * time, [0.0, 1.5e-6, -0.8e-6]
+    drawn = [
+        [line.get_label() for line in axes.get_lines() if not line.get_label().startswith("_")]
+        for axes in six_figure("path", SixCurve(time, motion, force, free=(4,), lead=0)).axes
+    ]
+    assert drawn == [["ux"], ["ry (free)"], ["fx"], []]
+    force[:, 4] = 1.0 * time
+    assert largest_reactions(force) == (2000.0, 2.0)
