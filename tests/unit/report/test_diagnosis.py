@@ -439,12 +439,34 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
 
 def test_probabilities_are_bars_the_largest_first(case, diagnoses):
     table = probability_table(diagnoses.rivalling(case()))
-    assert [row[2] for row in table.rows] == ["> 99 %", "67 %", "31 %", "5 %", "2 %", "< 1 %"]
-    assert [row[0] for row in table.rows][-2:] == ["Unknown physics", "11 others, each"]
+    assert [row[2] for row in table.rows] == ["> 99 %", "67 %", "31 %", "5 %", "2 %", "< 1 %", "-"]
+    assert [row[0] for row in table.rows][-3:] == ["Unknown physics", "11 others, each", "2 not detectable"]
     lengths = [len(row[1]) for row in table.rows]
     assert lengths == sorted(lengths, reverse=True)
     # Certainty is 24 characters: 0.67 of that is 16 and an eighth.
     assert lengths[1] == 17
+
+
+def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    found = replace(found, probability=found.probability | {"batch_stiffness": 0.0, "time_lag": 0.0})
+    rows = {row[0]: row[2] for row in probability_table(found).rows}
+    assert (rows["11 others, each"], rows["2 not detectable"]) == ("< 1 %", "-")
+    note = " ".join(probability_figure(found).get_supxlabel().split())
+    excluded, hidden = note.split(" not detectable in these recordings: ")
+    assert phrase("permanent_set") in excluded
+    assert phrase("batch_stiffness") not in excluded
+    assert hidden == f"{phrase('batch_stiffness')}, {phrase('time_lag')}"
+    # Beside another effect it may show, and then it has a bar.
+    shown = replace(found, probability=found.probability | {"time_lag": 0.3})
+    rows = {row[0]: row[2] for row in probability_table(shown).rows}
+    assert (rows[title("time_lag")], rows[title("batch_stiffness")]) == ("30 %", "-")
+
+
+def test_the_rows_of_probabilities_count_unknown_physics(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    found = replace(found, probability=found.probability | {"unknown": 1e-4})
+    assert probability_table(found).rows[-2][0] == "12 others, each"
 
 
 def test_the_table_of_models_ends_at_95_percent(case, diagnoses):
