@@ -20,6 +20,7 @@ from bushcli.report.diagnosis_html import diagnosis_html
 from bushcli.report.diagnosis_names import chance, law_title, model_title, phrase, title, together
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import bar, model_table, probability_table
+from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
     form_error_line,
     headline,
@@ -248,7 +249,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     )
     # Parameters have their names in the literature; an effect that is not certain always has its probability.
     assert "Mullins softening: r = 3.205 ± 0.082, m = 0.102 ± 0.011 MPa" in text
-    assert "(Internal friction, 67 %: g = 0.14 ± 0.02" in text
+    assert "(Internal friction, 67 %: g = 0.140 ± 0.020" in text
     assert "With them the misfit falls: axial from " in text
     assert "radial, held out, from 3" in text
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
@@ -445,6 +446,16 @@ def test_probabilities_are_bars_the_largest_first(case, diagnoses):
     assert lengths == sorted(lengths, reverse=True)
     # Certainty is 24 characters: 0.67 of that is 16 and an eighth.
     assert lengths[1] == 17
+
+
+def test_a_value_in_the_paragraph_has_the_digits_of_the_table(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    (known,) = [one for one in found.effects if one.name == "mullins"]
+    stiff = replace(known.parameters["inverse_r"], value=8.1e-5, std=1.31e-6, derived={"r": (12345.0, "1")})
+    text = parameters_text(replace(known, parameters={"inverse_r": stiff}), found.channels)
+    assert text == "r = 12345 ± 200"
+    loose = replace(known.parameters["m"], value=4.4659, std=1.6, derived={})
+    assert parameters_text(replace(known, parameters={"m": loose}), found.channels) == "m = 4.5 ± 1.6 MPa"
 
 
 def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses):
