@@ -157,7 +157,8 @@ def _calculated(
     found = _searched(asked, search, rough, crew)
     extras = Extras()
     if not found.interrupted and not asked.fatal:
-        extras.make(problem, found.plain, found.models, crew, cache, maps, notify)
+        searched = search.left <= UNSEARCHED
+        extras.make(problem, found.plain, found.models, crew, cache, maps, searched, notify)
     return found, extras
 
 
