@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bushcli.cli.listed import names_in
+from bushcli.cli.positive import PositiveNumber
 from bushcli.cli.run import (
     DONE,
     INTERRUPTED,
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--budget",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=PositiveNumber(),
     metavar="MINUTES",
     help="Start no further fits after this time, and answer with the models fitted so far.",
 )

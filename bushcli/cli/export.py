@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bushcli.cli.identification import fit_to_coupons
+from bushcli.cli.positive import PositiveNumber
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, Run, on_a_case, ranks_there_are
 from bushcli.errors import InputError, Problem
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--density",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=PositiveNumber(),
     metavar="KG_PER_M3",
     help="Density of the rubber, for cards.",
 )

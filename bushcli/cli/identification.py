@@ -214,7 +214,9 @@ def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
     from bushcli.inverse import identify
 
     count = len({source.label for source in task.case.recordings} - set(task.hold_out))
-    run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}")
+    if count:
+        # Without any, the task says what is missing.
+        run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):

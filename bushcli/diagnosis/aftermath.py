@@ -43,6 +43,7 @@ class Extras:
         crew: Workers,
         cache: ModelCache,
         maps: bool,
+        searched: bool,
         notify: Progress,
     ) -> None:
         """Compute the proposed test and the maps.
@@ -58,11 +59,13 @@ class Extras:
         cache : ModelCache
         maps : bool
             Whether to make maps of the bushing.
+        searched : bool
+            Whether the search has looked at most models; before that the rivals are not known, and no test is proposed.
         notify : callable
             Called with the stage, its subject, and a text about it.
         """
         try:
-            if len(credible_sets(models)) > 1:
+            if searched and len(credible_sets(models)) > 1:
                 notify("next", "test", "which test would separate the rivals")
                 self.test = next_test(problem, models, crew, notify)
             if maps and models[0].effects:

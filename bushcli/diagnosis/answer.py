@@ -15,6 +15,7 @@ from bushcli.diagnosis.result import (
     RankedModel,
     Verdict,
 )
+from bushcli.diagnosis.words import could_shift
 from bushcli.effects.names import readable_name
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing import missing
@@ -293,8 +294,7 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
         made.append(
             Condition(
                 "budget",
-                f"the time limit was reached: further fits could shift up to {100 * extent.left:.0f} % of the "
-                "probability",
+                f"the time limit was reached: {could_shift(extent.left)}",
                 "give a larger --budget; with -o DIR, --resume continues this run",
             )
         )

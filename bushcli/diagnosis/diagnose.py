@@ -18,6 +18,7 @@ from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities, unfitted
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
+from bushcli.diagnosis.words import could_shift
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
@@ -156,7 +157,8 @@ def _calculated(
     found = _searched(asked, search, rough, crew)
     extras = Extras()
     if not found.interrupted and not asked.fatal:
-        extras.make(problem, found.plain, found.models, crew, cache, maps, notify)
+        searched = search.left <= UNSEARCHED
+        extras.make(problem, found.plain, found.models, crew, cache, maps, searched, notify)
     return found, extras
 
 
@@ -287,10 +289,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, list[Condition]]:
         if not is_interrupt(error) or not search.states:
             raise
         crew.stop()
-        left = 100 * search.left
-        message = (
-            f"interrupted during the search: further fits could shift up to {left:.0f} % of the probability"
-        )
+        message = f"interrupted during the search: {could_shift(search.left)}"
         return "interrupted", [Condition("interrupted", message, "run it again with --resume")]
     return ended, []
 

@@ -1,4 +1,4 @@
-"""A mismatch in one plain sentence."""
+"""A mismatch in one plain sentence, and what a search has left open."""
 
 from __future__ import annotations
 
@@ -45,6 +45,12 @@ def sentences(location: Location) -> tuple[str, ...]:
         return ("the misfit nowhere exceeds the noise",)
     channels = len({one.channel for one in location.bins})
     return tuple(sentence(one, channels) for one in location.mismatch)
+
+
+def could_shift(left: float) -> str:
+    """Return what further fits could do to the posterior, of which a share from 0 to 1 is left; never 0 or 100 %."""
+    size = "less than 1" if left < 0.01 else "more than 99" if left > 0.99 else f"{100 * left:.0f}"
+    return f"further fits could shift {size} % of the probability"
 
 
 def _size(mismatch: Mismatch) -> str:

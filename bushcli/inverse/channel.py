@@ -66,6 +66,11 @@ class ChannelForces:
     slope: Array
     states: Array | None = None
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether all are numbers: close to a singular tangent the derivatives of a solved curve may exceed all."""
+        return bool(np.isfinite(self.force).all() and np.isfinite(self.slope).all())
+
 
 @dataclass(frozen=True)
 class MeshCorrection:

@@ -234,7 +234,7 @@ class LeastSquaresProblem:
         self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
 
     def answers(self, x: Array, trial: Trial | None = None) -> list[ChannelForces] | None:
-        """Solved curves of all channels; None where a march did not converge.
+        """Solved curves of all channels; None where a march did not converge, or where a number is not finite.
 
         Parameters
         ----------
@@ -251,6 +251,8 @@ class LeastSquaresProblem:
                 kept = self._solve(x)
                 if self.journal is not None:
                     self.journal.add(x, kept)
+            if not all(one.is_finite for one in kept):
+                kept = []
             self._known[key] = kept if kept else None
             self.forward_solves += len(kept) if kept else 1
             self._report(x, trial)

@@ -197,13 +197,12 @@ class Task:
                 expected = (
                     "one of both; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
-                raise InputError(Problem(case.path.name, what, "", expected))
+                raise InputError(Problem(str(case.path), what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings:
-                raise InputError(
-                    Problem(case.path.name, "there are no [[recordings]] to identify a law from")
-                )
+                what = "there are no [[recordings]] to identify a law from"
+                raise InputError(Problem(str(case.path), what, "", "[[recordings]] with mode and file"))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.report.diagnosis_names import model_title, short_chance, title
 from bushcli.report.diagnosis_values import derived_text, shown
-from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
+from bushcli.report.diagnosis_words import channel_label, fault_kind, undetectable, unlikely
 from bushcli.report.quantity import number, percent
 from bushcli.report.tables import ReportTable, Row
 from bushcli.selection.searched import TriedModel
@@ -24,10 +25,19 @@ def probability_table(found: Diagnosis) -> ReportTable:
     """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
     ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
     rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
-    few = unlikely(found, SMALL)
-    if few and rows:
-        rows.append((f"{len(few)} others, each" if len(few) > 1 else few[0], bar(0.0), short_chance(0.0)))
+    if not rows:
+        return ReportTable("", ("", "", ""), ())
+    few, hidden = unlikely(found, SMALL), undetectable(found, SMALL)
+    if few:
+        rows.append((_counted(few, "others, each"), bar(0.0), short_chance(0.0)))
+    if hidden:
+        rows.append((_counted(hidden, "not detectable"), bar(0.0), short_chance(math.nan)))
     return ReportTable("Probability that the effect is present", ("", "", ""), tuple(rows), left=2)
+
+
+def _counted(names: Sequence[str], words: str) -> str:
+    """Return the title of a single effect, otherwise the number of effects with words behind it."""
+    return f"{len(names)} {words}" if len(names) > 1 else title(names[0])
 
 
 def bar(share: float, width: int = _BAR) -> str:

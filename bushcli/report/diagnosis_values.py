@@ -101,7 +101,7 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
         for other, (value, of) in known.items():
             first = first or value
             std = value**2 / abs(first) * quantity.std / abs(quantity.value)
-            parts.append(f"{other} = {value:.4g} ± {std:.2g}{tail(of)}")
+            parts.append(f"{other} = {with_std(value, std)}{tail(of)}")
         if not known:
             value_shown = shown(f"{effect.name}.{name}", quantity, channels)
             parts.append(
@@ -114,7 +114,7 @@ def _given(value: ShownQuantity) -> str:
     if value.std == 0.0 and value.upper > value.lower:
         # A scanned dimension stands for the range half-way to the next one.
         return f"{value.value:.3g}{tail(value.unit)} ({span(value.lower, value.upper)})"
-    return f"{value.value:.3g} ± {value.std:.2g}{tail(value.unit)}"
+    return value.text
 
 
 def tail(of: str) -> str:

@@ -9,7 +9,7 @@ from typing import Literal
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
 from bushcli.faults import DataFault
-from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together
+from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, together
 from bushcli.report.quantity import listed, percent
 
 # Sets of effects that are less probable than this are in the tables only.
@@ -305,7 +305,7 @@ def channel_label(channel: DiagnosedChannel) -> str:
 
 
 def unlikely(found: Diagnosis, limit: float) -> list[str]:
-    """Return the titles of the effects that are less probable than a limit, in alphabetical order.
+    """Return the effects that are less probable than a limit and that these recordings could show.
 
     Parameters
     ----------
@@ -313,8 +313,32 @@ def unlikely(found: Diagnosis, limit: float) -> list[str]:
         The diagnosis.
     limit : float
         Probability, from 0 to 1.
+
+    Returns
+    -------
+    list of str
+        Names, the most probable first; unknown physics and `nothing` are among them.
     """
-    return sorted(title(name) for name, p in found.probability.items() if p < limit and name != UNKNOWN)
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    return [name for name, p in ranked if p < limit and name not in found.searched.untestable]
+
+
+def undetectable(found: Diagnosis, limit: float) -> list[str]:
+    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1; an effect that reaches it beside another effect is left out.
+
+    Returns
+    -------
+    list of str
+        Names, in the order of the search.
+    """
+    return [name for name in found.searched.untestable if found.probability.get(name, 0.0) < limit]
 
 
 def _share(value: float) -> str:

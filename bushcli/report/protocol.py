@@ -53,6 +53,7 @@ def _observed(one: Observed) -> dict[str, Any]:
         "rates": [shown.per_internal * rate for rate in one.rates],
         "holds_s": list(one.holds),
         "rests_s": list(one.rests),
+        "pauses_s": list(one.pauses),
         "timed": one.timed,
         "from_rest": one.from_rest,
         "unloads": one.unloads,
@@ -114,6 +115,11 @@ def _line(one: Observed) -> str:
         if held:
             plural = f"{where}s" if len(held) > 1 else where
             words.append(f"{len(held)} {plural} of up to {number(max(held))} s")
+    if one.pauses:
+        plural = "pauses" if len(one.pauses) > 1 else "pause"
+        words.append(
+            f"{len(one.pauses)} {plural} of the logger of up to {number(max(one.pauses))} s, in which it moved"
+        )
     words += [] if one.unloads else ["without unloading"]
     words += [] if one.from_rest else ["not from rest"]
     return f"{one.channel}: {', '.join(words)}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.recording import Recording, Segment, branches, departure
 
@@ -18,6 +19,10 @@ DIFFERENT_RATE = 2.0
 _AT_REST = 0.05
 #: A branch shorter than this share of the largest amplitude is no ramp.
 _RAMP = 0.2
+#: The logger paused between two samples if their interval is longer than this many of both intervals beside it, and the
+#: travel changed by more than this share of its range; as in `recording.rasters`, but rates of one recording may differ
+#: by more than that, and with them the intervals of a logger that samples by travel.
+_PAUSE, _MOVED = 10.0, 0.01
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,8 @@ class Observed:
         Durations of the holds away from rest, s; empty without time.
     rests : tuple of float
         Durations of the holds at rest, s.
+    pauses : tuple of float
+        Durations of the pauses of the logger in which the specimen was moved, s.
     timed : bool
         Whether the recording has time.
     from_rest : bool
@@ -53,6 +60,7 @@ class Observed:
     rates: tuple[float, ...]
     holds: tuple[float, ...]
     rests: tuple[float, ...]
+    pauses: tuple[float, ...]
     timed: bool
     from_rest: bool
     unloads: bool
@@ -72,15 +80,16 @@ def observe(recording: Recording) -> Observed:
         float(max(np.abs(q[branch.start : branch.stop]).max() for branch in group))
         for _, group in groupby(found, lambda branch: branch.cycle)
     )
-    held = list(_holds(recording, found))
+    held, paused = list(_holds(recording, found)), _paused(recording)
     return Observed(
         channel=recording.name,
         mode=recording.mode,
         amplitudes=amplitudes,
         conditioning=recording.conditioning,
-        rates=_distinct(list(_speeds(recording, found, _RAMP * max(amplitudes)))),
+        rates=_distinct(list(_speeds(recording, found, paused, _RAMP * max(amplitudes)))),
         holds=tuple(seconds for seconds, at in held if abs(at) > _AT_REST * span),
         rests=tuple(seconds for seconds, at in held if abs(at) <= _AT_REST * span),
+        pauses=() if recording.time is None else tuple(map(float, np.diff(recording.time)[paused])),
         timed=recording.time is not None,
         from_rest=bool(abs(q[0]) <= _AT_REST * span),
         unloads=any(branch.kind == "unloading" for branch in found),
@@ -97,14 +106,31 @@ def _holds(recording: Recording, found: Sequence[Segment]) -> Iterator[tuple[flo
             yield float(np.ptp(recording.time[cut])), float(recording.displacement[cut].mean())
 
 
-def _speeds(recording: Recording, found: Sequence[Segment], least: float) -> Iterator[float]:
-    """Yield the mean speed of each branch that is longer than `least`."""
+def _paused(recording: Recording) -> NDArray[np.int64]:
+    """Return the intervals between samples (k,) in which the logger paused and the specimen was moved."""
+    if recording.time is None:
+        return np.zeros(0, dtype=np.int64)
+    seconds, way = np.diff(recording.time), np.abs(np.diff(recording.displacement))
+    beside = np.full((2, len(seconds)), np.inf)
+    # The first and the last interval have a neighbour on one side only, which does not show a pause.
+    beside[0, 1:-1], beside[1, 1:-1] = seconds[:-2], seconds[2:]
+    found = (seconds > _PAUSE * beside.max(axis=0)) & (way > _MOVED * np.ptp(recording.displacement))
+    return np.flatnonzero(found)
+
+
+def _speeds(
+    recording: Recording, found: Sequence[Segment], paused: NDArray[np.int64], least: float
+) -> Iterator[float]:
+    """Yield the mean speed of each branch that is longer than `least`, without the pauses of the logger."""
     if recording.time is None:
         return
     for i, branch in enumerate(found):
-        begin = max(departure(found, i), 0)
-        way = abs(recording.displacement[branch.stop - 1] - recording.displacement[begin])
-        seconds = recording.time[branch.stop - 1] - recording.time[begin]
+        begin, last = max(departure(found, i), 0), branch.stop - 1
+        own = paused[(paused >= begin) & (paused < last)]
+        missed = recording.displacement[own + 1] - recording.displacement[own]
+        way = abs(recording.displacement[last] - recording.displacement[begin] - missed.sum())
+        seconds = recording.time[last] - recording.time[begin]
+        seconds -= (recording.time[own + 1] - recording.time[own]).sum()
         if branch.kind != "hold" and way > least and seconds > 0:
             yield float(way / seconds)
 

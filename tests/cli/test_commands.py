@@ -211,6 +211,12 @@ def test_a_missing_case_file_is_said_plainly(cli: Cli, tmp_path: Path) -> None:
     assert not any(word in done.stderr for word in FORBIDDEN)
 
 
+def test_an_identification_without_recordings_only_says_that_there_are_none(cli: Cli, small: Path) -> None:
+    done = cli("inverse", small, "--hold-out", "axial")
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == ["error: --hold-out: leaves no channel to fit (axial)"]
+
+
 def test_an_output_that_is_a_file_is_refused_before_anything_is_solved(cli: Cli, small: Path) -> None:
     done = cli("direct", small, "-o", small.parent / "axial.csv")
     assert done.returncode == 2

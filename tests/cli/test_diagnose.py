@@ -327,7 +327,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
         monkeypatch.setattr(aftermath, stopped, stop)
     found = aftermath.Extras()
     nothing: Any = None
-    found.make(nothing, nothing, models, Workers(), nothing, True, lambda *_: None)
+    found.make(nothing, nothing, models, Workers(), nothing, True, True, lambda *_: None)
     return found
 
 

@@ -39,7 +39,14 @@ def test_options_reach_the_diagnosis(
     assert expected.items() <= asked.items()
 
 
-def test_a_budget_is_some_time() -> None:
-    done = CliRunner().invoke(main, ["diagnose", str(CASE), "--budget", "0"])
+@pytest.mark.parametrize("minutes", ["0", "nan", "inf"])
+def test_a_budget_is_some_time(minutes: str) -> None:
+    done = CliRunner().invoke(main, ["diagnose", str(CASE), "--budget", minutes])
     assert done.exit_code == 2
     assert "--budget" in done.output
+
+
+def test_a_density_is_a_number() -> None:
+    done = CliRunner().invoke(main, ["export", str(CASE), "--to", "abaqus", "--density", "nan"])
+    assert done.exit_code == 2
+    assert "nan is not a finite number" in done.output

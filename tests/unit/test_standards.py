@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -49,6 +50,18 @@ def test_cycles_rates_and_holds_are_counted():
     # A rig needs a few samples to stop; they belong to the ramp.
     assert seen.holds == pytest.approx((60.0,), rel=0.05)
     assert (seen.timed, seen.from_rest, seen.unloads, seen.alike) == (True, True, True, 3)
+
+
+def test_a_pause_of_the_logger_is_no_second_rate():
+    one = ramps([0, 4, 0, 4, 0], 0.5)
+    assert one.time is not None
+    late = replace(one, time=one.time + np.where(np.arange(len(one.time)) > 75, 300.0, 0.0))
+    seen = observe(late)
+    assert seen.pauses == pytest.approx((300.16,))
+    assert seen.rates == pytest.approx((0.5,))
+    assert "whether viscosity or friction opens the loops" in questions(late)
+    # A logger that samples by travel writes a slow ramp with long intervals.
+    assert observe(ramps([0, 4, 0, 4, 0], [5.0, 5.0, 0.05, 5.0])).pauses == ()
 
 
 def test_one_rate_leaves_viscosity_and_friction_open():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from textwrap import fill
 
@@ -15,6 +16,7 @@ from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, phrase, short_chance, title
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
+from bushcli.report.diagnosis_words import undetectable, unlikely
 from bushcli.report.figures.picture import (
     BLUE,
     GREEN,
@@ -61,9 +63,8 @@ def probability_figure(found: Diagnosis) -> Figure:
     """Draw a bar per effect, the most probable on top; those of the most probable model in full colour."""
     ranked = sorted(found.probability.items(), key=lambda one: -one[1])
     drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
-    few = [phrase(name) for name, p in ranked if (name, p) not in drawn]
     chosen = {effect_name(one.name) for one in found.effects}
-    note = fill(f"less than 1 %: {', '.join(few)}", _LINE) if few else ""
+    note = "\n".join(_notes(found, {name for name, _ in drawn}))
     with style():
         lines = note.count("\n") + bool(note)
         figure = new_figure(8.6, 0.6 + 0.34 * len(drawn) + 0.19 * lines)
@@ -93,6 +94,16 @@ def probability_figure(found: Diagnosis) -> Figure:
         if note:
             figure.supxlabel(literal(note), fontsize=8.5, color=GREY, x=0.01, ha="left")
         return figure
+
+
+def _notes(found: Diagnosis, drawn: Collection[str]) -> list[str]:
+    """Return lines with the effects that have no bar: excluded ones, and those that the recordings cannot show."""
+    parts = {
+        "less than 1 %": unlikely(found, _SMALL),
+        "not detectable in these recordings": undetectable(found, _SMALL),
+    }
+    without = {words: [phrase(name) for name in names if name not in drawn] for words, names in parts.items()}
+    return [fill(f"{words}: {', '.join(names)}", _LINE) for words, names in without.items() if names]
 
 
 def strips(found: Diagnosis) -> list[Strip]:

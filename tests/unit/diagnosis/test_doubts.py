@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.answer import _long_memory
+from bushcli.diagnosis.answer import _long_memory, _search_doubts
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.recording import Recording
@@ -32,6 +32,15 @@ def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
     )
     best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(simulated=(LAW,))))
     return best, problem
+
+
+@pytest.mark.parametrize(
+    ("left", "words"), [(1e-4, "less than 1 %"), (0.33, "33 %"), (0.9999, "more than 99 %")]
+)
+def test_what_a_budget_left_open_is_never_nothing_and_never_all(left, words):
+    best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True)))
+    (doubt,) = _search_doubts(best, SimpleNamespace(lost=(), ended="budget", left=left))
+    assert doubt.message.endswith(f"further fits could shift {words} of the probability")
 
 
 def test_noise_as_short_windows_show_it_is_not_doubted():

@@ -20,6 +20,7 @@ from bushcli.report.diagnosis_html import diagnosis_html
 from bushcli.report.diagnosis_names import chance, law_title, model_title, phrase, title, together
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import bar, model_table, probability_table
+from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
     form_error_line,
     headline,
@@ -248,7 +249,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     )
     # Parameters have their names in the literature; an effect that is not certain always has its probability.
     assert "Mullins softening: r = 3.205 ± 0.082, m = 0.102 ± 0.011 MPa" in text
-    assert "(Internal friction, 67 %: g = 0.14 ± 0.02" in text
+    assert "(Internal friction, 67 %: g = 0.140 ± 0.020" in text
     assert "With them the misfit falls: axial from " in text
     assert "radial, held out, from 3" in text
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
@@ -439,12 +440,44 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
 
 def test_probabilities_are_bars_the_largest_first(case, diagnoses):
     table = probability_table(diagnoses.rivalling(case()))
-    assert [row[2] for row in table.rows] == ["> 99 %", "67 %", "31 %", "5 %", "2 %", "< 1 %"]
-    assert [row[0] for row in table.rows][-2:] == ["Unknown physics", "11 others, each"]
+    assert [row[2] for row in table.rows] == ["> 99 %", "67 %", "31 %", "5 %", "2 %", "< 1 %", "-"]
+    assert [row[0] for row in table.rows][-3:] == ["Unknown physics", "11 others, each", "2 not detectable"]
     lengths = [len(row[1]) for row in table.rows]
     assert lengths == sorted(lengths, reverse=True)
     # Certainty is 24 characters: 0.67 of that is 16 and an eighth.
     assert lengths[1] == 17
+
+
+def test_a_value_in_the_paragraph_has_the_digits_of_the_table(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    (known,) = [one for one in found.effects if one.name == "mullins"]
+    stiff = replace(known.parameters["inverse_r"], value=8.1e-5, std=1.31e-6, derived={"r": (12345.0, "1")})
+    text = parameters_text(replace(known, parameters={"inverse_r": stiff}), found.channels)
+    assert text == "r = 12345 ± 200"
+    loose = replace(known.parameters["m"], value=4.4659, std=1.6, derived={})
+    assert parameters_text(replace(known, parameters={"m": loose}), found.channels) == "m = 4.5 ± 1.6 MPa"
+
+
+def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    found = replace(found, probability=found.probability | {"batch_stiffness": 0.0, "time_lag": 0.0})
+    rows = {row[0]: row[2] for row in probability_table(found).rows}
+    assert (rows["11 others, each"], rows["2 not detectable"]) == ("< 1 %", "-")
+    note = " ".join(probability_figure(found).get_supxlabel().split())
+    excluded, hidden = note.split(" not detectable in these recordings: ")
+    assert phrase("permanent_set") in excluded
+    assert phrase("batch_stiffness") not in excluded
+    assert hidden == f"{phrase('batch_stiffness')}, {phrase('time_lag')}"
+    # Beside another effect it may show, and then it has a bar.
+    shown = replace(found, probability=found.probability | {"time_lag": 0.3})
+    rows = {row[0]: row[2] for row in probability_table(shown).rows}
+    assert (rows[title("time_lag")], rows[title("batch_stiffness")]) == ("30 %", "-")
+
+
+def test_the_rows_of_probabilities_count_unknown_physics(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    found = replace(found, probability=found.probability | {"unknown": 1e-4})
+    assert probability_table(found).rows[-2][0] == "12 others, each"
 
 
 def test_the_table_of_models_ends_at_95_percent(case, diagnoses):
