@@ -2,7 +2,8 @@
 
 Models that explain a recording equally well may have different values of a common parameter: a debonded length beside
 a compliant rig is shorter than one by itself. The posterior of a value is the mean of its posteriors in the models,
-weighted with the probabilities of the models.
+weighted with the probabilities of the models. One branch out of three is none of two: the values of an effect with
+several branches are averaged over models with as many of them, which are matched in the order of their times or slips.
 
 References
 ----------
@@ -107,18 +108,22 @@ def components(parameter: str, models: Sequence[Weighed], law: str = "", effect:
     Parameters
     ----------
     parameter : str
-        Its name in the law or in the effect.
+        Its name in the law, or in the effect of the first model.
     models : sequence of Weighed
+        The most probable one first.
     law : str
         Name of the law, if the parameter is one of a law.
     effect : str
         Identity of the effect otherwise: the gain error of one channel is not that of another.
     """
     found = []
+    first = next((own for own in models[0].state.fitted.model.effects if own.identity == effect), None)
     for one in models:
         fitted = one.state.fitted
-        same = [own.name for own in fitted.model.effects if own.identity == effect]
-        name = parameter if law else f"{same[0]}.{parameter}" if same else ""
+        same = next((own for own in fitted.model.effects if own.identity == effect), None)
+        name = parameter
+        if not law:
+            name = "" if first is None or same is None else _counterpart(parameter, first, same)
         if one.predicted is not None or name not in fitted.names:
             continue
         if law and fitted.model.law != law:
@@ -129,6 +134,30 @@ def components(parameter: str, models: Sequence[Weighed], law: str = "", effect:
         logarithmic = not law and known is not None and known.prior.is_logarithmic
         found.append(Component(one.probability, float(fitted.x[i]), std, logarithmic))
     return found
+
+
+def _counterpart(parameter: str, first: ActiveEffect, other: ActiveEffect) -> str:
+    """Return the full name of a parameter of `first` in the same effect of another model; "" if there is none."""
+    ours, theirs = _branches(first), _branches(other)
+    if len(ours) != len(theirs):
+        return ""
+    stem = parameter.rstrip("0123456789")
+    number = parameter[len(stem) :]
+    if number in ours:
+        number = theirs[ours.index(number)]
+    return f"{other.name}.{stem}{number}"
+
+
+def _branches(active: ActiveEffect) -> list[str]:
+    """Numbers at the ends of the names of an effect's branches, in the order of times or slips; [] without branches."""
+    numbered = [p.name for p in active.effect.parameters if p.off is None and p.name[-1].isdigit()]
+    if not numbered:
+        return []
+    stem = numbered[0].rstrip("0123456789")
+    values = {
+        name[len(stem) :]: value for name, value in active.values.items() if name.rstrip("0123456789") == stem
+    }
+    return sorted(values, key=lambda number: values[number])
 
 
 def scanned(

@@ -55,6 +55,40 @@ def test_a_scanned_value_stands_for_its_surroundings() -> None:
     assert (low, high) == pytest.approx((math.sqrt(2.0) * 2.0**0.05, math.sqrt(8.0) * 2.0**0.95))
 
 
+def weighed(active: ActiveEffect, probability: float) -> SimpleNamespace:
+    """A model with one effect, all of whose values are fitted."""
+    fitted = SimpleNamespace(
+        names=tuple(f"{active.name}.{name}" for name in active.values),
+        x=np.array(list(active.values.values())),
+        model=SimpleNamespace(effects=(active,), law="yeoh"),
+    )
+    state = SimpleNamespace(fitted=fitted, priors={}, evidence=None)
+    return SimpleNamespace(state=state, predicted=None, probability=probability)
+
+
+@pytest.mark.parametrize(
+    ("name", "stem", "first"), [("viscoelasticity", "tau", "1"), ("friction", "slip", "")]
+)
+def test_branches_are_matched_in_the_order_of_their_times(monkeypatch, name, stem, first) -> None:
+    """The same two branches, numbered the other way round, and three of them, of which none is one of the two."""
+
+    def model(probability: float, **values: float) -> SimpleNamespace:
+        named = {key.replace("x", stem).replace("_", first): value for key, value in values.items()}
+        return weighed(ActiveEffect(effects()[name], named), probability)
+
+    monkeypatch.setattr(intervals, "standard_errors", lambda names, _: dict.fromkeys(names, 0.01))
+    models = [
+        model(0.5, g_=0.1, x_=0.3, g2=0.2, x2=4.0),
+        model(0.3, g_=0.22, x_=4.1, g2=0.11, x2=0.31),
+        model(0.2, g_=0.05, x_=0.1, g2=0.1, x2=1.0, g3=0.1, x3=9.0),
+    ]
+    found = {
+        key: [one.value for one in components(key, models, effect=name)]
+        for key in (f"g{first}", f"{stem}{first}", "g2", f"{stem}2")
+    }
+    assert list(found.values()) == [[0.1, 0.11], [0.3, 0.31], [0.2, 0.22], [4.0, 4.1]]
+
+
 def test_the_gain_of_one_channel_is_not_that_of_another(monkeypatch) -> None:
     """Either is called gain.error in a model that has no other gain."""
     gain = effects()["gain"]
