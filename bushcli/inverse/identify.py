@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
-from bushcli.faults import condition, find_faults
+from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
@@ -118,7 +118,10 @@ def identify(
     for channel in problem.channels:
         recording = channel.recording
         check_play(task.case, recording.name, recording.mode, recording.displacement)
-    run = _Searches(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
+    faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
+    run = _Searches(
+        task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables, faults
+    )
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -134,7 +137,6 @@ def identify(
         replaced = start_replaced(_in_file_units(task, run.instead))
         fit = replace(fit, conditions=(*fit.conditions, replaced))
     # Data faults come first: they explain more of a poor fit than any condition found after them.
-    faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
     return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
 
 
@@ -161,6 +163,7 @@ class _Searches:
     progress: Progress | None
     pool: Pool | None
     tables: TableCache
+    faults: tuple[DataFault, ...]
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
 
@@ -206,7 +209,9 @@ class _Searches:
         task, problem = self.task, self.problem
         best = self.minima[_best(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves
-        best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, interrupted)
+        # The intervals of a law that is fitted to wrong data would mean nothing.
+        skipped = interrupted or any(fault.fatal for fault in self.faults)
+        best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, (self.lower, self.upper), profiles)
         singular, undetermined = certainty.directions(problem, best.x)
@@ -315,12 +320,12 @@ def _refine(
 
 
 def _profiled(
-    task: Task, problem: LeastSquaresProblem, best: Minimum, lower: Array, upper: Array, interrupted: bool
+    task: Task, problem: LeastSquaresProblem, best: Minimum, lower: Array, upper: Array, skipped: bool
 ) -> tuple[Minimum, list[Profile], bool]:
     """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
     found: dict[int, Profile] = {}
     cut = False
-    if interrupted or task.source != "recordings" or task.method == "dogleg":
+    if skipped or task.source != "recordings" or task.method == "dogleg":
         return best, [], False
     try:
         with unwrapped_interrupts():

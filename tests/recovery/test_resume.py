@@ -97,6 +97,20 @@ def test_an_interrupted_profile_leaves_the_minimum_found(experiment):
     assert "profiles" in fit.conditions[0].message
 
 
+def test_faulty_data_get_no_profiles(experiment):
+    """The same recording in kN, read in N: C30 is as poorly determined, but an interval of it would mean nothing."""
+    case = experiment("axial", noise=1.0, seed=3)
+    file = case.recordings[0].file
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    pairs = [row.split(",") for row in rows]
+    file.write_text(
+        "\n".join([head, *(f"{q},{float(force) / 1e3!r}" for q, force in pairs)]), encoding="utf-8"
+    )
+    fit = identify(Task(case, "yeoh"))
+    assert fit.conditions[0].name == "faulty_data"
+    assert fit.profile_sweeps == 0
+
+
 def test_an_interruption_within_another_error_gives_the_best_too(experiment):
     """A signal during a callback may come out as an error of the library that called back."""
 
