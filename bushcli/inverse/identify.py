@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -118,10 +119,7 @@ def identify(
     for channel in problem.channels:
         recording = channel.recording
         check_play(task.case, recording.name, recording.mode, recording.displacement)
-    faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
-    run = _Searches(
-        task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables, faults
-    )
+    run = _Searches(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -137,7 +135,7 @@ def identify(
         replaced = start_replaced(_in_file_units(task, run.instead))
         fit = replace(fit, conditions=(*fit.conditions, replaced))
     # Data faults come first: they explain more of a poor fit than any condition found after them.
-    return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
+    return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions))
 
 
 @dataclass
@@ -163,9 +161,14 @@ class _Searches:
     progress: Progress | None
     pool: Pool | None
     tables: TableCache
-    faults: tuple[DataFault, ...]
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
+
+    @cached_property
+    def faults(self) -> tuple[DataFault, ...]:
+        """Faults of the recordings, the fatal ones first."""
+        channels = (*self.problem.channels, *self.held_out)
+        return find_faults(self.task.case, [channel.recording for channel in channels])
 
     def search(self) -> None:
         """Search from all starts.

@@ -145,7 +145,7 @@ def _tilt(name: str, meaning: str, motion: str) -> EffectParameter:
 EFFECT = Effect(
     name="misalignment",
     title="Misalignment of the sleeves",
-    summary="The inner sleeve is off centre at rest: radial loading differs between + and -.",
+    summary="The inner sleeve is off centre or tilted at rest: radial or conical loading differs between + and -.",
     acts="assembly",
     parameters=(
         _offset("offset", "in the direction of the radial load (x)", 0.8),
