@@ -71,9 +71,10 @@ class Cycle:
     closed : bool
         Whether it ends at the displacement at which it began.
     energy : Uncertain
-        Hysteresis energy, N mm; MPa (energy per volume) of a coupon.
+        Hysteresis energy, N mm; MPa (energy per volume) of a coupon. Of an open cycle the net work.
     loss : Uncertain
-        Hysteresis energy over the work done while loading, dimensionless; nan where no work was done.
+        Hysteresis energy over the work done while loading, dimensionless; nan where no work was done, and for an open
+        cycle, whose net work is mostly stored.
     secant : Uncertain
         Secant stiffness, N/mm, N mm/rad or MPa.
     peak_force : Uncertain
@@ -152,7 +153,8 @@ def _cycle(
     )
     energy = _net_work(q_loop, force_loop, closed, noise)
     work = sum(_work(path.displacement, force, branch, begin) for branch in part if branch.kind == "loading")
-    loss = Uncertain(energy.value / work, energy.std / work) if work > 0 else Uncertain(np.nan, np.nan)
+    known = closed and work > 0
+    loss = Uncertain(energy.value / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
     counted = _without_holds(part, begin)
     peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
     return Cycle(

@@ -106,6 +106,8 @@ def test_an_open_cycle_says_so_and_has_the_net_work():
     _, q = ramps(0.0, 4.0, 3.0)
     (found,) = cycles(Curve("axial", q, 100.0 * q))
     assert not found.closed
+    # The work is stored, not lost.
+    assert np.isnan(found.loss.value)
     assert found.energy.value == pytest.approx(450.0)
 
 
