@@ -198,7 +198,7 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
     elif kind.rotational and load_case.amplitude > math.pi:
         degrees = math.degrees(load_case.amplitude)
         what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"
-        yield Finding(keys, what, expected="degrees")
+        yield Finding(keys, what, expected="an angle in degrees, at most 180")
     elif (
         kind.specimen == "bushing"
         and not kind.rotational

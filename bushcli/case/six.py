@@ -132,7 +132,7 @@ def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> li
         return [Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")]
     if turned > math.pi:
         what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
-        return [Finding(keys, what, expected="degrees")]
+        return [Finding(keys, what, expected="angles in degrees, at most 180")]
     return []
 
 
