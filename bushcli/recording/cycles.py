@@ -73,8 +73,8 @@ class Cycle:
     energy : Uncertain
         Hysteresis energy, N mm; MPa (energy per volume) of a coupon. Of an open cycle the net work.
     loss : Uncertain
-        Hysteresis energy over the work done while loading, dimensionless; nan where no work was done, and for an open
-        cycle, whose net work is mostly stored.
+        Hysteresis energy over the work done while loading, dimensionless; nan where no work was done. An open cycle is
+        closed by the straight line to where it began; if it does not come back at all, the loss is nan.
     secant : Uncertain
         Secant stiffness, N/mm, N mm/rad or MPa.
     peak_force : Uncertain
@@ -153,8 +153,11 @@ def _cycle(
     )
     energy = _net_work(q_loop, force_loop, closed, noise)
     work = sum(_work(path.displacement, force, branch, begin) for branch in part if branch.kind == "loading")
-    known = closed and work > 0
-    loss = Uncertain(energy.value / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
+    known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
+    stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
+    loss = (
+        Uncertain((energy.value - stored) / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
+    )
     counted = _without_holds(part, begin)
     peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
     return Cycle(

@@ -107,8 +107,15 @@ def test_an_open_cycle_says_so_and_has_the_net_work():
     (found,) = cycles(Curve("axial", q, 100.0 * q))
     assert not found.closed
     # The work is stored, not lost.
-    assert np.isnan(found.loss.value)
+    assert found.loss.value == pytest.approx(0.0, abs=1e-9)
     assert found.energy.value == pytest.approx(450.0)
+
+
+def test_a_motion_in_one_direction_has_no_loss():
+    _, q = ramps(0.0, 4.0, 0.0, -4.0)
+    closed, one_way = cycles(Curve("axial", q, 100.0 * q))
+    assert closed.loss.value == pytest.approx(0.0, abs=1e-9)
+    assert np.isnan(one_way.loss.value)
 
 
 def test_cycles_about_a_preload_close_where_they_began():
