@@ -131,7 +131,7 @@ def _tilt(name: str, meaning: str, motion: str) -> EffectParameter:
         off=0.0,
         optional=True,
         motions=frozenset({motion}),
-        # The ends of the inner sleeve then come no closer to the outer one than by 0.15 of the thickness.
+        # An end of a sleeve as long as the bond then comes closer to the outer one by 0.15 of the thickness at most.
         within=("thickness/length", 0.3),
         prior=Prior(
             "t",
