@@ -79,7 +79,7 @@ class Motion:
             space.dofmap.index_map_bs
         )
         self.constrained = self._found()
-        self._turnings: dict[str, Callable[[], Array] | None] = {}
+        self._shift_slopes: dict[str, Callable[[], Array] | None] = {}
         self.six = setting.six
         self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
 
@@ -196,9 +196,9 @@ class Motion:
             Parameter of the sleeve's size or direction; if given, the derivative by it is returned.
         """
         c, pose = self.constrained, self.pose(q)
-        x = c.x.T if self._turned is None else c.x.T + self._turned()
+        x = c.x.T if self._shifts is None else c.x.T + self._shifts()
         fields = twists(x, pose)
-        slope = self._turned_by(by)
+        slope = self._shift_slope(by)
         assert slope is not None or not by
         if slope is not None:
             # Affine in the coordinates: the difference drops the constant.
@@ -207,7 +207,7 @@ class Motion:
 
     def arms(self, q: float) -> Array:
         """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""
-        x = self.constrained.x.T if self._turned is None else self.constrained.x.T + self._turned()
+        x = self.constrained.x.T if self._shifts is None else self.constrained.x.T + self._shifts()
         return rotation(self.pose(q)[3:]) @ x
 
     def over_all(self, constrained: Array) -> Array:
@@ -231,7 +231,7 @@ class Motion:
         """
         if name in self._reductions:
             return self.over_all(self._stage * self._reductions[name])
-        if self.turns_by(name):
+        if self.arms_depend_on(name):
             return self.over_all(self._along_sleeve(self._motion, q, by=name))
         return None
 
@@ -245,15 +245,15 @@ class Motion:
         q : float
             Generalised displacement, mm or rad.
         """
-        if not self.turns_by(name):
+        if not self.arms_depend_on(name):
             return None
         if self.six is not None:
             return self.over_all(twist_of(self.pose(q)) @ self.six.rate(q) @ self.twists(q, by=name))
         return self.over_all(self._along_sleeve(self._setting.rate, q, by=name))
 
-    def turns_by(self, name: str) -> bool:
+    def arms_depend_on(self, name: str) -> bool:
         """Whether a sleeve's motion depends on a parameter because its size or direction does."""
-        return self._turned_by(name) is not None
+        return self._shift_slope(name) is not None
 
     @property
     def _stage(self) -> float:
@@ -264,10 +264,10 @@ class Motion:
         c = self.constrained
         dimension = 3 if self._setting.kinematics == "cartesian" else 2
         x = c.x[:, :dimension].T
-        if self._turned is not None:
-            x = x + self._turned()
+        if self._shifts is not None:
+            x = x + self._shifts()
         displacement = motion(x, q)
-        slope = self._turned_by(by)
+        slope = self._shift_slope(by)
         assert slope is not None or not by
         if slope is not None:
             # A rigid motion is affine in the coordinates: the difference drops the constant.
@@ -275,24 +275,24 @@ class Motion:
         return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
 
     @cached_property
-    def _turning(self) -> Scalar | None:
+    def _shift(self) -> Scalar | None:
         """Displacement from the mesh of the sleeves' points about their centres, in UFL; None unless one turns."""
         turns = self._mode.rotational or self.six is not None
         return self._arms() if turns and self._setting.kinematics == "cartesian" else None
 
     @cached_property
-    def _turned(self) -> Callable[[], Array] | None:
-        """Values of `_turning` at the constrained points, (3, n)."""
-        return None if self._turning is None else self._at_constrained(self._turning)
+    def _shifts(self) -> Callable[[], Array] | None:
+        """Values of `_shift` at the constrained points, (3, n)."""
+        return None if self._shift is None else self._at_constrained(self._shift)
 
-    def _turned_by(self, name: str) -> Callable[[], Array] | None:
-        """Derivative of `_turned` by a parameter; None where it is zero."""
-        if self._turning is None or name not in self._parameters.marked:
+    def _shift_slope(self, name: str) -> Callable[[], Array] | None:
+        """Derivative of `_shifts` by a parameter; None where it is zero."""
+        if self._shift is None or name not in self._parameters.marked:
             return None
-        if name not in self._turnings:
-            slope = expand_derivatives(ufl.diff(self._turning, self._parameters.marked[name]))
-            self._turnings[name] = None if isinstance(slope, Zero) else self._at_constrained(slope)
-        return self._turnings[name]
+        if name not in self._shift_slopes:
+            slope = expand_derivatives(ufl.diff(self._shift, self._parameters.marked[name]))
+            self._shift_slopes[name] = None if isinstance(slope, Zero) else self._at_constrained(slope)
+        return self._shift_slopes[name]
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
         """Return a function that evaluates a UFL vector at the constrained points, (3, n), at present parameters."""

@@ -61,7 +61,7 @@ class SixSensitivity(Sensitivity):
         forces = self._forces(slopes, changes, boundaries)
         held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
-            if model.motion.turns_by(name):
+            if model.motion.arms_depend_on(name):
                 bends = model.motion.over_all(model.motion.twists(q, by=name))
                 held[:, i] += [self._on_reactions(bend) for bend in bends]
         columns = twist_of(model.motion.pose(q))

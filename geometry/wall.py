@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -50,6 +51,11 @@ class Wall:
     def bonded(self) -> float:
         """Length of the shorter bond along the axis, mm."""
         return min(self.inner[1] - self.inner[0], self.outer[1] - self.outer[0])
+
+    def size(self, name: Literal["thickness", "length", "thickness/length"]) -> float:
+        """Return the thickness, the length of the shorter bond (both mm), or their quotient."""
+        known = {"thickness": self.thickness, "length": self.bonded}
+        return known[name] if name in known else self.thickness / self.bonded
 
     def span(self, bond: str) -> Span:
         """Least and largest z of the bond "inner" or "outer", mm."""

@@ -141,7 +141,7 @@ def _counterpart(parameter: str, first: ActiveEffect, other: ActiveEffect) -> st
     ours, theirs = _branches(first), _branches(other)
     if len(ours) != len(theirs):
         return ""
-    stem = parameter.rstrip("0123456789")
+    stem = first.effect.parameter(parameter).stem
     number = parameter[len(stem) :]
     if number in ours:
         number = theirs[ours.index(number)]
@@ -150,13 +150,9 @@ def _counterpart(parameter: str, first: ActiveEffect, other: ActiveEffect) -> st
 
 def _branches(active: ActiveEffect) -> list[str]:
     """Numbers at the ends of the names of an effect's branches, in the order of times or slips; [] without branches."""
-    numbered = [p.name for p in active.effect.parameters if p.off is None and p.name[-1].isdigit()]
-    if not numbered:
-        return []
-    stem = numbered[0].rstrip("0123456789")
-    values = {
-        name[len(stem) :]: value for name, value in active.values.items() if name.rstrip("0123456789") == stem
-    }
+    stem = next((p.stem for p in active.effect.parameters if p.off is None and p.name != p.stem), None)
+    same = [p.name for p in active.effect.parameters if p.stem == stem and p.name in active.values]
+    values = {name[len(stem or "") :]: active.values[name] for name in same}
     return sorted(values, key=lambda number: values[number])
 
 

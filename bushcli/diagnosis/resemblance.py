@@ -13,15 +13,14 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
 amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
-keep their priors. r is relative
-to what the effects do that are left. That is measured twice, and the smaller r counts: with the law fitted, as the
-part of the change that the other parameters cannot imitate relative to the misfit of the plain law; and with all
-other parameters held, relative to the largest change by one of these effects. The law adapts itself to nearly all
-that a swaging does, but not to its error: a swaging that is uneven along the bushing moves the inner sleeve, as an
-offset does. If no effect is left, p is log-normal about lambda with r relative to the force. Three limits: an effect
-whose change is as large as what the others do is no error of form; the error of an effect lies in the channels on
-which it acts, and elsewhere there is only that of the law; and the force that a law or an effect without memory makes
-wrong depends on the displacement alone, so that its error resembles no effect with memory.
+keep their priors. r is relative to what the effects do that are left. That is measured twice, and the smaller r counts:
+with the law fitted, as the part of the change that the other parameters cannot imitate relative to the misfit of the
+plain law; and with all other parameters held, relative to the largest change by one of these effects. The law adapts
+itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing moves the
+inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the force. Three
+limits: an effect whose change is as large as what the others do is no error of form; the error of an effect lies in the
+channels on which it acts, and elsewhere there is only that of the law; and the force that a law or an effect without
+memory makes wrong depends on the displacement alone, so that its error resembles no effect with memory.
 
 References
 ----------
@@ -191,7 +190,8 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
 def _leading(state: State, active: ActiveEffect) -> EffectParameter:
     """Return the amplitude of an effect that changes the features most: the size of the change is in proportion to it.
 
-    One that nothing in the recordings shows would have any size, such as none at all.
+    An amplitude that the recordings do not show may be anywhere within its prior, also at zero: its density says
+    nothing about the size of the change.
     """
     names, slopes = state.fitted.names, np.vstack(state.slopes)
 

@@ -112,9 +112,14 @@ class EffectParameter:
     prior: Prior | None = None
 
     @property
+    def stem(self) -> str:
+        """The name without the number of a branch."""
+        return self.name.rstrip("0123456789")
+
+    @property
     def branch(self) -> str:
         """Key of the branch: the number at the end of the name; without one, the name of an optional parameter."""
-        number = self.name[len(self.name.rstrip("0123456789")) :]
+        number = self.name[len(self.stem) :]
         return number or (self.name if self.optional else "")
 
     def admits(self, value: float) -> bool:
@@ -128,10 +133,8 @@ class EffectParameter:
         wall = None if shape is None or self.within is None else shape.wall
         if self.within is None or wall is None:
             return self.lower, self.upper
-        name, share = self.within
-        sizes = {"length": wall.bonded, "thickness": wall.thickness}
-        size = sizes[name] if name in sizes else wall.thickness / wall.bonded
-        return max(self.lower, -share * size), min(self.upper, share * size)
+        most = self.within[1] * wall.size(self.within[0])
+        return max(self.lower, -most), min(self.upper, most)
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""

@@ -208,8 +208,8 @@ def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | Non
     """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
     if present is None:
         return False
-    stem = parameter.name.rstrip("0123456789")
-    others = [v for name, v in present.values.items() if name.rstrip("0123456789") == stem]
+    same = [p.name for p in present.effect.parameters if p.stem == parameter.stem]
+    others = [present.values[name] for name in same if name in present.values]
     return any(0.5 < value / other < 2.0 for other in others if other > 0)
 
 
