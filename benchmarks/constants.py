@@ -2,7 +2,7 @@
 
 Each constant is replaced in the source while its module is imported, and recordings of the development deck are
 diagnosed again. ``setup/enter python benchmarks/constants.py run DIR NAME...`` appends a line per constant, value and
-recording to ``constants.jsonl`` (some 20 s each; what is there is not run again), and ``... table`` prints
+recording to ``constants.jsonl`` (half a minute to two each; what is there is not run again), and ``... table`` prints
 ``constants.md``.
 """
 
