@@ -1,4 +1,4 @@
-"""How far the probabilities of a diagnosis depend on constants for which there is no other source than this.
+"""How far the probabilities of a diagnosis depend on constants that have no other source.
 
 Each constant is replaced in the source while its module is imported, and recordings of the development deck are
 diagnosed again. ``setup/enter python benchmarks/constants.py run DIR NAME...`` appends a line per constant, value and
@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.abc import Loader, MetaPathFinder
+from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -27,7 +27,7 @@ KEPT = Path(__file__).with_name("constants.jsonl")
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant and the values that are tried in place of its own, as Python expressions."""
+    """A constant of a module of bushcli, and the values that are tried in its place, as Python expressions."""
 
     module: str
     name: str
@@ -104,8 +104,7 @@ class Finder(MetaPathFinder):
         spec = PathFinder.find_spec(fullname, path)
         if spec is None or spec.origin is None:
             return None
-        loader: Loader = _Changed(fullname, spec.origin, self._constant, self._value)
-        spec.loader = loader
+        spec.loader = _Changed(fullname, spec.origin, self._constant, self._value)
         return spec
 
 
@@ -174,7 +173,7 @@ def run(folder: Path, names: Sequence[str]) -> None:
     folder
         Folder of the development deck's cases.
     names
-        Names of recordings.
+        Names of recordings, such as "021".
     """
     known = {(x["module"], x["constant"], x["value"], x["case"]) for x in _lines()}
     for task in _tasks(names):
