@@ -15,7 +15,14 @@ from pathlib import Path
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
-from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities, unfitted
+from bushcli.diagnosis.posterior import (
+    Weighed,
+    credible_sets,
+    groups,
+    posterior,
+    probabilities,
+    run_with_shown,
+)
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.diagnosis.words import could_shift
@@ -29,7 +36,7 @@ from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
-from bushcli.selection.model import Fitted, Key, Model
+from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
@@ -277,14 +284,7 @@ def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | Non
 def _run(search: Search, crew: Workers) -> tuple[Ended, list[Condition]]:
     """Run the search; return why it ended, and a condition if it was interrupted."""
     try:
-        ended = search.run()
-        # The report shows the most probable models, which therefore have to be fitted.
-        tried: set[Key] = set()
-        while (
-            time.perf_counter() < search.deadline and (one := unfitted(posterior(search), tried)) is not None
-        ):
-            tried.add(one.model.structure)
-            search.fit_anyway(one)
+        ended = run_with_shown(search)
     except BaseException as error:
         if not is_interrupt(error) or not search.states:
             raise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -15,8 +16,9 @@ from bushcli.diagnosis.result import Group
 from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name, within
 from bushcli.selection.model import Key, Model
-from bushcli.selection.queue import Search
+from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.queued import Queued
+from bushcli.selection.searched import Ended
 from bushcli.selection.state import State
 
 # Share of the posterior that the credible set holds.
@@ -150,6 +152,27 @@ def _weighed(search: Search) -> list[Weighed]:
     # Errors of form that resemble an effect add to the sum over models.
     whole = sum(one.probability for one in found)
     return [replace(one, probability=one.probability / whole) for one in found]
+
+
+def run_with_shown(search: Search) -> Ended:
+    """Search, then fit the models that the report shows; return why it ended.
+
+    Such a fit may predict further models, which may matter: then the search goes on.
+
+    Parameters
+    ----------
+    search : Search
+    """
+    ended, tried = search.run(), set[Key]()
+    while ended == "nothing left" and time.perf_counter() < search.deadline:
+        one = unfitted(posterior(search), tried)
+        if one is None:
+            break
+        tried.add(one.model.structure)
+        search.fit_anyway(one)
+        if search.left >= LEFT:
+            ended = search.run()
+    return ended
 
 
 def unfitted(models: Sequence[Weighed], tried: Collection[Key] = ()) -> Queued | None:

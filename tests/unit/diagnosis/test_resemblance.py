@@ -10,13 +10,14 @@ import pytest
 from scipy.stats import lognorm
 
 from bushcli.diagnosis import resemblance
-from bushcli.diagnosis.posterior import posterior, probabilities, unfitted
+from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted
 from bushcli.diagnosis.resemblance import Size, resembling
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect, effects
 from bushcli.effects.rig import Travel, elastic_response
 from bushcli.evidence.prior import effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
+from bushcli.selection.queue import LEFT
 from bushcli.selection.state import State
 from tests.linear import NAMES, World
 
@@ -181,6 +182,29 @@ def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon,
     assert again[0].effects == ("drift",)
     assert again[0].predicted is None
     assert sum(one.probability for one in again) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_search_goes_on_if_a_model_that_the_report_shows_predicts_others_that_matter(coupon, monkeypatch):
+    """Foreign 057 of the decks ended as "not diagnosed": the last fit had opened the whole posterior again."""
+    world = World(coupon, **{"drift.rate": 3.0, "permanent_set.set": 1.0})
+    found = world.search(monkeypatch)
+    key, other = list(found.waiting)[:2]
+    shown = [found.waiting[key], None]
+    monkeypatch.setattr("bushcli.diagnosis.posterior.unfitted", lambda models, tried: shown.pop(0))
+    fit_anyway = found.fit_anyway
+
+    def opened(one):
+        world.always = True
+        fit_anyway(one)
+        world.always = False
+        found.waiting[other] = replace(found.waiting[other], slack=1000.0, limit=math.inf)
+        assert found.left > 0.99
+
+    monkeypatch.setattr(found, "fit_anyway", opened)
+    assert run_with_shown(found) == "nothing left"
+    assert {key, other} <= found.states.keys()
+    assert found.left < LEFT
+    assert not shown
 
 
 # Two cycles of unequal amplitude, at the same displacements on every branch.
