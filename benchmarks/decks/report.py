@@ -25,18 +25,91 @@ def items(deck: str, label: str) -> list[Item]:
     return [Item(one, said(lines[name])) for name, one in manifest.read(deck).items() if name in lines]
 
 
+def _catalogue(found: Sequence[Item]) -> list[Item]:
+    return [i for i in found if i.entry.truth and not i.entry.outside]
+
+
+def _tellable(found: Sequence[Item]) -> list[Item]:
+    return [i for i in _catalogue(found) if i.entry.tellable]
+
+
+def _nothing(found: Sequence[Item]) -> list[Item]:
+    return [i for i in found if i.entry.kind == "none"]
+
+
+def _outside(found: Sequence[Item]) -> list[Item]:
+    return [i for i in found if i.entry.outside]
+
+
+def _right(found: Sequence[Item]) -> Count:
+    return score.count(_catalogue(found), score.in_set)
+
+
+def _outright(found: Sequence[Item]) -> Count:
+    return score.count(_tellable(found), score.outright)
+
+
+def _wrong(found: Sequence[Item]) -> Count:
+    return score.count(found, lambda i: bool(score.wrongly(i)))
+
+
+def _inside(found: Sequence[Item]) -> Count:
+    holds = [one.holds for i in found for one in score.intervals(i)]
+    return Count(sum(holds), len(holds))
+
+
+def _verdicts(found: Sequence[Item]) -> Count:
+    right = [score.outside_right(i) if i.entry.outside else score.explained(i) for i in found]
+    return Count(sum(right), len(right))
+
+
+# Deck, score, what was wanted of it, and how it is counted.
+WANTED: Sequence[tuple[str, str, str, Callable[[Sequence[Item]], Count]]] = (
+    ("own", "right set in the credible set", "97 % or more", _right),
+    ("own", "named outright, where it can be told", "95 % or more", _outright),
+    ("own", "recordings with an absent effect stated", "2 % or less", _wrong),
+    ("own", "95 % intervals that hold the true value", "92 % or more", _inside),
+    ("foreign", "right set in the credible set", "95 % or more", _right),
+    ("foreign", "named outright, where it can be told", "85 % or more", _outright),
+    ("foreign", "recordings with an absent effect stated", "3 % or less", _wrong),
+    ("nothing", "`explained`, or unexplained in the right place", "90 % or more", _verdicts),
+    ("nothing", "recordings with an absent effect stated", "3 % or less", _wrong),
+)
+# What is said with a probability.
+KINDS: Mapping[str, Callable[[Item], Iterable[tuple[float, bool]]]] = {
+    "effects": score.statements,
+    "sets of effects": score.models,
+}
+
+
 def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = None) -> str:
     """Return the whole page; with `output`, write the picture beside it."""
     found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
-    parts = [ABOUT.read_text(encoding="utf-8")]
+    together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
+    parts = [ABOUT.read_text(encoding="utf-8"), _scores(found, together)]
     for deck, runs in found.items():
         parts.append(_deck(deck, runs))
-    together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
     parts.append(
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in found.items()]
     return "\n".join(parts)
+
+
+def _scores(found: Mapping[str, Runs], together: Runs) -> str:
+    """Compare the scores with those that were wanted when the decks were frozen."""
+    rows = [
+        [deck, what, wanted, *(shown(of(runs)) for runs in found[deck].values())]
+        for deck, what, wanted, of in WANTED
+        if deck in found
+    ]
+    for what, said_ in KINDS.items():
+        errors = [score.calibration_error(_bins(runs, said_)) for runs in together.values()]
+        rows.append(["all", f"expected calibration error, {what}", "0.05 or less", *map(finite, errors)])
+    return (
+        "## Scores\n\nOf the recordings that were diagnosed under each label. What was wanted was fixed together with\n"
+        "the decks, before any run.\n\n" + table(["deck", "score", "wanted", *together], rows)
+    )
 
 
 def _deck(deck: str, runs: Runs) -> str:
@@ -53,42 +126,26 @@ def _deck(deck: str, runs: Runs) -> str:
 
 
 def _rows(runs: Runs) -> list[list[str]]:
-    def catalogue(found: Sequence[Item]) -> list[Item]:
-        return [i for i in found if i.entry.truth and not i.entry.outside]
-
-    def tellable(found: Sequence[Item]) -> list[Item]:
-        return [i for i in catalogue(found) if i.entry.tellable]
-
-    def nothing(found: Sequence[Item]) -> list[Item]:
-        return [i for i in found if i.entry.kind == "none"]
-
-    def outside(found: Sequence[Item]) -> list[Item]:
-        return [i for i in found if i.entry.outside]
-
     def of(choose: Callable[[Sequence[Item]], list[Item]], good: Callable[[Item], bool]) -> list[str]:
         return [shown(score.count(choose(found), good)) for found in runs.values()]
 
     def wrong(found: Sequence[Item]) -> str:
-        effects = sum(len(score.wrongly(i)) for i in found)
-        return f"{effects} in {shown(Count(sum(bool(score.wrongly(i)) for i in found), len(found)))}"
-
-    def inside(found: Sequence[Item]) -> str:
-        return shown(_held([one.holds for i in found for one in score.intervals(i)]))
+        return f"{sum(len(score.wrongly(i)) for i in found)} in {shown(_wrong(found))}"
 
     def logs(found: Sequence[Item]) -> str:
         return f"{statistics.mean(map(score.log_score, found)):.2f}" if found else ""
 
     rows = [
-        ["right set in the credible set", *of(catalogue, score.in_set)],
-        ["named outright, where it can be told", *of(tellable, score.outright)],
-        ["named outright, all", *of(catalogue, score.outright)],
-        ["called unexplained, though in the catalogue", *of(catalogue, score.unexplained)],
-        ["nothing concealed: `explained`", *of(nothing, score.explained)],
-        ["nothing concealed: nothing in the credible set", *of(nothing, score.in_set)],
-        ["outside: unexplained in the right place, or its later name", *of(outside, score.outside_right)],
-        ["outside: `unexplained`", *of(outside, score.unexplained)],
+        ["right set in the credible set", *(shown(_right(found)) for found in runs.values())],
+        ["named outright, where it can be told", *(shown(_outright(found)) for found in runs.values())],
+        ["named outright, all", *of(_catalogue, score.outright)],
+        ["called unexplained, though in the catalogue", *of(_catalogue, score.unexplained)],
+        ["nothing concealed: `explained`", *of(_nothing, score.explained)],
+        ["nothing concealed: nothing in the credible set", *of(_nothing, score.in_set)],
+        ["outside: unexplained in the right place, or its later name", *of(_outside, score.outside_right)],
+        ["outside: `unexplained`", *of(_outside, score.unexplained)],
         ["absent effects stated with 95 % or more", *map(wrong, runs.values())],
-        ["95 % intervals that hold the true value", *map(inside, runs.values())],
+        ["95 % intervals that hold the true value", *(shown(_inside(found)) for found in runs.values())],
         ["`faulty_data`, which is never right here", *of(list, lambda i: i.said.verdict == "faulty_data")],
         ["spikes reported where there are some", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
         ["a data fault reported where there is none", *of(_clean, lambda i: bool(i.said.faults))],
@@ -104,11 +161,6 @@ def _with_spikes(found: Sequence[Item]) -> list[Item]:
 
 def _clean(found: Sequence[Item]) -> list[Item]:
     return [i for i in found if not i.entry.faults]
-
-
-def _held(holds: Iterable[bool]) -> Count:
-    all_ = list(holds)
-    return Count(sum(all_), len(all_))
 
 
 def truth_of(entry: Entry) -> str:
@@ -175,17 +227,18 @@ def _seconds(item: Item) -> float:
     return float(line.get("processor_seconds", line["seconds"]))
 
 
+def _bins(found: Sequence[Item], of: Callable[[Item], Iterable[tuple[float, bool]]]) -> list[score.Bin]:
+    return score.reliability([one for i in found for one in of(i)])
+
+
 def _reliability(runs: Runs, picture: Path | None) -> str:
     text = (
         "## Reliability\n\nThe share of statements that are true, by ranges of the stated probability; all decks. "
         "Old answers have no probability: 1 over the number of sets is used.\n\n"
     )
-    kinds = {"effects": score.statements, "sets of effects": score.models}
     drawn = {}
-    for what, of in kinds.items():
-        bins = {
-            label: score.reliability([one for i in found for one in of(i)]) for label, found in runs.items()
-        }
+    for what, of in KINDS.items():
+        bins = {label: _bins(found, of) for label, found in runs.items()}
         drawn[what] = bins
         rows = []
         for low, high in zip(score.BINS[:-1], score.BINS[1:], strict=True):
