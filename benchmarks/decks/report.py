@@ -137,6 +137,7 @@ def _rows(runs: Runs) -> list[list[str]]:
 
     rows = [
         ["right set in the credible set", *(shown(_right(found)) for found in runs.values())],
+        ["right set the most probable", *of(_catalogue, score.first)],
         ["named outright, where it can be told", *(shown(_outright(found)) for found in runs.values())],
         ["named outright, all", *of(_catalogue, score.outright)],
         ["called unexplained, though in the catalogue", *of(_catalogue, score.unexplained)],

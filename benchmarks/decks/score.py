@@ -48,6 +48,11 @@ def in_set(item: Item) -> bool:
     return any(names in item.right for names in item.said.credible)
 
 
+def first(item: Item) -> bool:
+    """Whether a right set of effects is the most probable one."""
+    return any(names in item.right for names, _ in item.said.sets[:1])
+
+
 def outright(item: Item) -> bool:
     """Whether exactly the right effects are named, without rivals."""
     said = item.said

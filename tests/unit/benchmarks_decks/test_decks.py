@@ -463,5 +463,6 @@ def test_the_page_stands_old_beside_new(tmp_path: Path, monkeypatch: pytest.Monk
     assert right in text
     stated = "| own | recordings with an absent effect stated | 2 % or less |"
     assert f"{stated} 1 of 1: 100 % (21 to 100) | 0 of 1: 0 % (0 to 79) |" in text
+    assert "| right set the most probable | 0 of 1: 0 % (0 to 79) | 1 of 1: 100 % (21 to 100) |" in text
     assert "| foreign |" not in text
     assert (tmp_path / "page-reliability.svg").exists()
