@@ -85,10 +85,19 @@ def score(options: argparse.Namespace) -> int:
     return 0
 
 
+def why(options: argparse.Namespace) -> int:
+    """Compare right and given answers of the recordings that were not named outright."""
+    from benchmarks.decks.why import why as lines
+
+    for line in lines(options.deck, options.folder, options.label, options.names or ()):
+        print(line, flush=True)
+    return 0
+
+
 def main() -> int:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.decks", description=__doc__)
-    actions = parser.add_subparsers(required=True, metavar="draw|make|check|judge|run|score")
+    actions = parser.add_subparsers(required=True, metavar="draw|make|check|judge|run|score|why")
     one = actions.add_parser("draw", help="draw a deck into its manifest (done once)")
     one.add_argument("--parts", nargs="*", choices=["own", "foreign", "nothing"])
     one.set_defaults(act=draw)
@@ -117,9 +126,13 @@ def main() -> int:
     six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], choices=DECKS)
     six.add_argument("-o", "--output", type=Path, help="write the page there, and a picture beside it")
     six.set_defaults(act=score)
-    for action in (one, two, three, four, five):
+    seven = actions.add_parser("why", help="what the right answer lacks where it was not named outright")
+    seven.add_argument("--label", required=True, help="ledger whose answers are explained")
+    seven.add_argument("--names", nargs="*", help="these recordings only")
+    seven.set_defaults(act=why)
+    for action in (one, two, three, four, five, seven):
         action.add_argument("deck", choices=DECKS)
-    for action in (two, three, four, five):
+    for action in (two, three, four, five, seven):
         action.add_argument("folder", type=Path, metavar="DIR")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))

@@ -10,7 +10,7 @@ from benchmarks.concealed import draw
 from benchmarks.decks.manifest import Kind, Part
 from bushcli.effects.effect import effects
 
-SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001}
+SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001, "poor": 74_001}
 # Effects of the catalogue on the day on which the decks were drawn.
 EFFECTS = (
     *(
@@ -76,6 +76,12 @@ OUTSIDE: dict[str, int] = {
     "quadratic_damping": 1,
 }
 OUTSIDE_DEV = ("warming", "warming", "gain", "dimension", "step", "tear")
+# Of the second development deck, all on poor programs.
+FOREIGN_POOR = (
+    *("bergstroem_boyce", "simo", "power_law", "dorfmann_ogden", "damage", "berg", "bouc_wen", "endochronic"),
+    *("set_saturating", "compliance_hardening", "stop_quadratic", "play_edges"),
+)
+OUTSIDE_POOR = ("detent", "transducer", "quadratic_damping", "drift", "warming", "tear")
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,8 @@ def cards(deck: str) -> dict[str, Card]:
         found += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
     if deck == "dev":
         found += _nothing(seed, 6, list(OUTSIDE_DEV))
+    if deck == "poor":
+        found += _poor(seed)
     order = np.random.default_rng([seed, 99]).permutation(len(found))
     return {f"{i:03d}": found[k] for i, k in enumerate(order)}
 
@@ -150,6 +158,28 @@ def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
         channels = ("axial",) if poor else draw.ANY[rng.integers(len(draw.ANY))]
         program = str(rng.choice(["ramp", "loop"])) if poor else "rich"
         add("none", (), program, channels, not poor and bool(rng.random() < 0.2))
+    return found
+
+
+def _poor(seed: int) -> list[Card]:
+    """Recordings of one axial ramp or loop: own effects once each, foreign formulas, nothing, outside physics."""
+    found: list[Card] = []
+
+    def add(part: Part, kind: Kind, names: tuple[str, ...], program: str) -> None:
+        channels = () if part == "foreign" else ("axial",)
+        found.append(Card(part, kind, names, program, channels, False, (seed, 4, len(found))))
+
+    for name in EFFECTS:
+        if effects()[name].acts_on("axial") and name != "batch_stiffness":
+            for program in ("ramp", "loop"):
+                add("own", "single", (name,), program)
+    for name in FOREIGN_POOR:
+        add("foreign", "single", (name,), "loop")
+    for program in ("ramp", "loop", "ramp", "loop"):
+        add("own", "none", (), program)
+        add("nothing", "none", (), program)
+    for name in OUTSIDE_POOR:
+        add("nothing", "outside", (name,), "loop")
     return found
 
 

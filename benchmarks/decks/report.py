@@ -11,10 +11,12 @@ from benchmarks.concealed.report import shown, table
 from benchmarks.concealed.score import Count
 from benchmarks.decks import ledger, manifest, score
 from benchmarks.decks.manifest import Entry
+from benchmarks.decks.odds import frequencies, reweighed
 from benchmarks.decks.said import said
 from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
+ODDS = Path(__file__).parent / "odds.md"
 # The diagnosed recordings by label.
 Runs = Mapping[str, Sequence[Item]]
 
@@ -87,6 +89,8 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
     found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
     together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
     parts = [ABOUT.read_text(encoding="utf-8"), _scores(found, together)]
+    if labels:
+        parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in found.items()}))
     for deck, runs in found.items():
         parts.append(_deck(deck, runs))
     parts.append(
@@ -109,6 +113,29 @@ def _scores(found: Mapping[str, Runs], together: Runs) -> str:
     return (
         "## Scores\n\nOf the recordings that were diagnosed under each label. What was wanted was fixed together with\n"
         "the decks, before any run.\n\n" + table(["deck", "score", "wanted", *together], rows)
+    )
+
+
+def _with_other_odds(found: Runs) -> str:
+    """Scores of the same answers if the prior odds were the frequencies in the decks."""
+    every = [one for items_ in found.values() for one in items_]
+    if not every:
+        return ""
+    known = frequencies(every)
+    other = {deck: [reweighed(one, known.of) for one in items_] for deck, items_ in found.items()}
+    rows = [
+        [deck, what, wanted, shown(of(found[deck])), shown(of(other[deck]))]
+        for deck, what, wanted, of in WANTED
+        if deck in found and of is not _inside
+    ]
+    together = [every, [one for items_ in other.values() for one in items_]]
+    for what, said_ in KINDS.items():
+        for deck, pair in (*((d, [found[d], other[d]]) for d in found), ("all", together)):
+            errors = [finite(score.calibration_error(_bins(runs, said_))) for runs in pair]
+            wanted = "0.05 or less" if deck == "all" else ""
+            rows.append([deck, f"expected calibration error, {what}", wanted, *errors])
+    return ODDS.read_text(encoding="utf-8") + table(
+        ["deck", "score", "wanted", "the tool's odds", "frequencies of the decks"], rows
     )
 
 

@@ -28,6 +28,7 @@ from benchmarks.decks.foreign.rubbers import (
     inverse,
 )
 from benchmarks.decks.manifest import Entry, Program, Sensor
+from benchmarks.decks.odds import frequencies, reweighed, tool_odds
 from benchmarks.decks.run import run_all
 from benchmarks.decks.said import UNKNOWN, said
 from benchmarks.decks.sensing import digest, remembering, same, sensed
@@ -53,7 +54,9 @@ ENTRY = Entry(
 # -- what is drawn -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("deck", "count"), [("own", 100), ("foreign", 60), ("nothing", 40), ("dev", 60)])
+@pytest.mark.parametrize(
+    ("deck", "count"), [("own", 100), ("foreign", 60), ("nothing", 40), ("dev", 60), ("poor", 54)]
+)
 def test_a_deck_has_its_number_of_recordings_whose_plan_does_not_change(deck: str, count: int) -> None:
     cards = plan.cards(deck)
     assert len(cards) == count
@@ -71,7 +74,7 @@ def test_the_own_deck_has_each_effect_of_its_day_five_times_alone() -> None:
 def test_foreign_formulas_are_there_and_name_effects_of_the_catalogue() -> None:
     names = {
         card.names[0]
-        for deck in ("foreign", "dev")
+        for deck in ("foreign", "dev", "poor")
         for card in plan.cards(deck).values()
         if card.part == "foreign"
     }
@@ -446,6 +449,47 @@ def test_reliability_counts_what_is_true_in_each_bin() -> None:
     bins = score.reliability([(0.97, True), (0.96, False), (0.1, False), (1.0, True), (0.001, False)])
     assert [(b.low, b.true.good, b.true.all) for b in bins] == [(0.05, 0, 1), (0.95, 1, 2), (0.99, 1, 1)]
     assert score.calibration_error(bins) == pytest.approx((0.1 + 2 * 0.465 + 0.0) / 4)
+
+
+def test_frequencies_are_counted_by_what_is_concealed() -> None:
+    items = [
+        _item(_old("explained", [], [])),
+        _item(_old("explained", [], []), truth=(), effects={}),
+        _item(_old("explained", [], []), truth=("friction", "mullins")),
+        _item(_old("explained", [], []), truth=(), effects={}, kind="outside", outside=True),
+    ]
+    found = frequencies(items)
+    assert (found.count, found.nothing, found.unknown, found.pairs) == (4, 1, 1, 1)
+    assert found.of(frozenset()) == found.of(UNKNOWN) == 0.25
+    assert found.of(frozenset({"friction"})) == 1.5 / 4
+    assert found.of(frozenset({"offset"})) == 0.5 / 4
+    # A quarter is divided among the pairs of the twenty effects.
+    assert found.of(frozenset({"offset", "gain"})) == pytest.approx(0.25 / 190)
+    assert found.of(frozenset({"offset", "unknown"})) < 1e-5
+
+
+def test_an_answer_with_other_odds_is_bayes_rule() -> None:
+    """Odds of friction are 0.03: with a probability of 0.06 beside 0.94 its evidence is 2.13 times that of nothing."""
+    line = _new("explained", [([], 0.94), (["friction"], 0.06)], {"friction": 0.06, "nothing": 0.94})
+    item = _item(line)
+    bayes = 0.06 / 0.03 / 0.94
+    even = reweighed(item, lambda names: 0.5)
+    assert even.said.effects["friction"] == pytest.approx(bayes / (1.0 + bayes))
+    assert even.said.verdict == "missing_physics"
+    assert even.said.named == {"friction"}
+    assert score.in_set(even)
+    same = reweighed(item, tool_odds)
+    assert dict(same.said.sets) == pytest.approx(dict(item.said.sets))
+    assert same.said.verdict == "explained"
+
+
+def test_with_other_odds_the_verdict_follows_from_sums_over_sets() -> None:
+    models = [([], 0.2), (["friction"], 0.3), (["mullins"], 0.2), (["unknown"], 0.3)]
+    item = _item(_new("missing_physics", models, {"friction": 0.3, "mullins": 0.2, "unknown": 0.3}))
+    assert reweighed(item, tool_odds).said.verdict == "missing_physics"
+    rare = reweighed(item, lambda names: tool_odds(names) * (10.0 if "unknown" in names else 1.0))
+    assert rare.said.verdict == "unexplained"
+    assert not rare.said.named
 
 
 def test_the_page_stands_old_beside_new(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,121 @@
+"""The same answers with other prior odds: how often effects occur in the decks, in place of an engineer's judgement.
+
+Probabilities can come true only in a population that has the odds with which they were calculated. The tool's odds are
+those of an engineer's recordings, of which three in four lack nothing; in the decks nine in ten conceal something. The
+likelihoods do not depend on the odds, so that every listed model's probability can be converted. Models below 0.1 % are
+not in the ledgers and stay at zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from benchmarks.decks.said import UNKNOWN, Names
+from benchmarks.decks.score import Item
+from bushcli.evidence.prior import ODDS, effect_odds
+from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
+
+# Frequency of sets of more than two effects, and of the unknown effect beside others: no deck conceals any.
+ABSENT = 1e-6
+HALF = 0.5
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """How often sets of effects are concealed.
+
+    Attributes
+    ----------
+    count : int
+        Recordings.
+    nothing, unknown, pairs : int
+        Recordings with nothing concealed, with physics outside the catalogue, with two effects.
+    single : mapping
+        Effect -> recordings that conceal it alone.
+    """
+
+    count: int
+    nothing: int
+    unknown: int
+    pairs: int
+    single: Mapping[str, int]
+
+    def of(self, names: Names) -> float:
+        """Share of the recordings that conceal exactly these effects; pairs are taken to be equally frequent."""
+        if names == UNKNOWN:
+            return self.unknown / self.count
+        if not names:
+            return self.nothing / self.count
+        if len(names) == 1:
+            # Half a recording more, so that an effect that no recording conceals remains possible.
+            return (self.single.get(next(iter(names)), 0) + HALF) / self.count
+        if len(names) == 2 and "unknown" not in names:
+            return self.pairs / self.count / math.comb(len(ODDS), 2)
+        return ABSENT
+
+
+def frequencies(items: Sequence[Item]) -> Frequencies:
+    """Count what recordings conceal.
+
+    Parameters
+    ----------
+    items : sequence of Item
+    """
+    truths = [frozenset(i.entry.truth) or (UNKNOWN if i.entry.outside else frozenset()) for i in items]
+    return Frequencies(
+        len(truths),
+        sum(not one for one in truths),
+        sum(one == UNKNOWN for one in truths),
+        sum(len(one) == 2 for one in truths),
+        Counter(next(iter(one)) for one in truths if len(one) == 1 and one != UNKNOWN),
+    )
+
+
+def tool_odds(names: Names) -> float:
+    """Prior odds of a set of effects in a diagnosis, without the division among rigs, branches and choices."""
+    return math.prod(UNKNOWN_ODDS if name == "unknown" else effect_odds(name) for name in names)
+
+
+def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
+    """Return the answer that these odds would have given.
+
+    Parameters
+    ----------
+    item : Item
+    odds : callable
+        Odds of a set of effects.
+    """
+    weights = {names: p * odds(names) / tool_odds(names) for names, p in item.said.sets}
+    total = sum(weights.values())
+    if not total:
+        return item
+    sets = sorted(((names, weight / total) for names, weight in weights.items()), key=lambda one: -one[1])
+    effects: dict[str, float] = {}
+    for names, probability in sets:
+        for name in names:
+            effects[name] = effects.get(name, 0.0) + probability
+    verdict, kind = _verdict(sets)
+    named = next(names for names, _ in sets if _kind(names) == kind) - UNKNOWN
+    return replace(
+        item, said=replace(item.said, verdict=verdict, named=named, sets=tuple(sets), effects=effects)
+    )
+
+
+def _kind(names: Names) -> str:
+    return "unknown" if "unknown" in names else "effects" if names else "nothing"
+
+
+def _verdict(sets: Sequence[tuple[Names, float]]) -> tuple[str, str]:
+    """Verdict and kind of set, from sums over sets as in a diagnosis."""
+    sums = dict.fromkeys(("nothing", "effects", "unknown"), 0.0)
+    for names, probability in sets:
+        sums[_kind(names)] += probability
+    if sums["nothing"] >= HALF:
+        return "explained", "nothing"
+    kind = "unknown" if sums["unknown"] > sums["effects"] else "effects"
+    if not sums[kind]:
+        return "explained", "nothing"
+    return ("unexplained" if kind == "unknown" else "missing_physics"), kind

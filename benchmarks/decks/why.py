@@ -1,0 +1,169 @@
+"""Why the right set of effects of a recording is not named outright: what its weight lacks against the other answers.
+
+The weight of a model is its prior odds times its evidence; the evidence is its largest likelihood times the share of
+the prior's volume in which the likelihood is about as large. For each recording whose right set was not named outright,
+the effects of the right sets and of the three most probable wrong ones are diagnosed again, and the best right model is
+compared with the best wrong one, in nats:
+
+- *data*: logarithm of the likelihood. Where it is negative, the wrong model fits better, or is granted a larger error
+  of form.
+- *values*: how probable the prior holds the values, and how sharply the recording determines them.
+- *odds*: prior odds of the effects.
+
+Errors of form that resemble an effect (`bushcli.diagnosis.resemblance`) are not counted here.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.decks import ledger, manifest, score
+from benchmarks.decks.said import Names, bases, said
+from benchmarks.decks.score import Item
+from bushcli.case import load_case
+from bushcli.diagnosis.diagnose import question
+from bushcli.diagnosis.question import posed
+from bushcli.runtime.workers import Workers
+from bushcli.selection.model_cache import ModelCache
+from bushcli.selection.plain import begin as begin_plain
+from bushcli.selection.queue import Search
+
+# Most wrong sets whose effects are diagnosed again.
+WRONG = 3
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The logarithm of a model's weight, in parts (nats).
+
+    Attributes
+    ----------
+    names : frozenset of str
+        Its effects; "unknown" is one.
+    data, values, odds : float
+        Largest likelihood; evidence over that; prior odds.
+    misfit : float
+        In standard deviations of the noise.
+    """
+
+    names: Names
+    data: float
+    values: float
+    odds: float
+    misfit: float
+
+    @property
+    def weight(self) -> float:
+        """Logarithm of the weight."""
+        return self.data + self.values + self.odds
+
+
+def missed(deck: str, label: str) -> Iterator[Item]:
+    """Yield the recordings that can be told, or whose right set is not in the credible set, and are not named outright.
+
+    Parameters
+    ----------
+    deck, label : str
+    """
+    lines = ledger.read(deck, label)
+    for name, entry in manifest.read(deck).items():
+        if name in lines:
+            item = Item(entry, said(lines[name]))
+            if (entry.truth or entry.outside) and not score.outright(item):
+                yield item
+
+
+def terms(folder: Path, item: Item) -> list[Terms]:
+    """Diagnose a recording with the effects of the right and the most probable wrong sets only.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the deck.
+    item : Item
+    """
+    wrong = [names for names, _ in item.said.sets if names not in item.right][:WRONG]
+    names = frozenset().union(*item.right, *wrong) - {"unknown"}
+    cache = ModelCache(None)
+    asked = question(
+        load_case(folder / "cases" / item.entry.name / "case.toml"), None, sorted(names), (), cache.tables
+    )
+    with Workers(1, None, None, cache).open() as crew:
+        rough = crew.run(begin_plain, [(asked.bare, asked.plain, asked.used)])[0]
+        problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
+        search = Search(problem, crew, state, asked.effects, False, float("inf"), lambda *_: None)
+        search.run()
+    return list(_terms(search))
+
+
+def _terms(search: Search) -> Iterator[Terms]:
+    for state in search.states.values():
+        found, names = state.evidence, bases(state.model.identities)
+        kinds: Sequence[tuple[bool, Any, float]] = (
+            (False, found.judged, found.log),
+            (True, found.judged_unknown, found.log_unknown),
+        )
+        for unknown, judged, log in kinds:
+            odds = search.odds(state.model, unknown=unknown)
+            yield Terms(
+                names | ({"unknown"} if unknown else frozenset()),
+                judged.log,
+                log - judged.log,
+                odds,
+                state.size,
+            )
+
+
+def compared(folder: Path, item: Item) -> dict[str, Any] | None:
+    """Compare the best right model with the best wrong one; None if one of the two cannot be fitted.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the deck.
+    item : Item
+    """
+    every = terms(folder, item)
+    right = max((one for one in every if one.names in item.right), key=lambda one: one.weight, default=None)
+    wrong = max(
+        (one for one in every if one.names not in item.right), key=lambda one: one.weight, default=None
+    )
+    if right is None or wrong is None:
+        return None
+    return {
+        "name": item.entry.name,
+        "in_set": score.in_set(item),
+        "right": sorted(right.names),
+        "wrong": sorted(wrong.names),
+        "probability": round(item.said.of(item.right), 4),
+        "data": round(right.data - wrong.data, 2),
+        "values": round(right.values - wrong.values, 2),
+        "odds": round(right.odds - wrong.odds, 2),
+        "misfit": [round(right.misfit, 3), round(wrong.misfit, 3)],
+    }
+
+
+def why(deck: str, folder: Path, label: str, names: Sequence[str] = ()) -> Iterator[str]:
+    """Compare the recordings that are not in the results yet; write a line of JSON for each, and yield a text.
+
+    Parameters
+    ----------
+    deck : str
+    folder : Path
+        Of the deck's data.
+    label : str
+        Ledger whose answers are explained.
+    names : sequence of str
+        These recordings only.
+    """
+    done = ledger.read(deck, f"why-{label}")
+    for item in missed(deck, label):
+        if item.entry.name in done or (names and item.entry.name not in names):
+            continue
+        line = compared(folder, item) or {"name": item.entry.name, "right": None}
+        ledger.append(deck, f"why-{label}", line)
+        yield json.dumps(line)
