@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.concealed.report import shown, table
 from benchmarks.concealed.score import Count
-from benchmarks.decks import ledger, manifest, score
+from benchmarks.decks import ledger, manifest, score, why
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.odds import frequencies, reweighed
 from benchmarks.decks.said import said
@@ -97,6 +97,8 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in found.items()]
+    if labels:
+        parts.append(why.section(decks, labels[-1]))
     return "\n".join(parts)
 
 

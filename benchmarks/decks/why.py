@@ -10,17 +10,21 @@ compared with the best wrong one, in nats:
 - *values*: how probable the prior holds the values, and how sharply the recording determines them.
 - *odds*: prior odds of the effects.
 
-Errors of form that resemble an effect (`bushcli.diagnosis.resemblance`) are not counted here.
+Errors of form that resemble an effect (`bushcli.diagnosis.resemblance`) are not counted here: where the right model has
+far more weight than the wrong one, they are what keeps it from being named outright, or many small rivals are.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.concealed.report import table
 from benchmarks.decks import ledger, manifest, score
 from benchmarks.decks.said import Names, bases, said
 from benchmarks.decks.score import Item
@@ -32,8 +36,19 @@ from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.queue import Search
 
+REASONED = Path(__file__).parent / "why.md"
 # Most wrong sets whose effects are diagnosed again.
 WRONG = 3
+# Advantage in nats with which a model has 95 % beside one rival.
+OUTRIGHT = math.log(0.95 / 0.05)
+# What keeps the right answer from being named outright, and how it is called on the page.
+REASONS = {
+    "data": "the other model fits better, or is granted a larger error of form",
+    "values": "the prior holds the right values to be improbable, or the right model determines its values more sharply",
+    "odds": "the right effects have the smaller prior odds",
+    "rivals": "neither: errors of form that resemble an effect, or several small rivals",
+    "not fitted": "the right model was not fitted, because its predicted weight is negligible",
+}
 
 
 @dataclass(frozen=True)
@@ -167,3 +182,55 @@ def why(deck: str, folder: Path, label: str, names: Sequence[str] = ()) -> Itera
         line = compared(folder, item) or {"name": item.entry.name, "right": None}
         ledger.append(deck, f"why-{label}", line)
         yield json.dumps(line)
+
+
+def reason(line: Mapping[str, Any]) -> str:
+    """Return which part of the weight keeps the right answer from being named outright, a key of `REASONS`.
+
+    Parameters
+    ----------
+    line : mapping
+        Line of the results.
+    """
+    if line["right"] is None:
+        return "not fitted"
+    parts = {key: float(line[key]) for key in ("data", "values", "odds")}
+    if sum(parts.values()) > OUTRIGHT:
+        return "rivals"
+    return min(parts, key=lambda key: parts[key])
+
+
+def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> str:
+    """Return the part of the page about reasons; empty where none were calculated.
+
+    Parameters
+    ----------
+    decks : sequence of str
+    label : str
+        Ledger whose answers are explained.
+    folder : Path
+        Of the ledgers.
+    """
+    found = {deck: ledger.read(deck, f"why-{label}", folder) for deck in decks}
+    found = {deck: lines for deck, lines in found.items() if lines}
+    if not found:
+        return ""
+    counts = {deck: Counter(map(reason, lines.values())) for deck, lines in found.items()}
+    rows = [[text, *(str(counts[deck][key]) for deck in found)] for key, text in REASONS.items()]
+    parts = [REASONED.read_text("utf-8"), table(["what the right model lacks most", *found], rows)]
+    for deck, lines in found.items():
+        parts += [f"\n### Deck {deck}: right against the best wrong model, in nats\n"]
+        head = ["recording", "right", "wrong", "data", "values", "odds", "misfits", "lacks most"]
+        parts.append(
+            table(head, [_row(line) for line in sorted(lines.values(), key=lambda one: one["name"])])
+        )
+    return "\n".join(parts)
+
+
+def _row(line: Mapping[str, Any]) -> list[str]:
+    if line["right"] is None:
+        return [line["name"], "", "", "", "", "", "", reason(line)]
+    sets = [", ".join(line[key]) or "nothing" for key in ("right", "wrong")]
+    nats = [f"{line[key]:+.1f}" for key in ("data", "values", "odds")]
+    misfits = ", ".join(f"{one:.2f}" for one in line["misfit"])
+    return [line["name"], *sets, *nats, misfits, reason(line)]

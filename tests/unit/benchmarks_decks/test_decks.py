@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score
+from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score, why
 from benchmarks.decks.foreign import component
 from benchmarks.decks.foreign.formulas import FORMULAS
 from benchmarks.decks.foreign.halfplane import Bond, HalfPlane, curve
@@ -490,6 +490,39 @@ def test_with_other_odds_the_verdict_follows_from_sums_over_sets() -> None:
     rare = reweighed(item, lambda names: tool_odds(names) * (10.0 if "unknown" in names else 1.0))
     assert rare.said.verdict == "unexplained"
     assert not rare.said.named
+
+
+@pytest.mark.parametrize(
+    ("nats", "reason"),
+    [
+        ((-5.0, 2.0, 0.0), "data"),
+        ((10.0, -14.0, 0.0), "values"),
+        ((1.0, 0.0, -2.0), "odds"),
+        ((1.0, 0.0, 4.6), "rivals"),
+    ],
+)
+def test_the_right_answer_lacks_what_is_least(nats: tuple[float, float, float], reason: str) -> None:
+    line = dict(zip(("data", "values", "odds"), nats, strict=True)) | {"right": ["friction"]}
+    assert why.reason(line) == reason
+
+
+def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
+    assert why.section(["own"], "new", tmp_path) == ""
+    line = {
+        "name": "007",
+        "right": ["friction"],
+        "wrong": ["unknown"],
+        "data": 9.99,
+        "values": -13.8,
+        "odds": 0.0,
+    }
+    ledger.append("own", "why-new", line | {"misfit": [1.04, 4.14]}, tmp_path)
+    ledger.append("own", "why-new", {"name": "008", "right": None}, tmp_path)
+    text = why.section(["own", "foreign"], "new", tmp_path)
+    assert f"| {why.REASONS['values']} | 1 |" in text
+    assert f"| {why.REASONS['not fitted']} | 1 |" in text
+    assert f"| {why.REASONS['data']} | 0 |" in text
+    assert "| 007 | friction | unknown | +10.0 | -13.8 | +0.0 | 1.04, 4.14 | values |" in text
 
 
 def test_the_page_stands_old_beside_new(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
