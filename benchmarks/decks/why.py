@@ -44,7 +44,7 @@ OUTRIGHT = math.log(0.95 / 0.05)
 # What keeps the right answer from being named outright, and how it is called on the page.
 REASONS = {
     "data": "the other model fits better, or is granted a larger error of form",
-    "values": "the prior holds the right values to be improbable, or the right model determines its values more sharply",
+    "values": "the prior holds the right values to be improbable, or the right model determines them more sharply",
     "odds": "the right effects have the smaller prior odds",
     "rivals": "neither: errors of form that resemble an effect, or several small rivals",
     "not fitted": "the right model was not fitted, because its predicted weight is negligible",
