@@ -1,9 +1,9 @@
 """The same answers with other prior odds: how often effects occur in the decks, in place of an engineer's judgement.
 
-Probabilities can come true only in a population that has the odds with which they were calculated. The tool's odds are
-those of an engineer's recordings, of which three in four lack nothing; in the decks nine in ten conceal something. The
-likelihoods do not depend on the odds, so that every listed model's probability can be converted. Models below 0.1 % are
-not in the ledgers and stay at zero.
+Probabilities agree with frequencies only in a population that has the odds with which they were calculated. The tool's
+odds are those of an engineer's recordings, of which three in four lack nothing; in the decks 85 % conceal something.
+The likelihoods do not depend on the odds, so that every listed model's probability can be converted. Models below 0.1 %
+are not in the ledgers and stay at zero.
 """
 
 from __future__ import annotations
@@ -18,9 +18,13 @@ from benchmarks.decks.score import Item
 from bushcli.evidence.prior import ODDS, effect_odds
 from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
 
-# Frequency of sets of more than two effects, and of the unknown effect beside others: no deck conceals any.
+# Frequency of sets of more than two effects, and of the unknown effect beside others: no deck conceals any, but they
+# remain possible.
 ABSENT = 1e-6
+# Half a recording; and the probability from which on nothing is missing.
 HALF = 0.5
+# Verdict by kind of answer.
+VERDICTS = {"nothing": "explained", "effects": "missing_physics", "unknown": "unexplained"}
 
 
 @dataclass(frozen=True)
@@ -97,25 +101,21 @@ def reweighed(item: Item, odds: Callable[[Names], float]) -> Item:
     for names, probability in sets:
         for name in names:
             effects[name] = effects.get(name, 0.0) + probability
-    verdict, kind = _verdict(sets)
+    kind = _most_probable_kind(sets)
     named = next(names for names, _ in sets if _kind(names) == kind) - UNKNOWN
-    return replace(
-        item, said=replace(item.said, verdict=verdict, named=named, sets=tuple(sets), effects=effects)
-    )
+    answer = replace(item.said, verdict=VERDICTS[kind], named=named, sets=tuple(sets), effects=effects)
+    return replace(item, said=answer)
 
 
 def _kind(names: Names) -> str:
     return "unknown" if "unknown" in names else "effects" if names else "nothing"
 
 
-def _verdict(sets: Sequence[tuple[Names, float]]) -> tuple[str, str]:
-    """Verdict and kind of set, from sums over sets as in a diagnosis."""
-    sums = dict.fromkeys(("nothing", "effects", "unknown"), 0.0)
+def _most_probable_kind(sets: Sequence[tuple[Names, float]]) -> str:
+    """Kind of answer, from sums over sets as in a diagnosis."""
+    sums = dict.fromkeys(VERDICTS, 0.0)
     for names, probability in sets:
         sums[_kind(names)] += probability
     if sums["nothing"] >= HALF:
-        return "explained", "nothing"
-    kind = "unknown" if sums["unknown"] > sums["effects"] else "effects"
-    if not sums[kind]:
-        return "explained", "nothing"
-    return ("unexplained" if kind == "unknown" else "missing_physics"), kind
+        return "nothing"
+    return "unknown" if sums["unknown"] > sums["effects"] else "effects"

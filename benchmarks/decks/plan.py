@@ -162,7 +162,7 @@ def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
 
 
 def _poor(seed: int) -> list[Card]:
-    """Recordings of one axial ramp or loop: own effects once each, foreign formulas, nothing, outside physics."""
+    """Recordings of one axial ramp or loop: own effects on each, foreign formulas, nothing, outside physics."""
     found: list[Card] = []
 
     def add(part: Part, kind: Kind, names: tuple[str, ...], program: str) -> None:

@@ -89,16 +89,14 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
     found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
     together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
     parts = [ABOUT.read_text(encoding="utf-8"), _scores(found, together)]
-    if labels:
-        parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in found.items()}))
+    parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in found.items()}))
     for deck, runs in found.items():
         parts.append(_deck(deck, runs))
     parts.append(
         _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
     )
     parts += [_misses(deck, runs) for deck, runs in found.items()]
-    if labels:
-        parts.append(why.section(decks, labels[-1]))
+    parts.append(why.section(decks, labels[-1]))
     return "\n".join(parts)
 
 

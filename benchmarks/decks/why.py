@@ -31,6 +31,7 @@ from benchmarks.decks.score import Item
 from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import question
 from bushcli.diagnosis.question import posed
+from bushcli.likelihood.form import Judged
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
@@ -47,7 +48,7 @@ REASONS = {
     "values": "the prior holds the right values to be improbable, or the right model determines them more sharply",
     "odds": "the right effects have the smaller prior odds",
     "rivals": "neither: errors of form that resemble an effect, or several small rivals",
-    "not fitted": "the right model was not fitted, because its predicted weight is negligible",
+    "not fitted": "the right model was only predicted, not fitted",
 }
 
 
@@ -78,7 +79,7 @@ class Terms:
 
 
 def missed(deck: str, label: str) -> Iterator[Item]:
-    """Yield the recordings that can be told, or whose right set is not in the credible set, and are not named outright.
+    """Yield the recordings that conceal something which is not named outright.
 
     Parameters
     ----------
@@ -118,7 +119,7 @@ def terms(folder: Path, item: Item) -> list[Terms]:
 def _terms(search: Search) -> Iterator[Terms]:
     for state in search.states.values():
         found, names = state.evidence, bases(state.model.identities)
-        kinds: Sequence[tuple[bool, Any, float]] = (
+        kinds: Sequence[tuple[bool, Judged, float]] = (
             (False, found.judged, found.log),
             (True, found.judged_unknown, found.log_unknown),
         )
@@ -134,7 +135,7 @@ def _terms(search: Search) -> Iterator[Terms]:
 
 
 def compared(folder: Path, item: Item) -> dict[str, Any] | None:
-    """Compare the best right model with the best wrong one; None if one of the two cannot be fitted.
+    """Compare the best right model with the best wrong one; None if the search has not fitted a right one.
 
     Parameters
     ----------
@@ -144,11 +145,10 @@ def compared(folder: Path, item: Item) -> dict[str, Any] | None:
     """
     every = terms(folder, item)
     right = max((one for one in every if one.names in item.right), key=lambda one: one.weight, default=None)
-    wrong = max(
-        (one for one in every if one.names not in item.right), key=lambda one: one.weight, default=None
-    )
-    if right is None or wrong is None:
+    if right is None:
         return None
+    # The unknown effect beside a right model is a wrong answer that always exists.
+    wrong = max((one for one in every if one.names not in item.right), key=lambda one: one.weight)
     return {
         "name": item.entry.name,
         "in_set": score.in_set(item),
