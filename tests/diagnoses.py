@@ -322,11 +322,19 @@ def missing(channels, probability):
     )
 
 
+def recorded_only(one):
+    """A channel of faulty data, which is not simulated."""
+    none = np.full(len(one.recording.force), np.nan)
+    return replace(one, before=none, after=none, before_percent=np.nan, after_percent=np.nan)
+
+
 def diagnosis(case, kind="missing_physics", channels=None, **changes):
     """A diagnosis with this verdict, which is nearly certain."""
     explained = kind in ("missing_physics", "law_too_poor")
     loss = 0.0 if kind == "explained" else 0.25
     used = channels or (channel(loss=loss, explained=explained),)
+    if kind == "faulty_data":
+        used = tuple(recorded_only(one) for one in used)
     effects = (MULLINS,) if kind == "missing_physics" else ()
     values = {
         "C10": Quantity(0.5, 0.002, "MPa", "coefficient of I1 - 3", 0.496, 0.504),
@@ -361,7 +369,7 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
         "law_fixed": False,
         "plain": plain,
         "material": YEOH,
-        "parameters": values,
+        "parameters": {} if kind == "faulty_data" else values,
         "effects": effects,
         "probability": FEW | others | probability if probability else {},
         "models": models,
@@ -369,12 +377,12 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
         "groups": (),
         "form_error": FormError(0.083, form, 0.962) if explained else FormError(0.0, {}, 1.0),
         "missing": unknown,
-        "searched": searched(models) if models else Searched(True, 0.0, "nothing left", (), (), {}),
+        "searched": searched(models) if models else Searched(False, 1.0, "faulty data", (), (), {}),
         "channels": used,
-        "location": located(used),
-        "remaining": located(used, after=True),
+        "location": located(used) if models else locate(()),
+        "remaining": located(used, after=True) if models else locate(()),
         "next_test": None,
-        "maps": (half_plane(),) if kind != "explained" else (),
+        "maps": (half_plane(),) if kind not in ("explained", "faulty_data") else (),
         "faults": (fault(used[0]),) if kind == "faulty_data" else (),
         "conditions": (),
         "forward_solves": 140,

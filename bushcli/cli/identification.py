@@ -221,7 +221,13 @@ def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
         return identify(
-            task, journal=journal, resume=resume, progress=progress, pool=shared, tables=run.tables
+            task,
+            journal=journal,
+            resume=resume,
+            progress=progress,
+            pool=shared,
+            tables=run.tables,
+            told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
 
 

@@ -1,7 +1,8 @@
 """Diagnosis of a case: locate the mismatch, identify the missing physics, fit it, and give its probability.
 
-The calculation from top to bottom: data faults; the plain law as `bushcli inverse` fits it; the likelihood (noise,
-calibration, error of form); the search over models; the posterior; the answer. docs/diagnosis.md has the formulas.
+The calculation from top to bottom: data faults, which end it if they are fatal; the plain law as `bushcli inverse` fits
+it; the likelihood (noise, calibration, error of form); the search over models; the posterior; the answer.
+docs/diagnosis.md has the formulas.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
+from bushcli.diagnosis.faulty import refused
 from bushcli.diagnosis.posterior import (
     Weighed,
     credible_sets,
@@ -101,13 +103,13 @@ def diagnose(
     workers, executor
         Number of processes, or existing ones such as the ranks of `mpirun`; the answer does not depend on them.
     journal, resume
-        Folder in which every fit is saved, so that a stopped diagnosis can be resumed; whether to use what it holds.
+        Folder in which every fit is saved, untouched if the input is refused; whether to use the fits that it holds.
     maps
         Whether to map the misfit in the bushing, too.
     progress
         Called with the stage, its subject, and a text about it.
     tables
-        Cache of the binary files that the caller reads.
+        Cache of the files that the caller reads.
 
     Returns
     -------
@@ -117,19 +119,19 @@ def diagnose(
     Raises
     ------
     InputError
-        There are no recordings, one cannot be read, a name is unknown (the journal is untouched then), or the plain
-        law cannot be solved.
+        No recordings, one that cannot be read, an unknown name, or a plain law that cannot be solved.
     """
     begin, notify = time.perf_counter(), progress or (lambda *_: None)
     cache = ModelCache(tables)
     asked = question(case, model, effects, hold_out, cache.tables)
-    store = _opened(journal, resume, notify)
-    deadline = float("inf") if budget is None else begin + budget
+    for fault in asked.faults:
+        notify("data", fault.channel, fault.where)
+    if asked.fatal:
+        return refused(asked, time.perf_counter() - begin)
+    store, deadline = _opened(journal, resume, notify), begin + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
         found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
-    said = _answer(asked, found, extras, cache, None if effects is None else tuple(effects))
-    said = replace(said, conditions=(*said.conditions, *_of_store(store)))
-    return replace(said, seconds=time.perf_counter() - begin)
+    return _ended(_answer(asked, found, extras, cache), store, begin)
 
 
 def _calculated(
@@ -155,15 +157,13 @@ def _calculated(
     maps : bool
     notify : callable
     """
-    for fault in asked.faults:
-        notify("data", fault.channel, fault.where)
     notify("fit", asked.plain.law, "the plain law")
     rough = _rough(asked, crew)
     problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
     found = _searched(asked, search, rough, crew)
     extras = Extras()
-    if not found.interrupted and not asked.fatal:
+    if not found.interrupted:
         searched = search.left <= UNSEARCHED
         extras.make(problem, found.plain, found.models, crew, cache, maps, searched, notify)
     return found, extras
@@ -185,54 +185,46 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
 
 def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> _Found:
     """Search, and compute the posterior of the models."""
-    ended: Ended = "nothing left"
-    interrupted: list[Condition] = []
-    if not asked.fatal:
-        ended, interrupted = _run(search, crew)
+    ended, interrupted = _run(search, crew)
     models, plain = posterior(search), rough
-    if not (interrupted or asked.fatal):
+    if not interrupted:
         best, plain, interrupted = _finished(models[0], rough, asked.plain, search.problem, crew)
         models = (best, *models[1:])
     return _Found(search, ended, models, plain, interrupted)
 
 
-def _answer(
-    asked: Question, found: _Found, extras: Extras, cache: ModelCache, names: tuple[str, ...] | None
-) -> Diagnosis:
+def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -> Diagnosis:
     """Return the result that follows from the posterior."""
     search, models, best, plain = found.search, found.models, found.models[0], found.plain
     problem = search.problem
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
-    # The misfit of a faulty recording says nothing of the rubber.
-    probability = {} if asked.fatal else probabilities(models, [one.name for one in asked.effects])
+    probability = probabilities(models, [one.name for one in asked.effects])
     channels = before_and_after(cache, asked, problem, plain, best)
-    # Models are compared only if the data allow it, and if most of them have been looked at.
+    # Models are compared only if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
-    hidden = asked.fatal or unsearched
-    known: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
-    says: Verdict = "faulty_data" if asked.fatal else known
+    says: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
     extent = answer.searched(search, found.ended)
-    places = [() if asked.fatal else judged(cache, asked.bare, plain, one) for one in (before, after)]
+    places = [judged(cache, asked.bare, plain, one) for one in (before, after)]
     return Diagnosis(
         case=asked.case,
         verdict=says,
-        asked=names,
+        asked=asked.requested,
         law_from=asked.law_from,
         law_fixed=best.state.model.fixed,
         plain=_material(asked.material, plain.model),
         material=_material(asked.material, best.state.model),
         parameters=values.quantities(models, asked.case.material),
-        effects=() if hidden else values.named(models, search, probability, asked.case.material),
+        effects=() if unsearched else values.named(models, search, probability, asked.case.material),
         probability=probability,
-        models=() if hidden else answer.ranked(models, search),
-        rivals=() if hidden else tuple(one for one in credible_sets(models) if one != best.effects),
-        groups=() if hidden else groups(models, probability),
+        models=() if unsearched else answer.ranked(models, search),
+        rivals=() if unsearched else tuple(one for one in credible_sets(models) if one != best.effects),
+        groups=() if unsearched else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
-        if hidden or says == "explained"
+        if unsearched or says == "explained"
         else missing(after, problem.likelihood.features, unknown, left),
         searched=extent,
         channels=channels,
@@ -252,14 +244,14 @@ def _answer(
     )
 
 
-def _of_store(store: Store | None) -> tuple[Condition, ...]:
-    """Return the conditions of the saved results: some were damaged, or none can be saved."""
-    found = []
+def _ended(said: Diagnosis, store: Store | None, begin: float) -> Diagnosis:
+    """Add the time spent, and the conditions of the saved results: some were damaged, or none can be saved."""
+    found = list(said.conditions)
     if store is not None and store.damaged:
         found.append(history_damaged(store.damaged))
     if store is not None and (failure := store.failure()):
         found.append(history_not_saved(failure))
-    return tuple(found)
+    return replace(said, conditions=tuple(found), seconds=time.perf_counter() - begin)
 
 
 def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:

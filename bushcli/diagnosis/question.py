@@ -54,7 +54,9 @@ class Question:
     material : Material
         The case's material with that law.
     effects : list of Effect
-        To be considered; none where a fault of the data is fatal.
+        To be considered.
+    requested : tuple of str or None
+        Their names, where the user gave them.
     """
 
     case: Case
@@ -67,6 +69,7 @@ class Question:
     law_from: Literal["recordings", "coupons"]
     material: Material
     effects: list[Effect]
+    requested: tuple[str, ...] | None
 
     @property
     def fatal(self) -> bool:
@@ -105,8 +108,10 @@ def question(
     plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
     used = tuple(~masks(faults, one) for one in recordings)
-    asked = Question(case, bare, whole, recordings, used, faults, plain, source, material, [])
-    return asked if asked.fatal else replace(asked, effects=_considered(bare, effects))
+    requested, considered = None if effects is None else tuple(effects), _considered(bare, effects)
+    return Question(
+        case, bare, whole, recordings, used, faults, plain, source, material, considered, requested
+    )
 
 
 def _checked(

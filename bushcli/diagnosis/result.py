@@ -249,7 +249,7 @@ class Diagnosis:
     verdict
         By sums over models: "explained", the plain law alone; "missing_physics", effects are named;
         "law_too_poor", another law without any effect; "unexplained", with the unknown effect. "faulty_data": a fault
-        of the data must be corrected first, and only the plain law was fitted.
+        of the data must be corrected first, and nothing was fitted.
     asked
         Effects that were considered; None if all were.
     law_from : {"recordings", "coupons"}

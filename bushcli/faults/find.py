@@ -100,9 +100,14 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
         yield DataFault(
             recording.name,
             "time",
-            f"{len(recording.repeated)} rows repeat the row before them, including its time stamp (line {lines}"
+            (
+                f"{len(recording.repeated)} rows repeat the row before them"
+                if len(recording.repeated) > 1
+                else "a row repeats the row before it"
+            )
+            + f", including its time stamp (line {lines}"
             + (f" and {rest} more)" if rest > 0 else ")"),
-            "these rows are left out; find out why the logger writes rows twice",
+            "repeated rows are left out; find out why the logger writes rows twice",
             False,
             np.zeros(len(recording.force), dtype=bool),
         )

@@ -218,8 +218,7 @@ def _columns(one: _Scale) -> DataFault | None:
     return DataFault(
         one.recording.name,
         "swapped",
-        f"{_moduli(one)}, and a travel of {one.travel:.2g} times {_REFERENCE[one.kind]}: displacement and force "
-        "are read from each other's column",
+        f"{_moduli(one)}, and {_travel(one)}: displacement and force are read from each other's column",
         "name the columns in this table of the case file: columns = { displacement = ..., force = ... }",
         True,
         np.zeros(len(one.recording.force), dtype=bool),
@@ -227,6 +226,12 @@ def _columns(one: _Scale) -> DataFault | None:
 
 
 _REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
+
+
+def _travel(one: _Scale) -> str:
+    """Return the largest displacement in words."""
+    times = f"{one.travel:.2g}" if one.travel < 10 else f"{one.travel:.0f}"
+    return f"a travel of {times} times {_REFERENCE[one.kind]}"
 
 
 # -- units ------------------------------------------------------------------------------------------------------------
@@ -264,11 +269,10 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
             best, least = change, unusual + change.rare
     if best is None:
         return None
-    travel = f"a travel of {one.travel:.2g} times {_REFERENCE[one.kind]}"
     return DataFault(
         one.recording.name,
         "unit",
-        f"{_moduli(one)} at {travel}; rubber has 0.1 to 10 MPa, and with another unit it would be "
+        f"{_moduli(one)} at {_travel(one)}; rubber has 0.1 to 10 MPa, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa",
         f"{best.words}; also check that [geometry] is in mm",
         True,

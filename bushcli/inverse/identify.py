@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
-from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
@@ -29,6 +28,7 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.inverse.unsolvable import tried, unsolvable
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import history_damaged
@@ -85,6 +85,7 @@ def identify(
     progress: Progress | None = None,
     pool: Pool | None = None,
     tables: TableCache | None = None,
+    told: Callable[[DataFault], None] | None = None,
 ) -> Fit:
     """Identify a law's parameters from the recordings or the coupons of a case.
 
@@ -100,6 +101,8 @@ def identify(
         Processes that share the starts, in place of the task's workers.
     tables
         Cache of the binary files that the caller reads.
+    told
+        Called with each fault of the data, before anything is fitted.
 
     Returns
     -------
@@ -116,10 +119,8 @@ def identify(
     start, lower, upper = (task.law, task.vectors())[1]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
-    for channel in problem.channels:
-        recording = channel.recording
-        check_play(task.case, recording.name, recording.mode, recording.displacement)
     run = _Searches(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
+    run.check(told)
     interrupted = False
     try:
         with unwrapped_interrupts():
@@ -132,8 +133,7 @@ def identify(
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
     fit = run.result(interrupted, begin)
     if run.instead is not None:
-        replaced = start_replaced(_in_file_units(task, run.instead))
-        fit = replace(fit, conditions=(*fit.conditions, replaced))
+        fit = replace(fit, conditions=(*fit.conditions, start_replaced(tried(task, run.instead))))
     # Data faults come first: they explain more of a poor fit than any condition found after them.
     return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions))
 
@@ -170,6 +170,15 @@ class _Searches:
         channels = (*self.problem.channels, *self.held_out)
         return find_faults(self.task.case, [channel.recording for channel in channels])
 
+    def check(self, told: Callable[[DataFault], None] | None) -> None:
+        """Report the faults of the data; refuse a play in the rig that takes up the whole travel."""
+        for channel in self.problem.channels:
+            one = channel.recording
+            check_play(self.task.case, one.name, one.mode, one.displacement)
+        if told is not None:
+            for fault in self.faults:
+                told(fault)
+
     def search(self) -> None:
         """Search from all starts.
 
@@ -181,12 +190,12 @@ class _Searches:
         task, problem = self.task, self.problem
         if task.method == "dogleg":
             if not np.isfinite(problem.residual(self.start)).all():
-                raise InputError(_unsolvable(task, self.start))
+                raise InputError(unsolvable(task, self.start, self.faults))
             self.minima.append(minimise_by_dogleg(problem, self.start))
             return
         first = first_minimum(problem, self.start, self.lower, self.upper, task.method, task.loss)
         if first is None:
-            raise InputError(_unsolvable(task, self.start))
+            raise InputError(unsolvable(task, self.start, self.faults))
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
@@ -213,7 +222,8 @@ class _Searches:
         best = self.minima[_best(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves
         # The intervals of a law that is fitted to wrong data would mean nothing.
-        skipped = interrupted or any(fault.fatal for fault in self.faults)
+        fatal = any(fault.fatal for fault in self.faults)
+        skipped = interrupted or fatal
         best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, (self.lower, self.upper), profiles)
@@ -245,26 +255,14 @@ class _Searches:
             effects=effects(task, problem, best.x),
         )
         doubts = conditions(fit, task, best, interrupted)
+        if fatal:
+            # What a fit to wrong data looks like would only distract from the fault.
+            doubts = tuple(one for one in doubts if one.name == "interrupted")
         if problem.journal is not None and problem.journal.failure:
             doubts += (history_not_saved(problem.journal.failure),)
         if problem.journal is not None and problem.journal.damaged:
             doubts += (history_damaged(problem.journal.damaged),)
         return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
-
-
-def _in_file_units(task: Task, x: Array) -> dict[str, float]:
-    """Return the values of the parameters in the units of the case file."""
-    return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
-
-
-def _unsolvable(task: Task, initial: Array) -> Problem:
-    tried = ", ".join(f"{name} = {value:g}" for name, value in _in_file_units(task, initial).items())
-    return Problem(
-        task.case.path.name,
-        f"the curves cannot be simulated with {task.model}, from {tried} or from the law's own start values",
-        "",
-        "give other start values in [material.parameters]",
-    )
 
 
 def _best(minima: Sequence[Minimum]) -> int:

@@ -233,6 +233,22 @@ def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Conditi
     return tuple(condition for history in histories if (condition := _unexplained(history)) is not None)
 
 
+def with_hysteresis(
+    conditions: tuple[Condition, ...], histories: Iterable[ChannelHistory]
+) -> tuple[Condition, ...]:
+    """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first.
+
+    Parameters
+    ----------
+    conditions : tuple of Condition
+        Those known so far.
+    histories : iterable of ChannelHistory
+    """
+    if any(one.name == "faulty_data" for one in conditions):
+        return conditions
+    return (*conditions, *unexplained_hysteresis(histories))
+
+
 def _unexplained(history: ChannelHistory) -> Condition | None:
     pairs = [(r, s) for _, r, s in history.cycles if r is not None and s is not None and r.closed]
     energy = sum(recorded.energy.value for recorded, _ in pairs)

@@ -70,8 +70,8 @@ def diagnosis_text(found: Diagnosis) -> Group:
         parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
     parts += _block("Next test", ended(next_test_lines(found)))
     parts += _block("Search", ended([*searched_lines(found), *untestable_lines(found)]))
-    simulated = f"{found.forward_solves} simulations of one channel, {found.failed_solves} failed trials"
-    parts.append(Text(f"{simulated}, {found.seconds:.0f} s", "dim"))
+    if found.verdict != "faulty_data":
+        parts.append(Text(f"{_solves(found)}, {found.seconds:.0f} s", "dim"))
     parts += problem_parts(one for one in found.conditions if one.name not in FAULTS)
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
 
@@ -112,6 +112,11 @@ def untestable_lines(found: Diagnosis) -> list[str]:
     return [
         f"Not detectable in these recordings: {listed(names)} (reasons: result.json and report.html, -o DIR)"
     ]
+
+
+def _solves(found: Diagnosis) -> str:
+    failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
+    return f"{found.forward_solves} simulations of one channel, {failed}"
 
 
 def _law_values(found: Diagnosis) -> str:

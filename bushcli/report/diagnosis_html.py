@@ -84,7 +84,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         *([missing] if first else []),
         *_left_out(found, kinds),
         PageSection(
-            "Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])
+            "Before and after", tables=_full(misfit_table(found)), lines=_sentences([form_error_line(found)])
         ),
         *_plots(found),
         *([] if first else [missing]),
@@ -114,7 +114,10 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
 
 
 def _plots(found: Diagnosis) -> list[PageSection]:
-    """Return the plots that can be zoomed: curves, and the misfit over time."""
+    """Return the plots that can be zoomed: curves, and the misfit over time; of faulty data the recorded curves."""
+    if found.verdict == "faulty_data":
+        curves = [Markup(svg(curve_plot(found, one))) for one in found.channels]
+        return [PageSection("Recorded curves", plots=curves)]
     return [
         PageSection(
             "Recorded and simulated curves",

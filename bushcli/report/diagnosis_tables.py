@@ -151,7 +151,9 @@ def parameter_table(found: Diagnosis) -> ReportTable:
 
 
 def misfit_table(found: Diagnosis) -> ReportTable:
-    """Return the misfit before and after, the noise, and the form error of each channel."""
+    """Return the misfit before and after, the noise, and the form error of each channel; no rows without a fit."""
+    if found.verdict == "faulty_data":
+        return ReportTable("", (), ())
     rows = []
     form = found.form_error.percent
     for one in found.channels:

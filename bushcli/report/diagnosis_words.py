@@ -26,7 +26,7 @@ _KINDS = {
     "sign": "wrong sign",
     "position": "displacement from another zero",
     "unit": "wrong unit",
-    "swapped": "columns swapped",
+    "swapped": "columns or channels swapped",
     "clipped": "values clipped",
     "extremes": "extremes in place of samples",
     "spikes": "single bad samples",
@@ -270,7 +270,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
         "nothing left": "",
         "budget": ": the time limit was reached",
         "interrupted": ": the search was interrupted",
-    }[searched.ended]
+    }.get(searched.ended, "")
     lines = [
         f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
     ]

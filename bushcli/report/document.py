@@ -17,7 +17,7 @@ from bushcli.report.cycles import (
     energy_unit,
     history_json,
     response_histories,
-    unexplained_hysteresis,
+    with_hysteresis,
 )
 from bushcli.report.fit_part import fit_part
 from bushcli.report.quantity import quantities
@@ -166,8 +166,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    loops = unexplained_hysteresis(response_histories(response, misfits))
-    return (*(fit.conditions if fit else ()), *response.conditions, *left, *loops)
+    known = (*(fit.conditions if fit else ()), *response.conditions, *left)
+    return with_hysteresis(known, response_histories(response, misfits))
 
 
 def head(

@@ -12,7 +12,7 @@ from rich.text import Text
 from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.file_units import in_file_units
-from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
+from bushcli.report.cycles import fit_histories, history_json, with_hysteresis
 from bushcli.report.document import cleaned, faults_json, head
 from bushcli.report.fit_part import curves_by_mode, fit_part
 from bushcli.report.identification_tables import (
@@ -41,7 +41,7 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     histories = fit_histories(best)
-    problems = (*best.conditions, *unexplained_hysteresis(histories))
+    problems = with_hysteresis(best.conditions, histories)
     document = head("inverse", case, problems, timings) | fit_part(best)
     document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
@@ -139,5 +139,5 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[found.tone]
     parts += [Text(), Text(f"{found.headline}.", style)]
     parts += [Padding(Text(line), (0, 0, 0, 2)) for line in found.lines]
-    parts += problem_parts((*best.conditions, *unexplained_hysteresis(histories)))
+    parts += problem_parts(with_hysteresis(best.conditions, histories))
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable

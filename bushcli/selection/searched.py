@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Ended = Literal["nothing left", "budget", "interrupted"]
-"""Why a search ended."""
+Ended = Literal["nothing left", "budget", "interrupted", "faulty data"]
+"""Why a search ended; "faulty data": it never began."""
 
 
 @dataclass(frozen=True)

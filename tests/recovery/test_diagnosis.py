@@ -15,6 +15,7 @@ from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
+from bushcli.report import write_diagnosis
 from bushcli.report.diagnosis import diagnosis_text
 from bushcli.report.diagnosis_document import diagnosis_json
 from bushcli.selection.queue import LEFT
@@ -138,8 +139,9 @@ def test_a_force_of_the_other_sign_is_not_blamed_on_the_rubber(tmp_path: Path) -
     reversed_force = case(tmp_path, {}, change=lambda time, q, force: -force)
     found = diagnose(reversed_force, progress=lambda *parts: told.append(parts))
     assert found.verdict == "faulty_data"
-    # The fault is reported before anything is fitted.
-    assert told[0][:2] == ("data", "axial")
+    # Nothing is fitted.
+    assert [parts[:2] for parts in told] == [("data", "axial")]
+    assert (found.forward_solves, found.searched.ended) == (0, "faulty data")
     assert not found.probability
     assert not found.location.mismatch
     stream = StringIO()
@@ -148,6 +150,26 @@ def test_a_force_of_the_other_sign_is_not_blamed_on_the_rubber(tmp_path: Path) -
     assert "reverse the sign of the force" in text
     assert "too stiff" not in text
     assert "law:" not in text
+
+
+def test_exchanged_columns_need_no_solution(tmp_path: Path) -> None:
+    # The law cannot be simulated to 3 m of travel; the remedy must come all the same, with a journal of an earlier run.
+    exchanged = case(tmp_path, {})
+    file = tmp_path / "axial.csv"
+    head, *rows = file.read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    file.write_text("\n".join([head, *(f"{t},{force},{q}" for t, q, force in cells)]) + "\n")
+    (tmp_path / "history").mkdir()
+    found = diagnose(exchanged, journal=tmp_path / "history", resume=True)
+    assert found.verdict == "faulty_data"
+    assert "name the columns" in found.faults[0].remedy
+    document = diagnosis_json(found, {})
+    assert document["plain"]["parameters"] == {}
+    assert document["misfit"]["before"] == document["misfit"]["after"] == {"axial": None}
+    written = write_diagnosis(tmp_path / "out", document, found)
+    page = next(path for path in written if path.name == "report.html").read_text()
+    assert "Recorded curves" in page
+    assert "Misfit over time" not in page
 
 
 def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:

@@ -99,6 +99,19 @@ def test_a_start_that_cannot_be_solved_at_all_ends_the_run_with_a_sentence(exper
         identify(Task(experiment("axial"), "yeoh", method=method))
 
 
+def test_where_nothing_can_be_solved_a_fault_of_the_data_is_named_with_its_remedy(experiment, failing):
+    case = experiment("axial")
+    file = case.recordings[0].file
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    pairs = [row.split(",") for row in rows]
+    file.write_text("\n".join([head, *(f"{q},{-float(force)!r}" for q, force in pairs)]), encoding="utf-8")
+    failing(lambda p: True)
+    told = []
+    with pytest.raises(InputError, match=r"cannot be simulated .*wrong sign \(reverse the sign of the force"):
+        identify(Task(case, "yeoh"), told=told.append)
+    assert [fault.kind for fault in told] == ["sign"]
+
+
 def test_a_law_that_has_no_equilibrium_from_the_start_begins_nearer_to_its_own(experiment):
     """Without forced failures: a Yeoh law that has no stiffness beyond small strain."""
     case = experiment("axial")

@@ -56,7 +56,9 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     recorded = channel.recording
     q, path = units.shown(recorded.displacement), units.shown(channel.path)
     few = len(q) <= _SEPARATE
-    series = [Series("before", _label("plain law", channel.before_percent), path, channel.before)]
+    series = []
+    if simulated(channel):
+        series.append(Series("before", _label("plain law", channel.before_percent), path, channel.before))
     if changed(channel):
         series.append(Series("after", _label(BEST, channel.after_percent), path, channel.after))
     good = np.where(channel.faulty, np.nan, recorded.force)
@@ -149,6 +151,8 @@ def diagnosed_title(channel: DiagnosedChannel) -> str:
     """Return the title of the picture."""
     name = channel_label(channel)
     name = name[:1].upper() + name[1:]
+    if not simulated(channel):
+        return f"{name}: recorded, not simulated"
     if not changed(channel):
         return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
     before, after = percent(channel.before_percent), percent(channel.after_percent)
@@ -156,7 +160,7 @@ def diagnosed_title(channel: DiagnosedChannel) -> str:
 
 
 def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the curves with their mismatches; below them the misfit over time and the noise.
+    """Draw the curves with their mismatches; below them, if simulated, the misfit over time and the noise.
 
     Parameters
     ----------
@@ -165,7 +169,9 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
     channel : DiagnosedChannel
         The channel to draw.
     """
-    plots = curve_plot(found, channel), time_plot(found, channel)
+    plots = [curve_plot(found, channel)]
+    if simulated(channel):
+        plots.append(time_plot(found, channel))
     drawn = {
         "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
         "before": {"color": ORANGE, "lw": 1.6, "zorder": 2},
@@ -173,8 +179,8 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
         "after": {"color": BLUE, "lw": 2.4, "alpha": 0.75, "zorder": 2.5},
     }
     with style():
-        figure = new_figure(7.6, 6.8)
-        panels = figure.subplots(2, 1, height_ratios=(2.4, 1))
+        figure = new_figure(7.6, 6.8 if len(plots) > 1 else 4.8)
+        panels = np.atleast_1d(figure.subplots(len(plots), 1, height_ratios=(2.4, 1)[: len(plots)]))
         for axes, plot in zip(panels, plots, strict=True):
             axes.axhline(0, color=GREY, lw=0.8, zorder=1)
             for x0, x1, y0, y1, key in plot.bands:
@@ -203,11 +209,17 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
                     look |= {"lw": 0, "marker": "o", "ms": 3.5}
                 axes.plot(one.x, one.y, label=one.label, **look)
             axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xlim=plot.x, ylim=plot.y)
-        panels[1].set_ylabel("simulated -\nrecorded [%]")
+        if len(plots) > 1:
+            panels[1].set_ylabel("simulated -\nrecorded [%]")
         panels[0].set_title(literal(diagnosed_title(channel)))
         legend(panels[0], loc="upper left")
         figure.align_ylabels(list(panels))
         return figure
+
+
+def simulated(channel: DiagnosedChannel) -> bool:
+    """Whether the plain law was simulated: not if the data are faulty, nor if a prediction has failed."""
+    return bool(np.isfinite(channel.before).any())
 
 
 def changed(channel: DiagnosedChannel) -> bool:
@@ -320,9 +332,11 @@ def _padded(values: Array, share: float) -> tuple[float, float]:
 
 def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
     recorded = np.where(channel.faulty, np.nan, channel.recording.force)
+    if channel.faulty.all():
+        recorded = channel.recording.force
     both = np.concatenate([recorded, channel.after])
     low, high = float(np.nanmin(both)), float(np.nanmax(both))
     reach = _LEAVES * (high - low)
-    before = channel.before
+    before = channel.before if simulated(channel) else both
     ends = [max(low - reach, float(np.nanmin(before))), min(high + reach, float(np.nanmax(before)))]
     return _padded(np.array([low, high, *ends]), 0.05)

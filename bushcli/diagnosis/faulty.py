@@ -1,0 +1,72 @@
+"""The result of a diagnosis that is refused: a fault of the data must be corrected first, and nothing is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.diagnosis import answer
+from bushcli.diagnosis.question import Question
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, FormError
+from bushcli.faults import masks
+from bushcli.likelihood.noise import noise_model
+from bushcli.mismatch.record import locate
+from bushcli.selection.searched import Searched
+
+
+def refused(asked: Question, seconds: float) -> Diagnosis:
+    """Return the verdict "faulty_data" with the faults and their remedies, without a simulation.
+
+    The channels have their recordings and NaN in place of simulated forces. A law from coupons has its parameters, one
+    that would be fitted to the recordings has none.
+
+    Parameters
+    ----------
+    asked : Question
+        With a fault that is fatal.
+    seconds : float
+        Spent so far, s.
+    """
+    fitted = asked.plain.fixed
+    law = asked.material if fitted else replace(asked.material, parameters={})
+    return Diagnosis(
+        case=asked.case,
+        verdict="faulty_data",
+        asked=asked.requested,
+        law_from=asked.law_from,
+        law_fixed=fitted,
+        plain=law,
+        material=law,
+        parameters={},
+        effects=(),
+        probability={},
+        models=(),
+        rivals=(),
+        groups=(),
+        form_error=FormError(np.nan, {}, np.nan),
+        missing=None,
+        searched=Searched(False, 1.0, "faulty data", (), (), {}),
+        channels=_recorded(asked),
+        location=locate(()),
+        remaining=locate(()),
+        next_test=None,
+        maps=(),
+        faults=asked.faults,
+        conditions=(),
+        forward_solves=0,
+        failed_solves=0,
+        seconds=seconds,
+    )
+
+
+def _recorded(asked: Question) -> tuple[DiagnosedChannel, ...]:
+    """Return the recordings without a simulation beside them."""
+    kept = [one.name for one in asked.recordings]
+    found = []
+    for recording in asked.whole:
+        used = ~masks(asked.faults, recording)
+        none = np.full(len(recording.force), np.nan)
+        sigma = noise_model(recording, used).sigma
+        found.append(answer.channel(recording, none, none, sigma, used, recording.name not in kept))
+    return tuple(found)
