@@ -20,6 +20,7 @@ from bushcli.effects.names import readable_name
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing import missing
 from bushcli.recording import Recording, displacement_noise
+from bushcli.recording.earlier import earlier
 from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
@@ -61,7 +62,7 @@ def verdict(best: Weighed, plain: Model) -> Verdict:
 
 
 def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
-    """Return all models that the report shows.
+    """Return all models that the report shows: the one of the verdict, then the others, the most probable first.
 
     Parameters
     ----------
@@ -70,6 +71,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
     search : Search
     """
     base = search.plain.evidence.log
+    first, *others = models
     return tuple(
         RankedModel(
             one.model.law,
@@ -80,7 +82,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
             one.state.evidence.judged.phi if one.predicted is None and one.model.effects else None,
             {active.identity: active.variant for active in one.model.effects if active.variant},
         )
-        for one in models
+        for one in (first, *sorted(others, key=lambda one: -one.probability))
         if one.probability >= SHOWN
     )
 
@@ -216,8 +218,29 @@ def doubts(
                 "record more samples on every branch, or reduce the noise (estimated from neighbouring samples)",
             )
         )
+    made += _begun(best, problem)
     made += _long_memory(best, problem)
     return [*made, *_held_out(channels), *_search_doubts(best, extent)]
+
+
+def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
+    """Return a doubt about recordings that do not begin at rest, where the most probable model remembers."""
+    if not any(one.effect.has_memory for one in best.state.model.effects):
+        return []
+    made = []
+    for recording in problem.recordings:
+        before = earlier(recording)
+        if before is not None:
+            through = "its first cycle once before" if before.repeats else "a ramp from zero before"
+            made.append(
+                Condition(
+                    "not_from_rest",
+                    f"{recording.name}: the recording does not begin at rest. The rubber remembers what was before, "
+                    f"which is assumed to be {through}",
+                    "record from rest; or keep the earlier cycles in the file, with conditioning = their number",
+                )
+            )
+    return made
 
 
 def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis.menu import Proposal, menu
-from bushcli.diagnosis.posterior import MEMBER, Weighed
+from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.effects.active import acting
 from bushcli.effects.names import readable_name
@@ -117,7 +117,7 @@ def next_test(
 
 
 def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
-    """Return the most probable sets of effects, each with its best law, and their shares (k,) of the probability."""
+    """Return the rival sets of effects, each with its best law, and their shares (k,) of the probability."""
     best: dict[tuple[str, ...], Weighed] = {}
     sums: dict[tuple[str, ...], float] = {}
     for one in models:
@@ -126,8 +126,13 @@ def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
             sums[names] = sums.get(names, 0.0) + one.probability
             if names not in best or one.probability > best[names].probability:
                 best[names] = one
-    members = [names for names in sums if sums[names] >= MEMBER]
-    order = sorted(members, key=lambda names: -sums[names])[:RIVALS]
+    # Those of the credible set, and every other one that the report names.
+    order, held = [], 0.0
+    for names in sorted(sums, key=lambda names: -sums[names])[:RIVALS]:
+        if held >= CREDIBLE and sums[names] < MEMBER:
+            break
+        order.append(names)
+        held += sums[names]
     weights = np.array([sums[names] for names in order])
     return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 

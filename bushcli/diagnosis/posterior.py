@@ -25,7 +25,7 @@ from bushcli.selection.state import State
 CREDIBLE = 0.95
 # Least probability of a model that is shown.
 SHOWN = 1e-3
-# Least probability of an effect that is a member of a group, and of a group.
+# Least probability of an effect that is a member of a group, unless the group needs it to be certain; and of a group.
 MEMBER, GROUP = 0.05, 0.5
 UNKNOWN = "unknown"
 # Listed among the effects of a model whose law is identified from the recordings although coupons give one.
@@ -258,7 +258,8 @@ def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
 def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple[Group, ...]:
     """Return groups of effects of which one is probable, though none of them is by itself.
 
-    Two effects belong together if two models of the credible set differ only in which of the two they have.
+    Two effects belong together if two models of the credible set differ only in which of the two they have, and if
+    each is probable enough to be named, or the two reach the probability of the credible set only together.
 
     Parameters
     ----------
@@ -279,9 +280,10 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
         if not all(len(part) == 1 for part in only):
             continue
         pair = set(only[0] | only[1])
-        if UNKNOWN in pair or any(probability.get(name, 0.0) < MEMBER for name in pair):
+        chances = [probability.get(name, 0.0) for name in pair]
+        if UNKNOWN in pair or max(chances) >= CREDIBLE:
             continue
-        if any(probability[name] >= CREDIBLE for name in pair):
+        if min(chances) < MEMBER and sum(one.probability for one in models if one.names & pair) < CREDIBLE:
             continue
         near = [group for group in together if group & pair]
         together = [group for group in together if not group & pair] + [pair.union(*near)]

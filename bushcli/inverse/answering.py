@@ -7,6 +7,7 @@ from mpi4py import MPI
 from bushcli.case import Case
 from bushcli.effects.active import acting, require_time
 from bushcli.recording import RecordedPath, Recording, displacement_noise
+from bushcli.recording.earlier import earlier
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from cases.mode import modes
@@ -53,6 +54,7 @@ def with_effects(
         displacement_noise(path),
         comm,
         prepared,
+        earlier(path),
     )
 
 

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
+from bushcli.report.diagnosis_faults import FAULTS, fault_lines
 from bushcli.report.diagnosis_names import chance, law_title, phrase
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
@@ -20,10 +21,8 @@ from bushcli.report.diagnosis_tables import (
 )
 from bushcli.report.diagnosis_values import shown
 from bushcli.report.diagnosis_words import (
-    FAULTS,
     effect_names,
     ended,
-    fault_lines,
     form_error_line,
     headline,
     is_missing,

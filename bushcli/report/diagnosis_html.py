@@ -11,6 +11,7 @@ from markupsafe import Markup
 from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis import map_lines
+from bushcli.report.diagnosis_faults import FAULTS
 from bushcli.report.diagnosis_names import chance
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
@@ -24,7 +25,6 @@ from bushcli.report.diagnosis_tables import (
     untestable_table,
 )
 from bushcli.report.diagnosis_words import (
-    FAULTS,
     form_error_line,
     headline,
     is_missing,

@@ -6,6 +6,7 @@ import math
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
+from bushcli.report.diagnosis_faults import fault_lines
 from bushcli.report.diagnosis_names import chance, law_title, model_title, together
 from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
@@ -13,7 +14,6 @@ from bushcli.report.diagnosis_words import (
     catalogue,
     effects_with_chance,
     ended,
-    fault_lines,
     form_error_line,
     group_of,
     is_missing,

@@ -8,7 +8,7 @@ from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
-from bushcli.faults import DataFault
+from bushcli.report.diagnosis_faults import fault_kind
 from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, together
 from bushcli.report.quantity import listed, percent
 
@@ -20,19 +20,6 @@ _SETS = 3
 _GROUP = 0.95
 # Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
-# Conditions that repeat the faults of the data.
-FAULTS = frozenset({"faulty_data", "bad_samples"})
-_KINDS = {
-    "sign": "wrong sign",
-    "position": "displacement from another zero",
-    "unit": "wrong unit",
-    "swapped": "columns or channels swapped",
-    "clipped": "values clipped",
-    "extremes": "extremes in place of samples",
-    "spikes": "single bad samples",
-    "stuck": "values stuck",
-    "time": "wrong times",
-}
 
 
 @dataclass(frozen=True)
@@ -76,12 +63,19 @@ def headline(found: Diagnosis) -> str:
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
-    """Return the sets of effects to be named: the best model's, and those of the credible set with at least 5 %."""
+    """Return the sets of effects to be named: the best model's, and those of the credible set with at least 5 %.
+
+    A single other set of the credible set is named in any case.
+    """
     if not found.models:
         return ()
     best = found.models[0].effects
     sets = [Likely(names, _probability(found, names)) for names in (best, *found.rivals)]
-    return (sets[0], *(one for one in sets[1:] if one.probability >= _NAMED))
+    named = [one for one in sets[1:] if one.probability >= _NAMED]
+    if not named and len(sets) == 2:
+        # Without it the first set would be named alone, with less than what is certain.
+        named = sets[1:]
+    return (sets[0], *named)
 
 
 def best_probability(found: Diagnosis) -> str:
@@ -251,10 +245,20 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     """Return sentences on the proposed test and the information that it is expected to give."""
     test = found.next_test
     if test is None:
-        return []
+        return _no_test(found)
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
     gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
     return [test.text, gain] if test.possible > 0 else [test.text]
+
+
+def _no_test(found: Diagnosis) -> list[str]:
+    """Return why no test is proposed although there are rivals; nothing where the search did not end by itself."""
+    if not found.rivals or found.searched.ended != "nothing left":
+        return []
+    known = [one for one in (found.models[0].effects, *found.rivals) if UNKNOWN not in one]
+    if len(known) < 2:
+        return ["No test is proposed: of unknown physics nothing can be predicted"]
+    return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
 
 
 def searched_lines(found: Diagnosis) -> list[str]:
@@ -276,26 +280,6 @@ def searched_lines(found: Diagnosis) -> list[str]:
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
-    return lines
-
-
-def fault_kind(fault: DataFault) -> str:
-    """Return the kind of a fault in two or three words."""
-    return _KINDS.get(fault.kind, fault.kind)
-
-
-def fault_lines(found: Diagnosis) -> list[str]:
-    """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
-    lines = []
-    for one in sorted(found.faults, key=lambda one: not one.fatal):
-        left = int(one.samples.sum())
-        out = (
-            f"; {left} {'sample is' if left == 1 else 'samples are'} left out"
-            if left and not one.fatal
-            else ""
-        )
-        remedy = one.remedy.rstrip(".")
-        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}{out}. What to do: {remedy}")
     return lines
 
 

@@ -94,7 +94,7 @@ def extension_in_series(
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
         moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
-        total = rig.parallel(active, moved, pushed, local, np.array([time - start]))
+        total = rig.parallel(active, moved, pushed, local, np.array([max(time - start, 0.0)]))
         springs = rig.extension(active, total, local)
         slope = springs.slope[0]
         return Extension(

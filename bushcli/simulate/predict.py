@@ -19,6 +19,7 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
 from bushcli.recording import RecordedPath, displacement_noise
+from bushcli.recording.earlier import earlier
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
@@ -331,6 +332,7 @@ class _Prediction:
             None if channel.whole is None else displacement_noise(channel.whole),
             self.comm,
             self.kept.prepared,
+            None if channel.whole is None else earlier(channel.whole),
         )
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:

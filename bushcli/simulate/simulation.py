@@ -19,6 +19,7 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.change import Signal
+from bushcli.recording.earlier import Earlier
 from bushcli.recording.odd import swept_range
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
@@ -97,12 +98,14 @@ class Simulation:
     time : shape (n,) or None
         Times of the recorded samples, s.
     displacement : shape (n,)
-        mm or rad, as recorded; the whole path, from the virgin bushing on.
+        mm or rad, as recorded; the whole path, from the virgin bushing on unless `before` is given.
     noise
         Standard deviation of the displacement's noise; None if the samples are a prescribed program, which is followed
         exactly.
     prepared
         Makes the finite-element model.
+    before
+        Path before the first sample, which rubber with memory remembers; None if the samples begin at rest.
     """
 
     def __init__(
@@ -117,11 +120,13 @@ class Simulation:
         noise: float | None,
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
+        before: Earlier | None = None,
     ) -> None:
         self.active = tuple(one.started() for one in active)
         features = installed(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
+        self.before = before
         self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
         solid = self.model.mesh.dimension == 3
         contact = getattr(shape, "snubber", None) is not None
@@ -136,9 +141,20 @@ class Simulation:
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
         else:
-            self.steps = schedule(self.time, self.displacement, self.noise, fineness)
-        self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
+            self.steps = schedule(*self._whole_path(), self.noise, fineness)
+        earlier = 0 if self.before is None else len(self.before.time)
+        samples = np.arange(earlier, earlier + len(self.displacement), dtype=float)
+        self._clock = samples if self.time is None else self.time
         self.path = self.steps.path(self._clock)
+
+    def _whole_path(self) -> tuple[Array | None, Array]:
+        """Return time and displacement from rest on: of the samples, and of what was before them."""
+        if self.before is None:
+            return self.time, self.displacement
+        q = np.concatenate([self.before.displacement, self.displacement])
+        if self.time is None:
+            return None, q
+        return np.concatenate([self.time[0] + self.before.time, self.time]), q
 
     @property
     def path_dependent(self) -> bool:
@@ -252,7 +268,7 @@ class Simulation:
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         start = self._clock[0]
-        total = rig.parallel(active, q, force, names, steps.time - start)
+        total = rig.parallel(active, q, force, names, np.maximum(steps.time - start, 0.0))
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
         return Answer(logged.value, logged.slope, history)
 

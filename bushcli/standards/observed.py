@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording import Recording, Segment, branches, departure
+from bushcli.recording.earlier import earlier
 
 #: Cycles are alike if their amplitudes differ by less than this share of the largest one.
 ALIKE = 0.1
@@ -91,7 +92,7 @@ def observe(recording: Recording) -> Observed:
         rests=tuple(seconds for seconds, at in held if abs(at) <= _AT_REST * span),
         pauses=() if recording.time is None else tuple(map(float, np.diff(recording.time)[paused])),
         timed=recording.time is not None,
-        from_rest=bool(abs(q[0]) <= _AT_REST * span),
+        from_rest=bool(abs(q[0]) <= _AT_REST * span) and earlier(recording) is None,
         unloads=any(branch.kind == "unloading" for branch in found),
     )
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.answer import _long_memory, _search_doubts
+from bushcli.diagnosis.answer import _begun, _long_memory, _search_doubts
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.recording import Recording
@@ -62,3 +62,21 @@ def test_noise_that_only_the_misfit_suggests_is_doubted_and_described(timed):
     assert "windows of some 24 samples show noise of 0.2 %" in doubt.message
     if timed:
         assert "(the zero of the force " in doubt.message
+
+
+@pytest.mark.parametrize(
+    ("first", "words"), [(20, "its first cycle once before"), (60, "a ramp from zero before")]
+)
+def test_a_recording_not_from_rest_is_doubted_where_the_model_remembers(first, words):
+    stop = first + 81 if first == 20 else first + 41
+    part = slice(first, stop)
+    recording = Recording("axial", Q[part], LAW[part], TIME[part], name="axial")
+    problem = SimpleNamespace(
+        recordings=(recording, Recording("axial", Q[:81], LAW[:81], TIME[:81], name="axial"))
+    )
+    for remembers in (True, False):
+        effects = (SimpleNamespace(effect=SimpleNamespace(has_memory=remembers)),)
+        best = SimpleNamespace(state=SimpleNamespace(model=SimpleNamespace(effects=effects)))
+        found = _begun(best, problem)
+        assert [one.name for one in found] == ["not_from_rest"] * remembers
+        assert not remembers or found[0].message.endswith(words)

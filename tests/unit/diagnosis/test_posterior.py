@@ -146,6 +146,10 @@ def test_a_group_is_the_same_beside_another_effect():
 def test_what_is_certain_is_in_no_group():
     assert grouped((("friction",), 0.96), (("viscoelasticity",), 0.04)) == ()
     assert grouped((("friction",), 0.45), (("viscoelasticity",), 0.03), ((), 0.52)) == ()
+    # Beside one that is nearly certain, an improbable effect is named where only the two together are certain.
+    (one,) = grouped((("friction",), 0.93), (("viscoelasticity",), 0.04), ((), 0.03))
+    assert one.effects == ("friction", "viscoelasticity")
+    assert one.probability == pytest.approx(0.97)
 
 
 def test_the_unknown_effect_is_in_no_group():

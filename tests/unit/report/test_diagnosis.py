@@ -25,6 +25,7 @@ from bushcli.report.diagnosis_words import (
     form_error_line,
     headline,
     likely,
+    next_test_lines,
     rival_lines,
     searched_lines,
     tone,
@@ -382,6 +383,19 @@ def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
     assert headline(found) == (
         f"Missing physics: viscoelasticity (20 %), or {one} (20 %), or others; these recordings cannot tell them apart"
     )
+
+
+def test_a_single_improbable_rival_of_the_credible_set_is_named(case, diagnoses):
+    models = diagnoses.ranked(("yeoh", ("viscoelasticity",), 0.93), ("yeoh", ("friction",), 0.03))
+    found = diagnoses.diagnosis(case(), models=models, rivals=(("friction",),))
+    assert "internal friction (3 %)" in headline(found)
+    # There is no test that would tell them apart.
+    (line,) = next_test_lines(found)
+    assert line.startswith("No test is proposed: none of those considered")
+    models = diagnoses.ranked(("yeoh", ("viscoelasticity",), 0.9), ("yeoh", ("unknown",), 0.08))
+    found = diagnoses.diagnosis(case(), models=models, rivals=(("unknown",),))
+    assert next_test_lines(found) == ["No test is proposed: of unknown physics nothing can be predicted"]
+    assert next_test_lines(diagnoses.diagnosis(case(), models=models)) == []
 
 
 def test_what_all_rivals_have_is_said_once(case, diagnoses):

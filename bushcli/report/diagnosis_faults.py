@@ -1,0 +1,40 @@
+"""Faults of the data in words."""
+
+from __future__ import annotations
+
+from bushcli.diagnosis.result import Diagnosis
+from bushcli.faults import DataFault
+
+# Conditions that repeat the faults of the data.
+FAULTS = frozenset({"faulty_data", "bad_samples"})
+_KINDS = {
+    "sign": "wrong sign",
+    "position": "displacement from another zero",
+    "unit": "wrong unit",
+    "swapped": "columns or channels swapped",
+    "clipped": "values clipped",
+    "extremes": "extremes in place of samples",
+    "spikes": "single bad samples",
+    "stuck": "values stuck",
+    "time": "wrong times",
+}
+
+
+def fault_kind(fault: DataFault) -> str:
+    """Return the kind of a fault in two or three words."""
+    return _KINDS.get(fault.kind, fault.kind)
+
+
+def fault_lines(found: Diagnosis) -> list[str]:
+    """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
+    lines = []
+    for one in sorted(found.faults, key=lambda one: not one.fatal):
+        left = int(one.samples.sum())
+        out = (
+            f"; {left} {'sample is' if left == 1 else 'samples are'} left out"
+            if left and not one.fatal
+            else ""
+        )
+        remedy = one.remedy.rstrip(".")
+        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}{out}. What to do: {remedy}")
+    return lines
