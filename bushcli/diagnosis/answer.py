@@ -17,8 +17,9 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.words import could_shift
 from bushcli.effects.names import readable_name
+from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
-from bushcli.mismatch.missing import missing
+from bushcli.mismatch.missing import missing, missing_force
 from bushcli.recording import Recording, displacement_noise
 from bushcli.recording.earlier import earlier
 from bushcli.recording.misfit import rms_percent
@@ -130,7 +131,7 @@ def channel(
 
 
 def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> FormError:
-    """Return the form error assumed for the most probable model.
+    """Return the form error assumed for the most probable model; with unknown physics the size of that.
 
     Parameters
     ----------
@@ -140,8 +141,9 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         The plain law.
     compared : sequence of Compared
     """
-    likelihood, found = plain.problem.likelihood, best.state.evidence
-    judged = found.judged_unknown if best.unknown else found.judged
+    likelihood, judged = plain.problem.likelihood, best.state.evidence.judged
+    if best.unknown:
+        return _unknown_force(compared, likelihood.features)
     scale = np.array(judged.scale) - 1.0
     percent = {}
     for one, excess, m, features in zip(
@@ -153,8 +155,20 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         percent[one.name] = float(100.0 * size / np.ptp(one.recording.force))
     left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
-    share = judged.phi if best.state.model.effects and not best.unknown else 0.0
+    share = judged.phi if best.state.model.effects else 0.0
     return FormError(share, percent, 1.0 if left <= allowed else allowed / left)
+
+
+def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -> FormError:
+    """Return the size of the unknown force as it is drawn, and how much of the misfit above the noise it is."""
+    percent, explained, excess = {}, 0.0, 0.0
+    for one, own in zip(compared, features, strict=True):
+        force = missing_force(one, own)
+        percent[one.name] = float(100.0 * np.sqrt(np.mean(force**2)) / np.ptp(one.recording.force))
+        before, after = one.misfit[one.known], (one.misfit + force)[one.known]
+        explained += float(before @ before - after @ after) / one.noise.sigma**2
+        excess += float(before @ before) / one.noise.sigma**2 - len(before)
+    return FormError(0.0, percent, min(1.0, max(0.0, explained / excess)) if excess > 0.0 else 1.0)
 
 
 # -- doubts --------------------------------------------------------------------------------------------------------

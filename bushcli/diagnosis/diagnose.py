@@ -267,7 +267,7 @@ def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | Non
             "begin", store.folder.name, f"deleted {fits} of an earlier run, which --resume would have kept"
         )
     elif store.there:
-        notify("resume", store.folder.name, f"{fits} found")
+        notify("resume", store.folder.name, f"{fits} found; those of the same case and revision are used")
     else:
         notify("resume", str(store.folder), "there are no saved results: starting from the beginning")
     return store

@@ -257,11 +257,11 @@ def _test(proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[s
         information=bits,
         possible=possible,
         separates=pairs,
-        text=_words(proposal, bits, possible, pairs),
+        text=_words(proposal, pairs),
     )
 
 
-def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tuple[str, str]]) -> str:
+def _words(proposal: Proposal, pairs: Sequence[tuple[str, str]]) -> str:
     mode = modes()[proposal.channel]
     unit, factor = (" deg", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
     if mode.specimen == "coupon":
@@ -279,7 +279,7 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
         if gain
         else "it would not settle the question, but is the most informative of the possible tests"
     )
-    return f"{text} (about {proposal.cost:.0f} minutes); {gain} (expected: {bits:.2g} of {possible:.2g} bit)."
+    return f"{text} (about {proposal.cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
 def _name(one: Weighed) -> str:

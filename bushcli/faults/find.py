@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
-from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force
+from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
 from bushcli.faults.sense import positions, signs
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
-from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording import Recording, branches, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
 
@@ -116,7 +116,6 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             remedy = "the recording is repaired; find out why the logger writes it this way"
             none = np.zeros(len(recording.force), dtype=bool)
             yield DataFault(recording.name, repair.kind, repair.text, remedy, False, none)
-    x = abscissa(recording)
     noise = force_noise(recording)
     clip = clipped(recording.force, recording.displacement, noise)
     if clip.any():
@@ -132,10 +131,26 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             fatal,
             clip,
         )
+    held = np.zeros_like(clip)
+    for fault in _stuck(recording, clip, noise):
+        held |= fault.samples
+        yield fault
+    yield from _spikes(recording, clip | held)
+
+
+def _stuck(recording: Recording, clip: Mask, noise: float) -> Iterator[DataFault]:
+    """Yield samples (n,) that only repeat earlier ones, among those that are not clipped."""
+    x = abscissa(recording)
     stiffness = slope(recording.displacement, recording.force)
     held_force = stuck_force(recording.force, recording.displacement, stiffness, noise, clip)
-    held_displacement = stuck_displacement(recording.displacement, recording.force, x)
-    for held, what in ((held_force, "force"), (held_displacement, "displacement")):
+    rows = stuck_rows(recording.force, recording.displacement, noise, displacement_noise(recording))
+    held_force &= ~rows
+    held_displacement = stuck_displacement(recording.displacement, recording.force, x) & ~rows
+    for held, what in (
+        (held_force, "force"),
+        (held_displacement, "displacement"),
+        (rows, "force and the displacement"),
+    ):
         if held.any():
             # Where most samples only repeat others, leaving them out leaves no recording.
             fatal = bool(held.mean() > _MOST_BAD)
@@ -149,8 +164,6 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
                 fatal,
                 held,
             )
-    taken = clip | held_force | held_displacement
-    yield from _spikes(recording, taken)
 
 
 def _unsteady(displacement: Array) -> Array:

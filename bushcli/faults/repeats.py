@@ -87,10 +87,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
         Clipped samples, which repeat for that reason.
     """
     bad = np.zeros(len(force), dtype=bool)
-    step = quantum(force)
-    # Neighbours of noisy samples fall on the same step of the converter with this probability.
-    # Noise that is smaller than a step is the converter's, and chance cannot be estimated.
-    chance = step / (2.0 * np.sqrt(np.pi) * noise) if noise > step else 1.0
+    step, chance = quantum(force), _chance(force, noise)
     for start, stop in repetitions(force):
         length = stop - start
         if clip[start:stop].any():
@@ -104,6 +101,38 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
         if unlikely or (length >= _RUN and _catches_up(force, displacement, start, stop)):
             bad[start + 1 : stop] = True
     return bad
+
+
+def stuck_rows(force: Array, displacement: Array, noise: float, displacement_noise: float) -> Mask:
+    """Return which samples (n,) repeat force and displacement exactly, although both are noisy even while a rig holds.
+
+    Parameters
+    ----------
+    force : (n,) array
+        N, N mm or MPa.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
+    noise, displacement_noise : float
+        Standard deviation of the noise of each, in its unit.
+    """
+    bad = np.zeros(len(force), dtype=bool)
+    chances = _chance(force, noise), _chance(displacement, displacement_noise)
+    for start, stop in repetitions(force):
+        length = stop - start
+        if length < _RUN_IN_NOISE or np.ptp(displacement[start:stop]) > SAME * np.ptp(displacement):
+            continue
+        if all(len(force) * chance ** (length - 1) < _CHANCE for chance in chances):
+            bad[start + 1 : stop] = True
+    return bad
+
+
+def _chance(values: Array, noise: float) -> float:
+    """Return the probability that neighbours of noisy values (n,) fall on the same step of the converter.
+
+    It is 1 for noise that is smaller than a step: that is the converter's own.
+    """
+    step = quantum(values)
+    return step / (2.0 * float(np.sqrt(np.pi)) * noise) if noise > step else 1.0
 
 
 def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:

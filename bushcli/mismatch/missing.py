@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
+from bushcli.mismatch.waves import waves
 from bushcli.recording import Recording, branches
 from bushcli.recording.segment import Segment
 
@@ -54,7 +55,7 @@ def missing(
     """
     force, profiles, said = {}, [], []
     for channel, one in zip(channels, features, strict=True):
-        mean = _mean(channel, one)
+        mean = missing_force(channel, one)
         force[channel.name] = mean
         profiles += _profiles(channel, mean)
         said += _said(channel, mean, len(channels) > 1)
@@ -63,8 +64,16 @@ def missing(
     return Missing(probability, share, force, tuple(profiles), text)
 
 
-def _mean(channel: Compared, one: Features) -> Array:
-    """Posterior mean (n,) of recorded less simulated force."""
+def missing_force(channel: Compared, one: Features) -> Array:
+    """Return the posterior mean (n,) of recorded less simulated force: its smooth part, without noise.
+
+    Parameters
+    ----------
+    channel : Compared
+        n samples, N, N mm or MPa.
+    one : Features
+        Of the channel.
+    """
     misfit = np.where(channel.known, -channel.misfit, 0.0)
     return one.shrunk(misfit)
 
@@ -157,6 +166,12 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     share, text = max(*_by_cycle(recording, mean), *_by_time(recording, mean))
     if share > max(BY_CYCLE, elastic, best + PRICE):
         return [(share * size, at + text)]
+    # A wave has two coefficients and a period; a short one is smoothed away in the features of a branch.
+    whole = np.where(channel.known, -channel.misfit, 0.0)
+    share, text = max(one for rows in (mean, whole) for one in waves(recording, rows))
+    share -= 2 * PRICE
+    if share > max(SAYS, elastic, best):
+        return [(share * size, at + text)]
     if found:
         return found
     if elastic > SAYS:
@@ -167,7 +182,10 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         )
         text = f"the missing force depends on the displacement alone ({100 * size:.1f} % of the range){law}"
         return [(elastic * size, at + text)]
-    text = f"a missing force of {100 * size:.1f} % of the range is not a function of displacement, time or cycle alone"
+    text = (
+        f"a force of {100 * size:.1f} % of the range is missing, for which no simple dependence on displacement, time "
+        "or cycle was found"
+    )
     return [(UNSAID * size, at + text)]
 
 

@@ -101,6 +101,7 @@ def effect_table(found: Diagnosis, brief: bool = False) -> ReportTable:
         Whether to leave out the columns for rarity, reciprocal names and evidence, as on the terminal.
     """
     rows: list[Row] = []
+    also = any(derived_text(quantity) for one in found.effects for quantity in one.parameters.values())
     for effect in found.effects:
         first = [effect.label, number(effect.evidence, 2)]
         for name, quantity in effect.parameters.items():
@@ -108,12 +109,12 @@ def effect_table(found: Diagnosis, brief: bool = False) -> ReportTable:
             own = [name, value.text, value.interval, value.prior_text]
             if not brief:
                 far = "-" if quantity.prior is None else short_chance(quantity.prior_tail)
-                own += [far, derived_text(quantity), *first[1:]]
+                own += [far, *([derived_text(quantity)] if also else []), *first[1:]]
             rows.append((first[0], *own))
             first = ["", ""]
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %")
     if not brief:
-        heads = (*heads, "as far out", "that is", "evidence")
+        heads = (*heads, "as far out", *(("that is",) if also else ()), "evidence")
     name = "" if brief else "Values with 95 % intervals: posterior and prior"
     return ReportTable(name, heads, tuple(rows), left=2)
 
@@ -132,6 +133,7 @@ def source_table(found: Diagnosis) -> ReportTable:
 def parameter_table(found: Diagnosis) -> ReportTable:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
+    also = any(derived_text(quantity) for quantity in found.parameters.values())
     for name, quantity in found.parameters.items():
         value = shown(name, quantity, found.channels)
         effect, _, own = name.rpartition(".")
@@ -144,10 +146,11 @@ def parameter_table(found: Diagnosis) -> ReportTable:
                 "-" if value.word else number(value.std, 2),
                 value.interval,
                 value.prior_text,
-                derived_text(quantity),
+                *([derived_text(quantity)] if also else []),
             )
         )
-    heads = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %", "that is")
+    heads: Row = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %")
+    heads = (*heads, "that is") if also else heads
     return ReportTable("Parameters of the most probable model", heads, tuple(rows), left=3)
 
 

@@ -16,8 +16,6 @@ from bushcli.report.quantity import listed, percent
 _NAMED = 0.05
 # Largest number of sets of effects in the headline.
 _SETS = 3
-# A group is named instead of its members if it holds at least this probability.
-_GROUP = 0.95
 # Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
 
@@ -111,16 +109,17 @@ def catalogue(found: Diagnosis) -> str:
 
 
 def group_of(found: Diagnosis) -> Group | None:
-    """Return the group of which each likely set has one member, not the same in all sets; None without such a group."""
-    rests = _rests(found)
+    """Return the group of which each likely set has one member, not the same in all sets; None without such a group.
+
+    Sets in which the unknown effect stands in place of known ones do not count.
+    """
+    rests = _known(_rests(found))
     if len(rests) < 2:
         return None
     for group in sorted(found.groups, key=lambda one: (len(one.effects), -one.probability)):
         members = {effect_name(name) for name in group.effects}
         # A set with two members says that both are there, which "one or the other" denies.
-        if group.probability >= _GROUP and all(
-            len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests
-        ):
+        if all(len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests):
             return group
     return None
 
@@ -146,11 +145,13 @@ def missing_physics(found: Diagnosis) -> str:
     ]
     group = group_of(found)
     if group is not None:
-        more = set.union(*(set(one.effects) for one in _rests(found)))
+        more = set.union(*(set(one.effects) for one in _known(_rests(found))))
         members = {effect_name(name) for name in group.effects}
         others = sorted(name for name in more if effect_name(name) not in members)
         also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
-        return " and ".join([*sure, group_text(group)]) + also
+        unknown = [one for one in _rests(found) if set(one.effects) == {UNKNOWN}]
+        besides = f"; not ruled out: {phrase(UNKNOWN)} ({chance(unknown[0].probability)})" if unknown else ""
+        return " and ".join([*sure, group_text(group)]) + also + besides
     nothing = "nothing else" if sure else "no effect"
     rests = [f"{together(one.effects, nothing)} ({chance(one.probability)})" for one in _rests(found)]
     if len(rests) > _SETS:
@@ -167,6 +168,11 @@ def _rests(found: Diagnosis) -> list[Likely]:
     return [
         Likely(tuple(name for name in one.effects if name not in common), one.probability) for one in sets
     ]
+
+
+def _known(sets: Sequence[Likely]) -> list[Likely]:
+    """Return the sets without those that consist of the unknown effect alone."""
+    return [one for one in sets if set(one.effects) != {UNKNOWN}]
 
 
 def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
@@ -242,12 +248,12 @@ def rival_lines(found: Diagnosis) -> list[str]:
 
 
 def next_test_lines(found: Diagnosis) -> list[str]:
-    """Return sentences on the proposed test and the information that it is expected to give."""
+    """Return sentences on the proposed test and the information expected from it, or on why none is proposed."""
     test = found.next_test
     if test is None:
         return _no_test(found)
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
-    gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
+    gain = f"It is expected to give {bits}"
     return [test.text, gain] if test.possible > 0 else [test.text]
 
 

@@ -243,7 +243,8 @@ def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
 
 
 def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: ModuleType) -> None:
-    best: Any = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True, simulated=())))
+    fitted, alone = SimpleNamespace(converged=True, simulated=()), SimpleNamespace(effects=())
+    best: Any = SimpleNamespace(state=SimpleNamespace(fitted=fitted, model=alone))
     none: Any = SimpleNamespace(
         used=(), compared=lambda simulated: (), likelihood=SimpleNamespace(features=())
     )
@@ -293,7 +294,7 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
 @pytest.mark.parametrize(
     ("there", "resume", "words"),
     [
-        (2, True, "2 results found"),
+        (2, True, "2 results found; those of the same case and revision are used"),
         (0, True, "there are no saved results: starting from the beginning"),
         (1, False, "deleted 1 result of an earlier run, which --resume would have kept"),
         (0, False, ""),

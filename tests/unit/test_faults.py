@@ -289,6 +289,29 @@ def test_stuck_samples(what, noise):
     assert list(np.flatnonzero(masks(faults, clean))) == list(range(101, 108))
 
 
+def test_rows_that_repeat_over_a_reversal_are_stuck():
+    """Force and displacement repeat together, so that no jump of one against the other gives them away."""
+    clean = recorded()
+    q, force = clean.displacement.copy(), clean.force.copy()
+    # The second turning point is at sample 133.
+    q[128:140], force[128:140] = q[128], force[128]
+    faults = find_faults(bushing(), [replace(clean, displacement=q, force=force)])
+    assert kinds(faults) == [("axial", "stuck", False)]
+    assert "repeat the force and the displacement before them" in faults[0].where
+    assert list(np.flatnonzero(masks(faults, clean))) == list(range(129, 140))
+
+
+def test_a_hold_of_a_rig_without_noise_is_not_stuck():
+    clean = recorded()
+    q = np.round(np.clip(clean.displacement, -1.0, 1.0), 3)
+    stiff = np.round(290.0 * np.round(q, 2), 2)
+    q[np.abs(q) > 0.95] = np.sign(q[np.abs(q) > 0.95])
+    still = np.abs(q) == 1.0
+    stiff[still] = 290.0 * q[still]
+    faults = find_faults(bushing(), [replace(clean, displacement=q, force=stiff)])
+    assert not [one for one in faults if "force and the displacement" in one.where]
+
+
 def test_masks_take_the_faults_of_their_own_channel():
     clean, other = recorded(), recorded("radial")
     force = clean.force.copy()

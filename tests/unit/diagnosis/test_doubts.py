@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.answer import _begun, _long_memory, _search_doubts
+from bushcli.diagnosis.answer import _begun, _long_memory, _search_doubts, form_error
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.recording import Recording
@@ -80,3 +80,23 @@ def test_a_recording_not_from_rest_is_doubted_where_the_model_remembers(first, w
         found = _begun(best, problem)
         assert [one.name for one in found] == ["not_from_rest"] * remembers
         assert not remembers or found[0].message.endswith(words)
+
+
+def test_the_unknown_force_has_the_size_that_is_drawn():
+    """The misfit is a wave of 20 N along the path and noise of 3 N: nearly all of it above the noise is smooth."""
+    best, problem = asked(20.0 * np.sin(TIME / 20.0))
+    best = SimpleNamespace(
+        unknown=True, state=SimpleNamespace(evidence=SimpleNamespace(judged=None), fitted=best.state.fitted)
+    )
+    plain = SimpleNamespace(problem=problem)
+    found = form_error(best, plain, problem.compared(()))
+    span = float(np.ptp(LAW + 20.0 * np.sin(TIME / 20.0)))
+    assert found.percent["axial"] == pytest.approx(100.0 * 20.0 / np.sqrt(2.0) / span, rel=0.1)
+    assert found.share == 0.0
+    assert found.covers > 0.95
+    # Ripples are too fine to be drawn as a whole: what is not drawn is not covered.
+    _, problem = asked(20.0 * np.sin(2 * np.pi * Q / 0.7), NoiseModel(3.0))
+    found = form_error(best, SimpleNamespace(problem=problem), problem.compared(()))
+    assert found.covers < 0.7
+    drawn = found.percent["axial"] / (100.0 * 20.0 / np.sqrt(2.0) / span)
+    assert found.covers == pytest.approx(drawn**2, abs=0.15)

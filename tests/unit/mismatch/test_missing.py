@@ -182,3 +182,27 @@ def test_samples_that_are_no_data_are_left_out():
     simulated[100:103] = np.nan
     found = described(compared(LAW, simulated))
     assert np.isfinite(found.force["axial"]).all()
+
+
+# The second is so short that the features of a branch hold only a part of it.
+@pytest.mark.parametrize("period", [3.1, 1.5])
+def test_ripples_along_the_displacement_are_found_with_their_period(period):
+    (text,) = described(compared(LAW + 0.05 * SPAN * np.sin(2 * np.pi * Q / period))).text
+    start, _, size = text.partition(", by ")
+    assert start == f"the force rises and falls along the displacement every {period:.2g} mm"
+    assert float(size.split()[0]) == pytest.approx(5.0, abs=0.3)
+
+
+def test_a_swing_in_time_is_found_with_its_period():
+    (text,) = described(compared(LAW + 0.03 * SPAN * np.sin(2 * np.pi * TIME / 21.0))).text
+    start, _, size = text.partition(", by ")
+    assert start == "the force rises and falls with time every 21 s"
+    # The features of a branch smooth a tenth away.
+    assert float(size.split()[0]) == pytest.approx(3.0, abs=0.3)
+
+
+def test_what_follows_nothing_simple_is_called_so():
+    """Two waves of unlike periods, one along the displacement and one in time."""
+    force = np.sin(2 * np.pi * Q / 3.1) + np.sin(2 * np.pi * TIME / 21.0) * np.sign(np.sin(Q))
+    (text,) = described(compared(LAW + 0.03 * SPAN * force)).text
+    assert text.endswith("for which no simple dependence on displacement, time or cycle was found")

@@ -360,6 +360,12 @@ def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
     assert headline(diagnoses.dissipating(case())) == (
         "Missing physics: dissipation (97 %); internal friction or viscoelasticity, which one rate cannot tell"
     )
+    # Unknown physics is named beside the group.
+    beside = diagnoses.ranked(
+        ("yeoh", ("friction",), 0.6), ("yeoh", ("viscoelasticity",), 0.3), ("yeoh", ("unknown",), 0.08)
+    )
+    found = replace(diagnoses.dissipating(case()), models=beside, rivals=(("viscoelasticity",), ("unknown",)))
+    assert headline(found).endswith("which one rate cannot tell; not ruled out: unknown physics (8 %)")
     # But not where one of the sets has both.
     both = ("yeoh", ("friction", "viscoelasticity"), 0.7), ("yeoh", ("friction",), 0.27)
     together_ = replace(
@@ -440,7 +446,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
-        "0.83 of the 1.05 bits of information that are still open, in about 8 minutes",
+        "0.83 of the 1.05 bits of information that are still open.",
         "assumed to err by 0.40 % in axial and 0.40 % in radial (rms, of the force range); this accounts for 96 % of "
         "the remaining misfit above the noise.",
         "radial (held out)",
