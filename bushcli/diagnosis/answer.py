@@ -21,7 +21,7 @@ from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing import missing, missing_force
 from bushcli.recording import Recording, displacement_noise
-from bushcli.recording.earlier import earlier
+from bushcli.recording.earlier import earlier, not_from_rest
 from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
@@ -241,20 +241,8 @@ def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
     """Return a doubt about recordings that do not begin at rest, where the most probable model remembers."""
     if not any(one.effect.has_memory for one in best.state.model.effects):
         return []
-    made = []
-    for recording in problem.recordings:
-        before = earlier(recording)
-        if before is not None:
-            through = "its first cycle once before" if before.repeats else "a ramp from zero before"
-            made.append(
-                Condition(
-                    "not_from_rest",
-                    f"{recording.name}: the recording does not begin at rest. The rubber remembers what was before, "
-                    f"which is assumed to be {through}",
-                    "record from rest; or keep the earlier cycles in the file, with conditioning = their number",
-                )
-            )
-    return made
+    known = [(one.name, earlier(one)) for one in problem.recordings]
+    return [not_from_rest(name, before) for name, before in known if before is not None]
 
 
 def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:

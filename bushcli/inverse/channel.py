@@ -27,6 +27,7 @@ from bushcli.recording import (
     matching,
 )
 from bushcli.recording.curve import Curve
+from bushcli.recording.earlier import Earlier
 from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.recording.odd import swept_range, unfolded
 from bushcli.simulate.simulation import Simulation
@@ -153,6 +154,11 @@ class Channel:
     def name(self) -> str:
         """Name of the channel."""
         return self.recording.name
+
+    @property
+    def before(self) -> Earlier | None:
+        """The path before the recording that is assumed, where the rubber remembers it."""
+        return self.simulation.remembered if isinstance(self.simulation, Simulation) else None
 
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None

@@ -30,6 +30,7 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.unsolvable import tried, unsolvable
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
+from bushcli.recording.earlier import not_from_rest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import history_damaged
 from bushcli.runtime.executor import Pool
@@ -254,7 +255,9 @@ class _Searches:
             leverage=certainty.leverage(problem, best.x),
             effects=effects(task, problem, best.x),
         )
+        begun = ((one.name, one.before) for one in (*problem.channels, *self.held_out))
         doubts = conditions(fit, task, best, interrupted)
+        doubts += tuple(not_from_rest(name, before) for name, before in begun if before is not None)
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
             doubts = tuple(one for one in doubts if one.name == "interrupted")

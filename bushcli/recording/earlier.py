@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.recorded import Recording
 from bushcli.recording.signals import displacement_noise, force_noise
+from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]
 
@@ -83,6 +84,25 @@ def earlier(recording: Recording) -> Earlier | None:
         time.insert(0, np.array([begin - ramp]))
         path.insert(0, np.zeros(1))
     return Earlier(np.concatenate(time), np.concatenate(path), last is not None)
+
+
+def not_from_rest(name: str, before: Earlier) -> Condition:
+    """Return what is said of a recording that does not begin at rest.
+
+    Parameters
+    ----------
+    name : str
+        Of the channel.
+    before : Earlier
+        What is assumed.
+    """
+    through = "its first cycle once before" if before.repeats else "a ramp from zero before"
+    return Condition(
+        "not_from_rest",
+        f"{name}: the recording does not begin at rest. The rubber remembers what was before, which is assumed to be "
+        f"{through}",
+        "record from rest; or keep the earlier cycles in the file, with conditioning = their number",
+    )
 
 
 def _first_cycle(recording: Recording) -> int | None:

@@ -287,6 +287,7 @@ class _Prediction:
             six=six,
             stiffness=self.matrices(channel),
             touched=touched(model, history),
+            before=simulation.remembered if isinstance(simulation, Simulation) else None,
         )
 
     def _steps(self, channel: SimulatedChannel, simulation: Simulation | Reaction) -> float | None:

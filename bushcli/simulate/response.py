@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.effects.names import readable_name
+from bushcli.recording.earlier import not_from_rest
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
 from cases.mode import modes
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
     from bushcli.recording.curve import Curve
+    from bushcli.recording.earlier import Earlier
     from bushcli.simulate.six import SixCurve
     from bushcli.simulate.stretched import Stretched
     from bushcli.simulate.touching import Touched
@@ -94,6 +96,8 @@ class Simulated:
         if the march without planes of symmetry did not reach its end.
     touched : tuple of Touched
         Surfaces that met at the steps of the march.
+    before : Earlier or None
+        The path before the recording that was assumed, where the rubber remembers it.
     """
 
     name: str
@@ -115,6 +119,7 @@ class Simulated:
     six: SixCurve | None = None
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
     touched: tuple[Touched, ...] = ()
+    before: Earlier | None = None
 
     @property
     def in_time(self) -> bool:
@@ -171,6 +176,7 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
         *_of_the_rubber(channel),
         *_of_the_rest(channel),
         *_left_out(case, channel),
+        *([] if channel.before is None else [not_from_rest(channel.name, channel.before)]),
     ]
 
 

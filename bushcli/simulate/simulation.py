@@ -157,6 +157,11 @@ class Simulation:
         return np.concatenate([self.time[0] + self.before.time, self.time]), q
 
     @property
+    def remembered(self) -> Earlier | None:
+        """The assumed path before the first sample, if the rubber remembers it."""
+        return self.before if self.path_dependent else None
+
+    @property
     def path_dependent(self) -> bool:
         """Whether the recorded path has to be marched."""
         return self.model.path_dependent

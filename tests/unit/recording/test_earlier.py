@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bushcli.case import load_case
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
+from bushcli.inverse import Task, identify
 from bushcli.recording import Recording
 from bushcli.recording.earlier import earlier
+from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -18,6 +21,33 @@ from forms.law import law
 from geometry.shape import Refinement
 from geometry.shapes.plain import Plain
 
+EFFECTS = {
+    "viscoelasticity": 'name = "viscoelasticity"\nparameters = { g1 = 0.4, tau1 = 8.0 }',
+    "friction": 'name = "friction"\nparameters = { g = 0.4, slip = 0.05 }',
+}
+CASE = """
+[geometry]
+shape = "plain"
+inner_radius = 9.0
+outer_radius = 18.0
+length = 34.0
+
+[mesh]
+elements_across = 2
+elements_along = 4
+
+[material]
+law = "neo_hookean"
+bulk_modulus = 2000.0
+parameters = {{ C10 = 0.4 }}
+
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+
+[[effects]]
+{effect}
+"""
 RUBBER = Rubber(law("neo_hookean"), {"C10": 0.5}, 2000.0)
 PERIOD = 40.0
 # Three cycles from rest, to 4 mm and -4 mm.
@@ -84,6 +114,27 @@ def test_a_loop_that_was_cut_out_has_a_cycle_before_it(known, first, length):
     assert error < 5e-4
     # Without it the error is that of a loop that begins from rest. At a turning point, friction begins anew.
     assert without > {"viscoelasticity": 0.01, "friction": 0.002 if first in (80, 110) else 0.0}[name]
+
+
+def test_inverse_and_direct_say_that_the_rubber_remembers(known, tmp_path):
+    name, force = known
+    recording = cut(force, 100, 181)
+    rows = zip(recording.time, recording.displacement, recording.force, strict=True)
+    table = "\n".join(["time_s,displacement_mm,force_N", *(f"{t},{q},{f}" for t, q, f in rows)])
+    (tmp_path / "axial.csv").write_text(table + "\n")
+    (tmp_path / "case.toml").write_text(CASE.format(effect=EFFECTS[name]))
+    case = load_case(tmp_path / "case.toml")
+    fit = identify(Task(case, "neo_hookean"))
+    assert "not_from_rest" in [one.name for one in fit.conditions]
+    assert "its first cycle once before" in next(
+        one.message for one in fit.conditions if one.name == "not_from_rest"
+    )
+    assert fit.curves[0].rms_percent < 0.3
+    response = predict(case, case.material)
+    assert [one.name for one in response.conditions].count("not_from_rest") == 1
+    # The elastic law alone remembers nothing.
+    alone = replace(case, effects=())
+    assert "not_from_rest" not in [one.name for one in predict(alone, case.material).conditions]
 
 
 def test_a_ramp_leads_to_where_an_open_recording_begins(known):
