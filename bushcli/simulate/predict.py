@@ -264,9 +264,8 @@ class _Prediction:
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
             unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
-        error = None
-        if self.mesh_check and not stopped:
-            error = self._mesh_error(channel, history, answer)
+        checked = self.mesh_check and not stopped
+        error = self._mesh_error(channel, history, answer) if checked else None
         return Simulated(
             name=channel.name,
             mode=channel.mode if six is None else six.mode,
