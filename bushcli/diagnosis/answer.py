@@ -239,7 +239,9 @@ def doubts(
 
 def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
     """Return a doubt about recordings that do not begin at rest, where the most probable model remembers."""
-    if not any(one.effect.has_memory for one in best.state.model.effects):
+    # A rig with memory, such as a late logger, does not make the rubber remember.
+    effects = [one.effect for one in best.state.model.effects]
+    if not any(one.has_memory and one.feature is not None for one in effects):
         return []
     known = [(one.name, earlier(one)) for one in problem.recordings]
     return [not_from_rest(name, before) for name, before in known if before is not None]

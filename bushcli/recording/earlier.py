@@ -23,18 +23,19 @@ Array = NDArray[np.float64]
 # A first displacement beyond this share of the largest is no zero offset: the prior of one has a scale of 3 % of the
 # travel (`effects/library/offset.py`).
 OFF = 0.1
-# Share of the range that a path has to go for a motion.
+# Share of the range that a path has to go for a motion: more than noise and overshoot. Judgement.
 MOTION = 0.1
 # A cycle is closed if its ends differ by less than this share of its width where it began. From rest the second half of
 # a first cycle changes the force there as much as the first half does (friction), or in proportion to its way.
 CLOSED = 0.25
 # It counts as no smaller if it goes at least this many times as far.
 FURTHER = 2.0
-# Where it began at a turning point, without a width: by less than this share of the range of the force.
+# Where it began at a turning point, without a width: by less than this share of the range of the force. Judgement.
 AT_TURN = 0.05
-# Least distance of both forces from zero, as a share of the width: a cycle from rest begins at zero.
+# Least distance of both forces from zero, as a share of the width: a cycle from rest begins at zero, one cut out of a
+# symmetric test in the middle, at 0.5.
 AMID = 0.25
-# Standard deviations of the force's noise that a width must exceed.
+# Standard deviations of the force's noise that a width must exceed: those of a difference of two samples are 1.4.
 SURE = 6.0
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bushcli.diagnosis.answer import _begun, _long_memory, _search_doubts, form_error
+from bushcli.effects.effect import effects as catalogue
 from bushcli.likelihood.features import features
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.recording import Recording
@@ -74,8 +75,8 @@ def test_a_recording_not_from_rest_is_doubted_where_the_model_remembers(first, w
     problem = SimpleNamespace(
         recordings=(recording, Recording("axial", Q[:81], LAW[:81], TIME[:81], name="axial"))
     )
-    for remembers in (True, False):
-        effects = (SimpleNamespace(effect=SimpleNamespace(has_memory=remembers)),)
+    for name, remembers in (("friction", True), ("time_lag", False), ("swaging", False)):
+        effects = (SimpleNamespace(effect=catalogue()[name]),)
         best = SimpleNamespace(state=SimpleNamespace(model=SimpleNamespace(effects=effects)))
         found = _begun(best, problem)
         assert [one.name for one in found] == ["not_from_rest"] * remembers
