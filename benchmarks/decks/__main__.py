@@ -77,11 +77,16 @@ def run(options: argparse.Namespace) -> int:
 def score(options: argparse.Namespace) -> int:
     """Compare manifests and ledgers, and write the tables."""
     from benchmarks.decks.report import document
+    from benchmarks.decks.summary import renewed, summary
 
     text = document(options.labels or ["old", "new"], options.decks, options.output)
     print(text)
     if options.output:
         options.output.write_text(text, encoding="utf-8")
+    if options.summary:
+        page = options.summary.read_text(encoding="utf-8")
+        brief = summary(options.labels or ["old", "new"], options.decks)
+        options.summary.write_text(renewed(page, brief), encoding="utf-8")
     return 0
 
 
@@ -125,6 +130,7 @@ def main() -> int:
     six.add_argument("--label", dest="labels", action="append", help="may be given several times (old, new)")
     six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], choices=DECKS)
     six.add_argument("-o", "--output", type=Path, help="write the page there, and a picture beside it")
+    six.add_argument("--summary", type=Path, help="page whose short table of scores is renewed")
     six.set_defaults(act=score)
     seven = actions.add_parser("why", help="what the right answer lacks where it was not named outright")
     seven.add_argument("--label", required=True, help="ledger whose answers are explained")

@@ -17,6 +17,10 @@ from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
 ODDS = Path(__file__).parent / "odds.md"
+SCORES = (
+    "## Scores\n\nOf the recordings that were diagnosed under each label. What was wanted was fixed together with\n"
+    "the decks, before any run.\n\n"
+)
 # The diagnosed recordings by label.
 Runs = Mapping[str, Sequence[Item]]
 
@@ -88,7 +92,7 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
     """Return the whole page; with `output`, write the picture beside it."""
     found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
     together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
-    parts = [ABOUT.read_text(encoding="utf-8"), _scores(found, together)]
+    parts = [ABOUT.read_text(encoding="utf-8"), SCORES + scores(found)]
     parts.append(_with_other_odds({deck: runs[labels[-1]] for deck, runs in found.items()}))
     for deck, runs in found.items():
         parts.append(_deck(deck, runs))
@@ -100,20 +104,27 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
     return "\n".join(parts)
 
 
-def _scores(found: Mapping[str, Runs], together: Runs) -> str:
-    """Compare the scores with those that were wanted when the decks were frozen."""
+def scores(found: Mapping[str, Runs]) -> str:
+    """Return the table of scores, of all that was diagnosed under each label, beside what was wanted.
+
+    Parameters
+    ----------
+    found : mapping of str to mapping of str to list of Item
+        Recordings by deck and label.
+    """
+    together: dict[str, list[Item]] = {}
+    for runs in found.values():
+        for label, diagnosed in runs.items():
+            together.setdefault(label, []).extend(diagnosed)
     rows = [
         [deck, what, wanted, *(shown(of(runs)) for runs in found[deck].values())]
         for deck, what, wanted, of in WANTED
         if deck in found
     ]
     for what, said_ in KINDS.items():
-        errors = [score.calibration_error(_bins(runs, said_)) for runs in together.values()]
+        errors = [score.calibration_error(_bins(diagnosed, said_)) for diagnosed in together.values()]
         rows.append(["all", f"expected calibration error, {what}", "0.05 or less", *map(finite, errors)])
-    return (
-        "## Scores\n\nOf the recordings that were diagnosed under each label. What was wanted was fixed together with\n"
-        "the decks, before any run.\n\n" + table(["deck", "score", "wanted", *together], rows)
-    )
+    return table(["deck", "score", "wanted", *together], rows)
 
 
 def _with_other_odds(found: Runs) -> str:

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score, why
+from benchmarks.decks import drawing, ledger, manifest, outside, plan, report, score, summary, why
 from benchmarks.decks.foreign import component
 from benchmarks.decks.foreign.formulas import FORMULAS
 from benchmarks.decks.foreign.halfplane import Bond, HalfPlane, curve
@@ -545,3 +545,16 @@ def test_the_page_stands_old_beside_new(tmp_path: Path, monkeypatch: pytest.Monk
     assert "| right set the most probable | 0 of 1: 0 % (0 to 79) | 1 of 1: 100 % (21 to 100) |" in text
     assert "| foreign |" not in text
     assert (tmp_path / "page-reliability.svg").exists()
+
+
+# -- the short table -----------------------------------------------------------------------------------------------
+
+
+def test_only_the_scores_of_a_page_are_renewed() -> None:
+    """What stands before and after its marks stays; a page without marks is refused, not overwritten."""
+    page = f"before\n{summary.BEGIN}\nold table\n{summary.END}\nafter\n"
+    new = summary.renewed(page, "new table")
+    assert new == f"before\n{summary.BEGIN}\n\nnew table\n{summary.END}\nafter\n"
+    assert summary.renewed(new, "new table") == new
+    with pytest.raises(ValueError, match="no place for the scores"):
+        summary.renewed("a page", "new table")
