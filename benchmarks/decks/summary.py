@@ -16,7 +16,8 @@ def summary(labels: Sequence[str], decks: Sequence[str]) -> str:
     ends = list(dict.fromkeys([labels[0], labels[-1]]))
     found = {deck: {label: items(deck, label) for label in ends} for deck in decks}
     counts = ", ".join(
-        f"{label}: {' + '.join(str(len(runs[label])) for runs in found.values())} recordings" for label in ends
+        f"{label}: {' + '.join(str(len(runs[label])) for runs in found.values())} recordings"
+        for label in ends
     )
     command = " ".join(f"--label {label}" for label in ends)
     return (
