@@ -22,7 +22,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bushcli.report.diagnosis_names import law_title, within
+from bushcli.effects.names import within
+from bushcli.report.diagnosis_names import law_title
 
 PICTURE = Path(__file__).with_name("pictures") / "diagnosis.png"
 # Okabe and Ito's palette, as in the report.

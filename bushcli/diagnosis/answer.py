@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis.posterior import SHOWN, Weighed
+from bushcli.diagnosis.posterior import MEMBER, SHOWN, Weighed
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
     FormError,
@@ -174,21 +174,28 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
 # -- doubts --------------------------------------------------------------------------------------------------------
 
 
-def searched(search: Search, ended: Ended) -> Searched:
+def searched(
+    search: Search, ended: Ended, hidden: Mapping[str, str], probability: Mapping[str, float]
+) -> Searched:
     """Return the extent of the search.
 
     Parameters
     ----------
     search : Search
     ended : Ended
+    hidden : mapping of str to str
+        Effects that may be there unnoticed, and why.
+    probability : mapping of str to float
+        Of each effect, 0 to 1: what is probable is not unnoticed.
     """
+    unnoticed = {name: why for name, why in hidden.items() if probability.get(name, 0.0) < MEMBER}
     return Searched(
         ended == "nothing left",
         search.left,
         ended,
         tuple(search.rows),
         tuple(search.lost),
-        dict(search.derivatives.untestable),
+        {**unnoticed, **search.derivatives.untestable},
     )
 
 

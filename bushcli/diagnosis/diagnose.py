@@ -38,13 +38,14 @@ from bushcli.runtime.store import Store
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
+from bushcli.selection.hidden import hidden
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
 from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
 from bushcli.selection.searched import Ended
-from bushcli.selection.state import CommonData, State
+from bushcli.selection.state import State
 from cases.interrupt import is_interrupt
 
 
@@ -63,6 +64,8 @@ class _Found:
         The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
     interrupted : list of Condition
         What to report if the user stopped it.
+    hidden : dict of str to str
+        Effects that may be there unnoticed, and why.
     """
 
     search: Search
@@ -70,6 +73,7 @@ class _Found:
     models: tuple[Weighed, ...]
     plain: Fitted
     interrupted: list[Condition]
+    hidden: dict[str, str]
 
 
 def diagnose(
@@ -185,12 +189,12 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
 
 def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> _Found:
     """Search, and compute the posterior of the models."""
-    ended, interrupted = _run(search, crew)
+    ended, unnoticed, interrupted = _run(search, crew)
     models, plain = posterior(search), rough
     if not interrupted:
-        best, plain, interrupted = _finished(models[0], rough, asked.plain, search.problem, crew)
+        best, plain, interrupted = _finished(models[0], rough, asked.plain, search, crew)
         models = (best, *models[1:])
-    return _Found(search, ended, models, plain, interrupted)
+    return _Found(search, ended, models, plain, interrupted, unnoticed)
 
 
 def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -> Diagnosis:
@@ -206,7 +210,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     says: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
     left = share_left(best, search.plain)
     unknown = probability.get("unknown", 0.0)
-    extent = answer.searched(search, found.ended)
+    extent = answer.searched(search, found.ended, found.hidden, probability)
     places = [judged(cache, asked.bare, plain, one) for one in (before, after)]
     return Diagnosis(
         case=asked.case,
@@ -217,14 +221,14 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         plain=_material(asked.material, plain.model),
         material=_material(asked.material, best.state.model),
         parameters=values.quantities(models, asked.case.material),
-        effects=() if unsearched else values.named(models, search, probability, asked.case.material),
+        effects=() if unsearched else values.named(models, search, asked.case.material),
         probability=probability,
         models=() if unsearched else answer.ranked(models, search),
         rivals=() if unsearched else tuple(one for one in credible_sets(models) if one != best.effects),
         groups=() if unsearched else groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None
-        if unsearched or says == "explained"
+        if unsearched or says == "explained" or (left <= 0.0 and not best.unknown)
         else missing(after, problem.likelihood.features, unknown, left),
         searched=extent,
         channels=channels,
@@ -273,28 +277,34 @@ def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | Non
     return store
 
 
-def _run(search: Search, crew: Workers) -> tuple[Ended, list[Condition]]:
-    """Run the search; return why it ended, and a condition if it was interrupted."""
+def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Condition]]:
+    """Run the search; return why it ended, effects that may be there unnoticed, a condition if it was interrupted."""
+    unnoticed: dict[str, str] = {}
     try:
         ended = run_with_shown(search)
+        if ended == "nothing left":
+            unnoticed = hidden(search, posterior(search)[0].state)
     except BaseException as error:
         if not is_interrupt(error) or not search.states:
             raise
         crew.stop()
         message = f"interrupted during the search: {could_shift(search.left)}"
-        return "interrupted", [Condition("interrupted", message, "run it again with --resume")]
-    return ended, []
+        return "interrupted", {}, [Condition("interrupted", message, "run it again with --resume")]
+    return ended, unnoticed, []
 
 
 def _finished(
-    best: Weighed, rough: Fitted, chosen: Model, problem: CommonData, crew: Workers
+    best: Weighed, rough: Fitted, chosen: Model, search: Search, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
     """Return the best model on the default mesh, and the plain law fitted as accurately as by `bushcli inverse`.
 
     If the user interrupts this, both are returned unchanged, with a condition that says so.
     """
+    problem, known = search.problem, search.states.get(chosen.structure)
+    values = None if known is None else dict(zip(known.fitted.names, map(float, known.fitted.x), strict=True))
+    search.progress("fit", chosen.law, "the plain law once more, with the weights of bushcli inverse")
     try:
-        plain = crew.run(fit_plain, [(problem.case, chosen)])[0] or rough
+        plain = crew.run(fit_plain, [(problem.case, chosen, values)])[0] or rough
         if best.state.model.structure == chosen.structure:
             # What is printed of the law alone are the numbers of `bushcli inverse`.
             best = replace(best, state=State(problem, plain))

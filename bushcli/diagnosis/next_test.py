@@ -35,6 +35,7 @@ from bushcli.diagnosis.result import NextTest
 from bushcli.effects.active import acting
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
+from bushcli.effects.titles import phrase
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Model
@@ -108,9 +109,11 @@ def next_test(
         nats = -float(np.sum(weights * np.log(np.exp(-apart) @ weights)))
         bits = nats / math.log(2.0)
         if bits > WORTH and (best is None or bits / proposal.cost > best[0]):
-            names = [_name(one) for one in chosen]
             pairs = tuple(
-                (names[i], names[j]) for i in range(len(names)) for j in range(i) if apart[i, j] > APART
+                (one, other)
+                for i, one in enumerate(chosen)
+                for j, other in enumerate(chosen[:i])
+                if apart[i, j] > APART
             )
             best = bits / proposal.cost, _test(proposal, bits, possible, pairs)
     return None if best is None else best[1]
@@ -178,9 +181,12 @@ def _simulation(cache: ModelCache, case: Case, model: Model, proposal: Proposal)
     """Return the simulation of a proposed recording by a model."""
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
-    # A recording of this mode is made on the same rig as the present recordings of it.
-    labels = [one.label for one in case.recordings if one.mode == proposal.channel] or [proposal.channel]
-    there = {one.identity: one for name in labels for one in acting(model.effects, name, proposal.channel)}
+    # A recording of this mode is made on the same rig as the present recordings of it. Another mode has a rig of its
+    # own, with another load cell, of which the recordings say nothing.
+    labels = [one.label for one in case.recordings if one.mode == proposal.channel]
+    effects = model.effects if labels else [one for one in model.effects if not one.effect.of_channel]
+    names = labels or [proposal.channel]
+    there = {one.identity: one for name in names for one in acting(effects, name, proposal.channel)}
     return Simulation(
         case.geometry,
         modes()[proposal.channel],
@@ -246,7 +252,9 @@ def _sigma(problem: CommonData, proposal: Proposal, span: float) -> float:
     return NOISE * span
 
 
-def _test(proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[str, str], ...]) -> NextTest:
+def _test(
+    proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[Weighed, Weighed], ...]
+) -> NextTest:
     return NextTest(
         name=proposal.name,
         channel=proposal.channel,
@@ -256,8 +264,8 @@ def _test(proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[s
         minutes=proposal.cost,
         information=bits,
         possible=possible,
-        separates=pairs,
-        text=_words(proposal, pairs),
+        separates=tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs),
+        text=_words(proposal, [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]),
     )
 
 
@@ -282,5 +290,5 @@ def _words(proposal: Proposal, pairs: Sequence[tuple[str, str]]) -> str:
     return f"{text} (about {proposal.cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
-def _name(one: Weighed) -> str:
-    return " + ".join(map(readable_name, one.effects)) or "no effect"
+def _name(one: Weighed, of: Callable[[str], str]) -> str:
+    return " + ".join(map(of, one.effects)) or "no effect"

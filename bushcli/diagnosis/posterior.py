@@ -13,8 +13,8 @@ import numpy as np
 
 from bushcli.diagnosis.resemblance import resembling
 from bushcli.diagnosis.result import Group
-from bushcli.effects.effect import effects
-from bushcli.effects.names import effect_name, within
+from bushcli.effects.names import effect_name
+from bushcli.effects.titles import FREE_LAW, UNKNOWN, phrase
 from bushcli.selection.model import Key, Model
 from bushcli.selection.queue import LEFT, Search
 from bushcli.selection.queued import Queued
@@ -27,9 +27,6 @@ CREDIBLE = 0.95
 SHOWN = 1e-3
 # Least probability of an effect that is a member of a group, unless the group needs it to be certain; and of a group.
 MEMBER, GROUP = 0.05, 0.5
-UNKNOWN = "unknown"
-# Listed among the effects of a model whose law is identified from the recordings although coupons give one.
-FREE_LAW = "free_law"
 # Effects that recordings often cannot distinguish, by what they have in common.
 FAMILIES: Mapping[str, frozenset[str]] = {
     "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
@@ -73,7 +70,7 @@ class Weighed:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of the effects with their rigs, then a law freed from the coupons, the unknown effect last."""
+        """Names of the effects with their rigs, then a law that coupons give and that is freed, the unknown effect."""
         return (
             *self.model.identities,
             *((FREE_LAW,) if self.freed else ()),
@@ -298,11 +295,6 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
 
 
 def _text(family: str, names: Sequence[str]) -> str:
-    known = effects()
-    titles = [within(known[name].title or name) for name in names]
+    titles = [phrase(name) for name in names]
     said = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
-    return (
-        f"{family}: {said}, which these recordings cannot tell apart"
-        if family
-        else (f"{said}, which these recordings cannot tell apart")
-    )
+    return f"{f'{family}: ' if family else ''}{said}, which these recordings cannot tell apart"

@@ -74,7 +74,7 @@ class DiagnosedEffect:
     parameters : mapping
         By the effect's own names.
     probability : float
-        Of the effect: sum over all models that have it.
+        That these channels have it: sum over all models with that.
     evidence : float
         Twice the natural logarithm of the Bayes factor of the model against the same model without the effect; NaN if
         that was not fitted.

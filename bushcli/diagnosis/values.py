@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from bushcli.case import Material
 from bushcli.diagnosis.intervals import components, interval, scanned
@@ -119,9 +119,7 @@ def held(
     )
 
 
-def named(
-    models: Sequence[Weighed], search: Search, probability: Mapping[str, float], material: Material
-) -> tuple[DiagnosedEffect, ...]:
+def named(models: Sequence[Weighed], search: Search, material: Material) -> tuple[DiagnosedEffect, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters
@@ -129,8 +127,6 @@ def named(
     models : sequence of Weighed
         The most probable one first.
     search : Search
-    probability : mapping of str to float
-        Probability of each effect, 0 to 1.
     material : Material
         The case's.
     """
@@ -158,7 +154,7 @@ def named(
                 one.effect.title or one.effect.name,
                 one.effect.summary,
                 own,
-                probability.get(one.effect.name, 0.0),
+                min(1.0, sum(model.probability for model in models if one.identity in model.effects)),
                 bayes,
                 not far,
                 remark,

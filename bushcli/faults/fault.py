@@ -13,7 +13,9 @@ from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 
 Mask = NDArray[np.bool_]
-Kind = Literal["sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes"]
+Kind = Literal[
+    "sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"
+]
 
 # Places that a message lists before it counts the rest.
 _LISTED = 3
@@ -27,7 +29,7 @@ class DataFault:
     ----------
     channel : str
         Name of the recording's channel.
-    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes"}
+    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"}
     where : str
         The observation and the samples concerned, with numbers.
     remedy : str

@@ -13,7 +13,7 @@ from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
-from bushcli.faults.sense import positions, signs
+from bushcli.faults.sense import no_signal, positions, signs
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
@@ -64,6 +64,7 @@ def find_faults(
         senses = [
             *extremes(recording),
             *signs(recording, left_out[-1]),
+            *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
         found += senses

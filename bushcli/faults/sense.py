@@ -1,10 +1,17 @@
-"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions."""
+"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions, noise.
+
+References
+----------
+von Neumann (1941), Distribution of the ratio of the mean square successive difference to the variance, Ann. Math. Stat.
+12:367-395, doi:10.1214/aoms/1177731677.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.faults.fault import DataFault, Mask
 from bushcli.faults.signal import slope
@@ -19,6 +26,12 @@ _FALLING = -0.5
 # opposite signs. A force with its sign has equal signs there: 0.7 to 0.4 where friction makes the loop a third to two
 # thirds of the range wide (calculated for one slider).
 _MAGNITUDE = 0.7
+# A force is noise where its changes from sample to sample are as large as those of so much noise with so little signal:
+# half the mean square change over the variance is 1 for noise, and beyond the first number where noise has more of the
+# variance than the signal. A displacement is sampled finely enough to tell where its own ratio is below the second.
+_NOISE, _SMOOTH = 0.5, 0.1
+# Fewer samples do not determine that ratio to 0.1 (its standard deviation is 1/sqrt(n)).
+_FEWEST = 100
 # Share of the travel that a displacement must reach on its smaller side to be one to both sides: judgement.
 _SIDE = 0.2
 # Rubber thicknesses from zero beyond which a displacement is the position of the actuator: judgement, since rubber that
@@ -67,6 +80,37 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             True,
             none,
         )
+
+
+def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Yield a fault where the force is noise, as of a load cell that is not connected.
+
+    Parameters
+    ----------
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
+    q, force = recording.displacement[~bad], recording.force[~bad]
+    if len(q) < _FEWEST or np.ptp(q) == 0 or np.ptp(force) == 0:
+        return
+    rough, smooth = (_roughness(values) for values in (force, q))
+    if rough > _NOISE and smooth < _SMOOTH:
+        yield DataFault(
+            recording.name,
+            "no_signal",
+            f"the force changes from sample to sample as noise does, by {np.sqrt(rough):.2g} of its standard "
+            f"deviation (the displacement: {np.sqrt(smooth):.2g})",
+            "look whether the load cell is connected, and whether its range suits the force; then record it again",
+            True,
+            np.zeros(len(recording.force), dtype=bool),
+        )
+
+
+def _roughness(values: NDArray[np.float64]) -> float:
+    """Return half the mean square change from sample to sample over the variance, the von Neumann ratio over two."""
+    return 0.5 * float(np.mean(np.diff(values) ** 2)) / float(np.var(values))
 
 
 def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFault]:

@@ -91,7 +91,11 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
         return Clock(even, np.ones_like(kept), (what,))
     mended, count = _single(time)
     if mended is not None:
-        what = f"{label}: {count} isolated time stamps that break the equal intervals of the samples are interpolated"
+        stamps_ = (
+            "an isolated time stamp that breaks" if count == 1 else f"{count} isolated time stamps that break"
+        )
+        are = "is" if count == 1 else "are"
+        what = f"{label}: {stamps_} the equal intervals of the samples {are} interpolated"
         return Clock(mended, kept, (what,))
     raise _refused(table, stamps.index, stamps.values, ~kept)
 

@@ -17,6 +17,7 @@ _KINDS = {
     "spikes": "single bad samples",
     "stuck": "values stuck",
     "time": "wrong times",
+    "no_signal": "noise in place of a force",
 }
 
 
@@ -29,12 +30,6 @@ def fault_lines(found: Diagnosis) -> list[str]:
     """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     lines = []
     for one in sorted(found.faults, key=lambda one: not one.fatal):
-        left = int(one.samples.sum())
-        out = (
-            f"; {left} {'sample is' if left == 1 else 'samples are'} left out"
-            if left and not one.fatal
-            else ""
-        )
         remedy = one.remedy.rstrip(".")
-        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}{out}. What to do: {remedy}")
+        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}. What to do: {remedy}")
     return lines

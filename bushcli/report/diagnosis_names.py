@@ -1,35 +1,14 @@
-"""Effects, laws, models and probabilities of a diagnosis in words; the JSON has the identifiers."""
+"""Laws, models and probabilities of a diagnosis in words; the JSON has the identifiers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from bushcli.effects.effect import effects
-from bushcli.effects.names import PEOPLE, effect_name, rig_of, within
+from bushcli.effects.titles import phrase
 from bushcli.report.quantity import listed
 
-UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
 # A probability beyond these is given as a limit, because no model is certain.
 _ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
-_TITLES = {
-    UNKNOWN: "Unknown physics",
-    NOTHING: "Nothing missing",
-    FREE_LAW: "A law other than the coupons'",
-}
-
-
-def title(name: str) -> str:
-    """Return the title of an effect for the start of a line: "Offset (radial)" for "offset@radial"."""
-    own, rig = effect_name(name), rig_of(name)
-    known = effects().get(own)
-    words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
-    words = " ".join(word.capitalize() if word.capitalize() in PEOPLE else word for word in words.split())
-    return f"{words} ({rig})" if rig else words
-
-
-def phrase(name: str) -> str:
-    """Return the name of an effect within a sentence: "internal friction", "unknown physics"."""
-    return within(title(name))
 
 
 def law_title(name: str) -> str:

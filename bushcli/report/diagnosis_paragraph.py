@@ -6,6 +6,7 @@ import math
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
+from bushcli.effects.titles import NOTHING
 from bushcli.report.diagnosis_faults import fault_lines
 from bushcli.report.diagnosis_names import chance, law_title, model_title, together
 from bushcli.report.diagnosis_values import parameters_text
@@ -28,6 +29,8 @@ from bushcli.report.quantity import listed, percent
 _SETS = 6
 # An effect that is less probable than this is always named with its probability.
 _SURE = 0.95
+# Probability of no effect from which on it is said that something is only probably left out.
+_DOUBT = 0.05
 # An error of the law's formula is mentioned where it exceeds this many times the noise.
 NOTABLE = 1.0
 
@@ -89,10 +92,17 @@ def _opening(found: Diagnosis) -> str:
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
             if group_of(found) is not None:
-                return f"{origin}, leaves out {missing_physics(found)}."
+                return f"{origin}, leaves something out: {missing_physics(found)}."
             if len(likely(found)) > 1:
-                return f"{origin}, leaves something out: most probably {listed(effects_with_chance(found))}."
-            return f"{origin}, leaves out {listed(effects_with_chance(found))}."
+                # Several effects may be probable together though none of them is alone.
+                none = found.probability.get(NOTHING, 0.0)
+                leaves = (
+                    f"probably leaves something out ({chance(1.0 - none)})"
+                    if none >= _DOUBT
+                    else "leaves something out"
+                )
+                return f"{origin}, {leaves}: most probably {listed(effects_with_chance(found))}."
+            return f"{origin}, leaves something out: {listed(effects_with_chance(found))}."
 
 
 def _nothing_missing(found: Diagnosis) -> str:

@@ -8,8 +8,9 @@ from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
+from bushcli.effects.titles import UNKNOWN, phrase
 from bushcli.report.diagnosis_faults import fault_kind
-from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, together
+from bushcli.report.diagnosis_names import chance, law_title, together
 from bushcli.report.quantity import listed, percent
 
 # Sets of effects that are less probable than this are in the tables only.
@@ -36,7 +37,12 @@ class Likely:
 
 
 def headline(found: Diagnosis) -> str:
-    """Return the verdict in one sentence, without its full stop."""
+    """Return the verdict in one sentence, without its full stop, and that it misses what was held out, if it does."""
+    missed = any(condition.name == "held_out_missed" for condition in found.conditions)
+    return _verdict(found) + ("; but it does not predict what was held out" if missed else "")
+
+
+def _verdict(found: Diagnosis) -> str:
     law, best = law_title(found.material.law), best_probability(found)
     match found.verdict:
         case "explained":
@@ -45,8 +51,7 @@ def headline(found: Diagnosis) -> str:
             better = f"the {law} law describes the recordings without any effect{best}"
             return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
         case "missing_physics":
-            # A sentence must not have two colons.
-            return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
+            return f"Missing physics: {missing_physics(found)}"
         case "unexplained" if found.unsearched:
             return "Not diagnosed: the search ended before it could tell which effects are probable"
         case "unexplained":
@@ -96,8 +101,11 @@ def _named(found: Diagnosis) -> dict[str, float]:
     own = [effect_name(one.name) for one in found.effects]
     named = {}
     for one, name in zip(found.effects, own, strict=True):
-        where = f" ({', '.join(one.channels)})" if one.channels and own.count(name) > 1 else ""
-        named[f"{within(one.title)}{where}"] = one.probability
+        if one.channels and own.count(name) > 1:
+            named[f"{within(one.title)} ({', '.join(one.channels)})"] = one.probability
+        else:
+            # Without a channel it is the effect in any of them.
+            named[within(one.title)] = found.probability.get(name, one.probability)
     return named
 
 
@@ -139,8 +147,8 @@ def missing_physics(found: Diagnosis) -> str:
         return f"{listed(effect_names(found))}{best_probability(found)}"
     common = set.intersection(*(set(one.effects) for one in sets))
     sure = [
-        f"{name} ({chance(one.probability)})"
-        for name, one in zip(effect_names(found), found.effects, strict=True)
+        f"{name} ({chance(p)})"
+        for (name, p), one in zip(_named(found).items(), found.effects, strict=True)
         if one.name in common
     ]
     group = group_of(found)
@@ -151,14 +159,24 @@ def missing_physics(found: Diagnosis) -> str:
         also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
         unknown = [one for one in _rests(found) if set(one.effects) == {UNKNOWN}]
         besides = f"; not ruled out: {phrase(UNKNOWN)} ({chance(unknown[0].probability)})" if unknown else ""
-        return " and ".join([*sure, group_text(group)]) + also + besides
-    nothing = "nothing else" if sure else "no effect"
-    rests = [f"{together(one.effects, nothing)} ({chance(one.probability)})" for one in _rests(found)]
-    if len(rests) > _SETS:
-        rests = [*rests[: _SETS - 1], "others"]
+        # It follows a colon, and a sentence must not have two.
+        return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also + besides
     if sure:
+        rests = _some(
+            [f"{together(one.effects, 'nothing else')} ({chance(one.probability)})" for one in _rests(found)]
+        )
         return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
-    return f"{', or '.join(rests)}; these recordings cannot tell them apart"
+    # No effect is not missing: it is named as what else is possible.
+    rests = _some([f"{together(one.effects)} ({chance(one.probability)})" for one in sets if one.effects])
+    none = [one for one in sets if not one.effects]
+    besides = f"; not ruled out: no effect ({chance(none[0].probability)})" if none else ""
+    apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
+    return f"{', or '.join(rests)}{apart}{besides}"
+
+
+def _some(sets: list[str]) -> list[str]:
+    """Return what a headline has room for: the first sets, and a word for the others."""
+    return [*sets[: _SETS - 1], "others"] if len(sets) > _SETS else sets
 
 
 def _rests(found: Diagnosis) -> list[Likely]:
@@ -182,9 +200,7 @@ def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
         for one in likely(found)[1:]
         if not set(one.effects) & set(without)
     ]
-    if len(others) > _SETS:
-        others = [*others[: _SETS - 1], "others"]
-    return f"; not ruled out: {', '.join(others)}" if others else ""
+    return f"; not ruled out: {', '.join(_some(others))}" if others else ""
 
 
 def _probability(found: Diagnosis, names: Sequence[str]) -> float:
@@ -214,10 +230,9 @@ def missing_lines(found: Diagnosis) -> list[str]:
     if missing is None:
         return []
     first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
-    share = (
-        f"{percent(100 * missing.share)} of the misfit of the plain law (squared, above the noise) is explained by no "
-        "known effect"
-    )
+    none = "no known effect" if found.asked is None else "none of the effects asked for"
+    of = percent(100 * missing.share)
+    share = f"{of} of the misfit of the plain law (squared, above the noise) is explained by {none}"
     return [first, share, *missing.text]
 
 
@@ -233,7 +248,7 @@ def form_error_line(found: Diagnosis) -> str:
     if UNKNOWN in found.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
-        return "The formulas of the most probable model are assumed to be exact: its misfit counts as noise"
+        return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
     return f"The formulas of the most probable model are assumed to err by {size[3:]}; this accounts for {covered}"
 
 

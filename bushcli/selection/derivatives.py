@@ -80,7 +80,8 @@ class Derivatives:
         reasons = {trial.effect.name: "these recordings do not respond to it" for trial in asked}
         shown = []
         for one in found:
-            if Beside(state, ()).share(one) < OWN:
+            size, own = Beside(state, ()).changes(one)
+            if np.max(own / np.where(size > 0.0, size, 1.0)) < OWN:
                 reasons[one.trial.effect.name] = (
                     "the parameters of the law have the same influence on these recordings"
                 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.evidence.density import features_of
 from bushcli.inverse.first import first_minimum
+from bushcli.inverse.search import search
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
 from bushcli.selection.fit import FittedSamples, fitted, pose
@@ -22,7 +23,9 @@ Mask = NDArray[np.bool_]
 UNKNOWN = 0.1
 
 
-def fit_plain(cache: ModelCache, case: Case, model: Model) -> Fitted | None:
+def fit_plain(
+    cache: ModelCache, case: Case, model: Model, known: Mapping[str, float] | None = None
+) -> Fitted | None:
     """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start.
 
     Parameters
@@ -30,6 +33,10 @@ def fit_plain(cache: ModelCache, case: Case, model: Model) -> Fitted | None:
     cache : ModelCache
     case : Case
     model : Model
+    known : mapping of str to float, optional
+        Values that another search has found, each in its unit. Where they describe the recordings better than the end
+        of this search, it goes on from there: beside the edge of the law's stability a search may end in a local
+        minimum.
     """
     task = model.task(case)
     channels = cache.channels(task)
@@ -38,7 +45,13 @@ def fit_plain(cache: ModelCache, case: Case, model: Model) -> Fitted | None:
     if not problem.names:
         return fitted(model, problem, np.zeros(0), True)
     found = first_minimum(problem, start, lower, upper)
-    return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
+    best = None if found is None else found.minimum
+    if known is not None:
+        x = np.clip(np.array([known[name] for name in problem.names]), lower, upper)
+        if problem.cost(x) < (np.inf if best is None else best.cost):
+            other = search(problem, x, lower, upper)
+            best = other if best is None or other.cost < best.cost else best
+    return None if best is None else fitted(model, problem, best.x, best.converged)
 
 
 def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:

@@ -111,12 +111,10 @@ class Beside:
             found.append(self._averaged(points) if hoped > top + math.log(NEGLIGIBLE) else first)
         return found
 
-    def share(self, addition: Addition) -> float:
-        """Return the largest share of an amplitude's change that the fitted parameters cannot make."""
+    def changes(self, addition: Addition) -> tuple[Array, Array]:
+        """Return sizes (k,) of the change by each amplitude of an addition, and of what the fit cannot make of it."""
         G = self._weighed(addition.slopes)
-        size = np.linalg.norm(G, axis=0)
-        own = np.linalg.norm(self._left(G), axis=0)
-        return float(np.max(own / np.where(size > 0.0, size, 1.0)))
+        return np.linalg.norm(G, axis=0), np.linalg.norm(self._left(G), axis=0)
 
     def any_law(self, more: int) -> float:
         """Log evidence of the model if its law could remove all misfit that is a function of the displacement.

@@ -78,6 +78,25 @@ def test_a_force_of_the_other_sign(mode):
     assert not masks(faults, recorded(mode)).any()
 
 
+@pytest.mark.parametrize("correlation", [0.0, 0.3])
+def test_a_force_that_is_noise_has_no_signal(correlation):
+    """A load cell that is not connected: no unit makes noise a force."""
+    one = recorded()
+    noise = 5.0 * autoregressive(np.random.default_rng(4), len(one.force), correlation)
+    (fault,) = find_faults(bushing(), [replace(one, force=noise)])
+    assert (fault.kind, fault.fatal) == ("no_signal", True)
+    assert "connected" in fault.remedy
+
+
+def test_a_faint_force_in_noise_has_a_signal():
+    """Noise with a third of the variance of the signal does not hide it."""
+    one = recorded()
+    noise = np.sqrt(np.var(one.force) / 3.0) * np.random.default_rng(5).normal(size=len(one.force))
+    assert "no_signal" not in [
+        fault.kind for fault in find_faults(bushing(), [replace(one, force=one.force + noise)])
+    ]
+
+
 def test_a_force_without_its_sign_is_a_magnitude():
     one = recorded()
     found = find_faults(bushing(), [replace(one, force=np.abs(one.force))])

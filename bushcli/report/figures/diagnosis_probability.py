@@ -14,7 +14,8 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
-from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, phrase, short_chance, title
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
+from bushcli.report.diagnosis_names import short_chance
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
 from bushcli.report.diagnosis_words import undetectable, unlikely
 from bushcli.report.figures.picture import (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 
 from bushcli.case import load_case
 from bushcli.inverse import identify
+from bushcli.selection import plain as plain_module
 from bushcli.selection.fit import WORSE, _searched, pose
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import ModelCache
@@ -39,6 +41,21 @@ def same(cache, case, law, start):
     assert plain.names == tuple(found.parameters)
     for name, value in zip(plain.names, plain.x, strict=True):
         assert value == pytest.approx(found.parameters[name].value, rel=1e-12)
+
+
+def test_a_search_that_ends_worse_than_another_goes_on_from_there(coupon, monkeypatch):
+    """Beside the edge of the law's stability the first search may end in a local minimum."""
+    one, start = coupon("yeoh"), {"C10": 0.4, "C20": -0.01, "C30": 0.001}
+    best = dict(zip(one.plain.names, map(float, one.plain.x), strict=True))
+    far = SimpleNamespace(x=np.array([0.3, 0.0, 0.0]), cost=math.inf, converged=True)
+    monkeypatch.setattr(plain_module, "first_minimum", lambda *_: SimpleNamespace(minimum=far))
+    near = {name: 1.02 * value for name, value in best.items()}
+    found = fit_plain(one.cache, one.case, Model("yeoh", start), near)
+    assert found.x == pytest.approx(one.plain.x, rel=1e-3)
+    # What is no better is left alone.
+    far = SimpleNamespace(x=one.plain.x, cost=0.0, converged=True)
+    again = fit_plain(one.cache, one.case, Model("yeoh", start), dict.fromkeys(best, 3.0))
+    assert again.x == pytest.approx(one.plain.x, rel=1e-12)
 
 
 @pytest.mark.slow

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from bushcli.diagnosis import next_test as module
 from bushcli.diagnosis.menu import menu
 from bushcli.diagnosis.next_test import ExpectedCurve, distance
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 
 N = 36
@@ -49,6 +55,30 @@ def test_what_the_parameters_may_imitate_does_not_distinguish() -> None:
     # A parameter that may change the loop by much less than the error of form imitates next to nothing.
     narrow = ExpectedCurve(b.force, 0.01 * WIDTH[:, None], b.effects)
     assert distance(a, narrow, 0.1) == pytest.approx(distance(a, b, 0.1), rel=1e-2)
+
+
+@pytest.mark.parametrize(("mode", "acts"), [("uniaxial", True), ("planar", False)])
+def test_a_rig_s_effect_does_not_act_on_a_rig_that_was_not_recorded(coupon, monkeypatch, mode, acts) -> None:
+    """A gain of the axial load cell says nothing of the load cell of another rig; the rubber goes with the bushing."""
+    one, seen = coupon(), {}
+    model = replace(
+        one.state.model,
+        effects=(
+            ActiveEffect(effect("drift"), {"rate": 0.1}),
+            ActiveEffect(effect("permanent_set"), {"set": 0.1}),
+        ),
+    )
+
+    def caught(
+        geometry: Any, mode: Any, rubber: Any, refinement: Any, effects: Any, *_: Any, **__: Any
+    ) -> None:
+        seen["names"] = [active.name for active in effects]
+
+    monkeypatch.setattr(module, "Simulation", caught)
+    proposal = next(p for p in menu({mode: 0.5}, {mode: 0.05}, [mode]) if p.channel == mode)
+    module._simulation(one.cache, one.case, model, proposal)
+    assert ("drift" in seen["names"]) == acts
+    assert "permanent_set" in seen["names"]
 
 
 def test_the_menu_has_another_rate_and_a_hold_among_its_cheapest() -> None:

@@ -146,8 +146,10 @@ def test_points_of_a_grid_are_averaged(made):
 def test_what_the_law_does_itself_is_no_share_of_its_own(made):
     column = made.state.fitted.jacobians[0] @ np.array([1.0, 0.5, -0.2])
     beside = Beside(made.state, ())
-    assert beside.share(addition(made, "drift", column)) < 1e-6
-    assert beside.share(addition(made, "drift", loop(made))) > 0.3
+    whole, own = beside.changes(addition(made, "drift", column))
+    assert own < 1e-6 * whole
+    whole, own = beside.changes(addition(made, "drift", loop(made)))
+    assert own > 0.3 * whole
 
 
 @pytest.mark.parametrize("name", ["permanent_set", "drift", "warming", "time_lag"])

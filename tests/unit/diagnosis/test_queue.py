@@ -94,7 +94,7 @@ def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
     # It ends before all are fitted: with seven effects there are 63 sets of up to three.
     assert found.waiting
     assert len(world.asked) < 40
-    said = answer.searched(found, world.ended)
+    said = answer.searched(found, world.ended, {}, {})
     assert said.complete
     models = posterior(found)
     assert set(models[0].effects) == {"drift", "permanent_set"}
@@ -108,7 +108,7 @@ def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     assert world.asked == []
     # The plain law's neighbours are known only by their predictions.
     assert found.left > 0.5
-    said = answer.searched(found, world.ended)
+    said = answer.searched(found, world.ended, {}, {})
     assert not said.complete
     assert said.left == pytest.approx(found.left)
     (best, *_) = posterior(found)
@@ -137,7 +137,7 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     assert any("drift" in name for name in found.lost)
     assert all("drift" not in state.model.identities for state in found.states.values())
     assert any("drift" in what and text.startswith("cannot be solved") for _, what, text in heard)
-    said = answer.searched(found, world.ended)
+    said = answer.searched(found, world.ended, {}, {})
     assert said.lost == tuple(found.lost)
     rows = [one for one in said.trials if "drift" in one.effects]
     assert rows

@@ -14,10 +14,11 @@ from rich.console import Console
 from bushcli import report
 from bushcli.diagnosis.result import DiagnosedEffect, FormError, Group, Quantity
 from bushcli.diagnosis.words import sentences
+from bushcli.effects.titles import phrase, title
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
 from bushcli.report.diagnosis_html import diagnosis_html
-from bushcli.report.diagnosis_names import chance, law_title, model_title, phrase, title, together
+from bushcli.report.diagnosis_names import chance, law_title, model_title, together
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import bar, model_table, probability_table
 from bushcli.report.diagnosis_values import parameters_text
@@ -25,6 +26,7 @@ from bushcli.report.diagnosis_words import (
     form_error_line,
     headline,
     likely,
+    missing_lines,
     next_test_lines,
     rival_lines,
     searched_lines,
@@ -245,8 +247,8 @@ def test_nothing_is_said_to_be_certain(case, diagnoses):
 def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_cannot_be_told(case, diagnoses):
     text = paragraph(diagnoses.rivalling(case()))
     assert text.startswith(
-        "The Yeoh law alone, fitted to the axial recording, leaves out Mullins softening (more than 99 %) and "
-        "dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell; perhaps also "
+        "The Yeoh law alone, fitted to the axial recording, leaves something out: Mullins softening (more than "
+        "99 %) and dissipation (98 %); internal friction or viscoelasticity, which one rate cannot tell; perhaps also "
     )
     # Parameters have their names in the literature; an effect that is not certain always has its probability.
     assert "Mullins softening: r = 3.205 ± 0.082, m = 0.102 ± 0.011 MPa" in text
@@ -437,7 +439,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
     assert max(map(len, text_of(found).splitlines())) <= 100
     text = flat(found)
     for words in (
-        "axial: single bad samples, at 41.2, 66.0 and 88.7 s; 3 samples are left out. What to do: nothing",
+        "axial: single bad samples, at 41.2, 66.0 and 88.7 s. What to do: nothing",
         "in the axial channel, on loading above 3 mm: the simulation is 8.6 % too soft there",
         "In the rubber (axial and radial together): a local change takes away 71 % of the misfit",
         "inverse_r 0.3120 ± 0.0080 0.296 to 0.328 0.0200 to 0.600",
@@ -518,7 +520,7 @@ def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
 
 def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     found = diagnoses.diagnosis(case())
-    assert "exact: its misfit counts as noise" in form_error_line(
+    assert "do not show beside the noise" in form_error_line(
         replace(found, form_error=FormError(0.0, {}, 1.0))
     )
     half = {"axial": 0.5, "radial": 0.0}
@@ -1014,3 +1016,40 @@ def test_models_with_the_same_effects_are_distinguished():
         "Yeoh + viscoelasticity (2 branches)"
     )
     assert model_title("yeoh", (), {}) == "Yeoh alone"
+
+
+def test_no_effect_is_not_named_as_missing_physics(case, diagnoses):
+    """Several effects may be probable together though none of them is: "no effect" is then what is not ruled out."""
+    found = replace(
+        diagnoses.rivalling(case()),
+        models=diagnoses.ranked(
+            ("yeoh", ("viscoelasticity",), 0.4), ("yeoh", (), 0.33), ("yeoh", ("friction",), 0.27)
+        ),
+        effects=(
+            replace(diagnoses.FRICTION, name="viscoelasticity", title="Viscoelasticity", probability=0.4),
+        ),
+        rivals=((), ("friction",)),
+        groups=(),
+        probability={"viscoelasticity": 0.4, "friction": 0.27, "nothing": 0.33},
+    )
+    assert headline(found) == (
+        "Missing physics: viscoelasticity (40 %), or internal friction (27 %); these recordings cannot tell them "
+        "apart; not ruled out: no effect (33 %)"
+    )
+    assert "probably leaves something out (67 %): most probably viscoelasticity (40 %)." in paragraph(found)
+
+
+def test_with_chosen_effects_the_rest_is_not_said_to_be_unknown(case, diagnoses):
+    found = replace(diagnoses.diagnosis(case(), "unexplained"), asked=("offset",))
+    text = " ".join(missing_lines(found))
+    assert "is explained by none of the effects asked for" in text
+    assert "no known effect" not in text
+
+
+def test_the_headline_says_that_what_was_held_out_is_missed(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    missed = replace(
+        found, conditions=(Condition("held_out_missed", "radial by 3.5 %", "do not rely on it"),)
+    )
+    assert "held out" not in headline(replace(found, conditions=()))
+    assert headline(missed).endswith("; but it does not predict what was held out")
