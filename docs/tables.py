@@ -107,7 +107,9 @@ def effect_text(effect: Effect) -> str:
     """Return the parameters of an effect, and what is to be known of it."""
     rows = [
         (
-            f"`{p.name}`" + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else ""),
+            f"`{p.name}`"
+            + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else "")
+            + (f" (results also give `{p.exponential}` = exp(`{p.name}`))" if p.exponential else ""),
             _units(p),
             ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}{_within(p)}",
             "" if p.off is None else f"{p.off:g}",

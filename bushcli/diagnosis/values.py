@@ -65,7 +65,7 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
 
 
 def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
-    """Return the value under its other names: its reciprocal, and the total with the case's own value.
+    """Return the value under its other names: exponential or reciprocal, and the total with the case's own value.
 
     Parameters
     ----------
@@ -75,6 +75,8 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
     material : Material
         The case's.
     """
+    if parameter.exponential:
+        return {parameter.exponential: (math.exp(value), "1")}
     if parameter.reciprocal is None or not value:
         return {}
     name, unit = parameter.reciprocal

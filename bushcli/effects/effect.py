@@ -70,6 +70,8 @@ class EffectParameter:
         at ``off``, for an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
+    exponential : str
+        Name of exp(value) in results, for a value that is the logarithm of what people think of.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added, such as a bulk modulus for a compliance.
     of_channel : bool
@@ -103,6 +105,7 @@ class EffectParameter:
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
+    exponential: str = ""
     adds_to: str = ""
     of_channel: bool = False
     of_mesh: bool = False

@@ -84,9 +84,10 @@ def derived_text(quantity: Quantity) -> str:
 
 
 def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel]) -> str:
-    """Return all parameters of an effect in one line; a parameter with a reciprocal is shown as the reciprocal.
+    """Return all parameters of an effect in one line; one with a reciprocal or exponential is shown as that.
 
-    The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x.
+    The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x, that of
+    exp(x) is exp(x) times it.
 
     Parameters
     ----------
@@ -97,10 +98,13 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
     """
     parts = []
     for name, quantity in effect.parameters.items():
-        known, first = derived(quantity) if quantity.value else {}, 0.0
+        known, first, found = derived(quantity), 0.0, _parameter(f"{effect.name}.{name}")
         for other, (value, of) in known.items():
             first = first or value
-            std = value**2 / abs(first) * quantity.std / abs(quantity.value)
+            if found is not None and found.exponential == other:
+                std = value * quantity.std
+            else:
+                std = value**2 / abs(first) * quantity.std / abs(quantity.value)
             parts.append(f"{other} = {with_std(value, std)}{tail(of)}")
         if not known:
             value_shown = shown(f"{effect.name}.{name}", quantity, channels)

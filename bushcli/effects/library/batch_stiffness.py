@@ -48,6 +48,7 @@ EFFECT = Effect(
             0.1,
             -3.0,
             3.0,
+            exponential="factor",
             off=0.0,
             prior=Prior(
                 "t",

@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -12,8 +13,11 @@ from matplotlib.text import Text as MplText
 from rich.console import Console
 
 from bushcli import report
+from bushcli.case import Material
 from bushcli.diagnosis.result import DiagnosedEffect, FormError, Group, Quantity
+from bushcli.diagnosis.values import derived
 from bushcli.diagnosis.words import sentences
+from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
@@ -478,6 +482,15 @@ def test_a_value_in_the_paragraph_has_the_digits_of_the_table(case, diagnoses):
     assert text == "r = 12345 ± 200"
     loose = replace(known.parameters["m"], value=4.4659, std=1.6, derived={})
     assert parameters_text(replace(known, parameters={"m": loose}), found.channels) == "m = 4.5 ± 1.6 MPa"
+
+
+def test_a_logarithm_is_given_as_the_factor_that_people_think_of(case, diagnoses):
+    """To first order the error of exp(x) is exp(x) times that of x: 0.564 * 0.0048 = 0.0027."""
+    log = Quantity(-0.5725, 0.0048, "1", "factor", -0.582, -0.563)
+    (parameter,) = effect("batch_stiffness").parameters
+    found = replace(log, derived=derived(parameter, log.value, Material("yeoh", math.inf, {})))
+    batch = replace(diagnoses.MULLINS, name="batch_stiffness", parameters={"log_factor": found})
+    assert parameters_text(batch, ()) == "factor = 0.5641 ± 0.0027"
 
 
 def test_an_effect_that_cannot_be_shown_is_not_called_improbable(case, diagnoses):
