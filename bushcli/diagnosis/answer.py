@@ -186,7 +186,7 @@ def searched(
     hidden : mapping of str to str
         Effects that may be there unnoticed, and why.
     probability : mapping of str to float
-        Of each effect, 0 to 1: what is probable is not unnoticed.
+        Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
     """
     unnoticed = {name: why for name, why in hidden.items() if probability.get(name, 0.0) < MEMBER}
     return Searched(

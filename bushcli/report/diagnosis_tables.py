@@ -9,8 +9,9 @@ from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.titles import title
 from bushcli.report.diagnosis_faults import fault_kind
 from bushcli.report.diagnosis_names import model_title, short_chance
+from bushcli.report.diagnosis_unlikely import undetectable, unlikely
 from bushcli.report.diagnosis_values import derived_text, shown
-from bushcli.report.diagnosis_words import channel_label, undetectable, unlikely
+from bushcli.report.diagnosis_words import channel_label
 from bushcli.report.quantity import number, percent
 from bushcli.report.tables import ReportTable, Row
 from bushcli.selection.searched import TriedModel

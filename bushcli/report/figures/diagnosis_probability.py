@@ -16,8 +16,8 @@ from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
 from bushcli.report.diagnosis_names import short_chance
+from bushcli.report.diagnosis_unlikely import undetectable, unlikely
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
-from bushcli.report.diagnosis_words import undetectable, unlikely
 from bushcli.report.figures.picture import (
     BLUE,
     GREEN,
