@@ -54,8 +54,7 @@ class EffectParameter:
     lower, upper : float
         Closed interval of admissible values.
     off : float or None
-        For an amplitude, the value at which the effect is absent; None for a shape parameter (a time, a gap), which
-        has no meaning while the amplitudes are off.
+        For an amplitude, the value at which the effect is absent; None for a shape parameter, such as a time or a gap.
     optional : bool
         Whether the parameter may be absent, as may those of a second and third branch, or one that refines the effect.
     motions : frozenset of str
@@ -66,8 +65,7 @@ class EffectParameter:
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
     sizes : tuple of float
-        Finite values of an amplitude, over the rubber's thickness, that a diagnosis tries in place of the derivative
-        at ``off``, for an effect whose curve takes another form as it grows.
+        Finite amplitudes, over the rubber's thickness, to be tried where the curve takes another form as they grow.
     reciprocal : (str, str) or None
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     exponential : str
