@@ -13,7 +13,7 @@ from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
-from bushcli.faults.sense import no_signal, positions, signs
+from bushcli.faults.sense import magnitude, no_signal, positions, reversed_sign
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
@@ -61,14 +61,16 @@ def find_faults(
             found.append(fault)
             bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
+        turned = [*reversed_sign(recording, left_out[-1])]
         senses = [
             *extremes(recording),
-            *signs(recording, left_out[-1]),
+            *([] if turned else magnitude(recording, left_out[-1])),
             *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
-        found += senses
-        # A modulus from a magnitude, or from a travel with another zero, says nothing about units.
+        found += [*turned, *senses]
+        # A modulus from a magnitude, or from a travel with another zero, says nothing about units. That from a force of
+        # the other sign does.
         sound.append(not any(fault.fatal for fault in senses))
     found += scales(
         case.geometry,

@@ -39,8 +39,8 @@ _SIDE = 0.2
 _FAR = 3.0
 
 
-def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises, or lacks the sign that the displacement has.
+def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Yield a fault where the force falls while the displacement rises.
 
     Parameters
     ----------
@@ -53,7 +53,6 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
         return
     correlation = float(np.corrcoef(q, force)[0, 1])
-    none = np.zeros(len(recording.force), dtype=bool)
     if correlation < _FALLING and slope(q, force) < 0:
         yield DataFault(
             recording.name,
@@ -62,8 +61,22 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             "wrong sign",
             'reverse the sign of the force: reverse = ["force"] in this table of the case file',
             True,
-            none,
+            np.zeros(len(recording.force), dtype=bool),
         )
+
+
+def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Yield a fault where the force lacks the sign that the displacement has.
+
+    Parameters
+    ----------
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
+    q, force = recording.displacement[~bad], recording.force[~bad]
+    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
         return
     sides = min(float(q.max()), float(-q.min())) / max(float(np.abs(q).max()), 1e-300)
     halves = [(q[half], force[half]) for half in (q > 0, q < 0)]
@@ -78,7 +91,7 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"{right:.2f} and {left:.2f})",
             "export the force with its sign, such as one component instead of a resultant",
             True,
-            none,
+            np.zeros(len(recording.force), dtype=bool),
         )
 
 

@@ -78,6 +78,14 @@ def test_a_force_of_the_other_sign(mode):
     assert not masks(faults, recorded(mode)).any()
 
 
+def test_a_force_of_the_other_sign_in_another_unit_has_both_faults():
+    """The user corrects both at once."""
+    one = recorded()
+    found = find_faults(bushing(), [replace(one, force=-1e-3 * one.force)])
+    assert sorted(fault.kind for fault in found) == ["sign", "unit"]
+    assert any('force = "kN"' in fault.remedy for fault in found)
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.3])
 def test_a_force_that_is_noise_has_no_signal(correlation):
     """A load cell that is not connected: no unit makes noise a force."""
