@@ -50,7 +50,7 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         Samples to leave out.
     """
     q, force = recording.displacement[~bad], recording.force[~bad]
-    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
+    if not _moves(q, force):
         return
     correlation = float(np.corrcoef(q, force)[0, 1])
     if correlation < _FALLING and slope(q, force) < 0:
@@ -76,11 +76,11 @@ def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         Samples to leave out.
     """
     q, force = recording.displacement[~bad], recording.force[~bad]
-    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
+    if not _moves(q, force):
         return
     sides = min(float(q.max()), float(-q.min())) / max(float(np.abs(q).max()), 1e-300)
     halves = [(q[half], force[half]) for half in (q > 0, q < 0)]
-    if sides < _SIDE or any(len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0 for x, y in halves):
+    if sides < _SIDE or not all(_moves(x, y) for x, y in halves):
         return
     right, left = (float(np.corrcoef(x, y)[0, 1]) for x, y in halves)
     if right * left < 0 and min(abs(right), abs(left)) > _MAGNITUDE:
@@ -106,7 +106,7 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         Samples to leave out.
     """
     q, force = recording.displacement[~bad], recording.force[~bad]
-    if len(q) < _FEWEST or np.ptp(q) == 0 or np.ptp(force) == 0:
+    if len(q) < _FEWEST or not _moves(q, force):
         return
     rough, smooth = (_roughness(values) for values in (force, q))
     if rough > _NOISE and smooth < _SMOOTH:
@@ -119,6 +119,11 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             True,
             np.zeros(len(recording.force), dtype=bool),
         )
+
+
+def _moves(q: NDArray[np.float64], force: NDArray[np.float64]) -> bool:
+    """Whether there are enough samples of a displacement and a force that both change."""
+    return len(q) >= 3 and bool(np.ptp(q) > 0) and bool(np.ptp(force) > 0)
 
 
 def _roughness(values: NDArray[np.float64]) -> float:
