@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.diagnosis.posterior import SHOWN, Weighed
 from bushcli.diagnosis.result import (
+    SMALL,
     DiagnosedChannel,
     FormError,
     RankedModel,
@@ -38,8 +39,6 @@ LOUD = 5.0
 # Misfit of a channel that was held out, % of the force range, up to which it counts as predicted: mesh and calibration
 # alone make 1 % (`likelihood.calibration`).
 MISSED = 1.0
-# Probability from which on an effect has a row of its own in the report, and is not called unnoticed.
-NAMED = 0.01
 # Noise that lasts for so many samples, and whose independent sample is so many times that of short windows, may be
 # something else: two standard deviations of the windows' error (`likelihood.level`).
 MEMORY, SWELLS = 6.0, 2.5
@@ -190,7 +189,7 @@ def searched(
     probability : mapping of str to float
         Of each effect, dimensionless from 0 to 1: what is probable is not unnoticed.
     """
-    unnoticed = {name: why for name, why in hidden.items() if probability.get(name, 0.0) < NAMED}
+    unnoticed = {name: why for name, why in hidden.items() if probability.get(name, 0.0) < SMALL}
     return Searched(
         ended == "nothing left",
         search.left,

@@ -113,9 +113,9 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
         yield DataFault(
             recording.name,
             "no_signal",
-            f"the force changes from sample to sample as noise does, by {np.sqrt(rough):.2g} of its standard "
-            f"deviation (the displacement: {np.sqrt(smooth):.2g})",
-            "look whether the load cell is connected, and whether its range suits the force; then record it again",
+            f"the force changes from sample to sample as noise does, by {np.sqrt(2.0 * rough):.2g} times its standard "
+            f"deviation (rms; the displacement by {np.sqrt(2.0 * smooth):.2g} times its own)",
+            "check that the load cell is connected and that its range suits the force; then record it again",
             True,
             np.zeros(len(recording.force), dtype=bool),
         )

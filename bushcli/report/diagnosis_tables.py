@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bushcli.diagnosis.result import Diagnosis
+from bushcli.diagnosis.result import SMALL, Diagnosis
 from bushcli.effects.titles import title
 from bushcli.report.diagnosis_faults import fault_kind
 from bushcli.report.diagnosis_names import model_title, short_chance
@@ -16,8 +16,6 @@ from bushcli.report.quantity import number, percent
 from bushcli.report.tables import ReportTable, Row
 from bushcli.selection.searched import TriedModel
 
-# Effects that are less probable than this are named together in one row.
-SMALL = 0.01
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
 _BAR = 24
