@@ -135,6 +135,8 @@ def diagnose(
     store, deadline = _opened(journal, resume, notify), begin + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
         found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
+    if resume and store is not None and store.there:
+        notify("resume", store.folder.name, f"{store.used} of {store.there} saved results were used")
     return _ended(_answer(asked, found, extras, cache), store, begin)
 
 

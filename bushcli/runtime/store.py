@@ -101,6 +101,8 @@ class Store:
     ----------
     there : int
         Number of results that the folder held: those to resume from, or those deleted.
+    used : int
+        Number of results that this process has read from the folder.
     damaged : int
         Number of results that this process found damaged; they are calculated again.
 
@@ -125,7 +127,7 @@ class Store:
         except OSError as error:
             place = str(error.filename or folder)
             raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
-        self.there, self.damaged = len(results), 0
+        self.there, self.used, self.damaged = len(results), 0, 0
 
     def file(self, work: str, question: tuple[Any, ...]) -> Path:
         """Return the file that holds, or will hold, the answer to a question.
@@ -156,7 +158,9 @@ class Store:
                 raise ValueError("a symbolic link is not followed")
             # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as found:
-                return True, self.codec.decoded({name: found[name] for name in found.files}, question)
+                answer = self.codec.decoded({name: found[name] for name in found.files}, question)
+            self.used += 1
+            return True, answer
         except FileNotFoundError:
             return False, None
         except _DAMAGED:

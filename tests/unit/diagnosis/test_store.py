@@ -179,7 +179,11 @@ def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path)
     (tmp_path / f"{24 * '0'}.1.part").touch()
     (tmp_path / "notes.txt").touch()
     again = Store(tmp_path, FitCodec(), resume=True)
-    assert again.there == 1
+    assert (again.there, again.used) == (1, 0)
+    assert again.read(again.file("fit", ("another question",)), QUESTION) == (False, None)
+    assert again.used == 0
+    assert again.read(again.file("fit", QUESTION), QUESTION)[0]
+    assert again.used == 1
     assert sorted(one.suffix for one in tmp_path.iterdir()) == [".npz", ".txt"]
     assert Store(tmp_path, FitCodec()).there == 1
     # A file that is not a result belongs to the user.
