@@ -40,6 +40,8 @@ from bushcli.selection.queue import Search
 REASONED = Path(__file__).parent / "why.md"
 # Most wrong sets whose effects are diagnosed again.
 WRONG = 3
+# Most models of a right set (places, branches, laws) that are fitted although the search has not fitted them.
+FORCED = 2
 # Advantage in nats with which a model has 95 % beside one rival.
 OUTRIGHT = math.log(0.95 / 0.05)
 # What keeps the right answer from being named outright, and how it is called on the page.
@@ -48,7 +50,7 @@ REASONS = {
     "values": "the prior holds the right values to be improbable, or the right model determines them more sharply",
     "odds": "the right effects have the smaller prior odds",
     "rivals": "neither: errors of form that resemble an effect, or several small rivals",
-    "not fitted": "the right model was only predicted, not fitted",
+    "not fitted": "no right model could be fitted",
 }
 
 
@@ -79,7 +81,7 @@ class Terms:
 
 
 def missed(deck: str, label: str) -> Iterator[Item]:
-    """Yield the recordings that conceal something which is not named outright.
+    """Yield the recordings whose right answer is not given outright.
 
     Parameters
     ----------
@@ -89,7 +91,11 @@ def missed(deck: str, label: str) -> Iterator[Item]:
     for name, entry in manifest.read(deck).items():
         if name in lines:
             item = Item(entry, said(lines[name]))
-            if (entry.truth or entry.outside) and not score.outright(item):
+            if entry.outside:
+                right = score.outside_right(item)
+            else:
+                right = score.outright(item) if entry.truth else score.explained(item)
+            if not right:
                 yield item
 
 
@@ -113,7 +119,17 @@ def terms(folder: Path, item: Item) -> list[Terms]:
         problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
         search = Search(problem, crew, state, asked.effects, False, float("inf"), lambda *_: None)
         search.run()
+        _fit_right(search, item)
     return list(_terms(search))
+
+
+def _fit_right(search: Search, item: Item) -> None:
+    """Fit right sets that the search did not fit, because their fits were predicted to change nothing."""
+    known = {bases(state.model.identities) for state in search.states.values()}
+    for names in item.right - known:
+        models = [one for one in search.waiting.values() if bases(one.model.identities) == names]
+        for one in sorted(models, key=lambda one: -one.predicted)[:FORCED]:
+            search.fit_anyway(one)
 
 
 def _terms(search: Search) -> Iterator[Terms]:
@@ -135,7 +151,7 @@ def _terms(search: Search) -> Iterator[Terms]:
 
 
 def compared(folder: Path, item: Item) -> dict[str, Any] | None:
-    """Compare the best right model with the best wrong one; None if the search has not fitted a right one.
+    """Compare the best right model with the best wrong one; None if no right one could be fitted.
 
     Parameters
     ----------

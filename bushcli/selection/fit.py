@@ -22,7 +22,7 @@ from bushcli.case import Case
 from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
-from bushcli.inverse.begin import own_start, scaled
+from bushcli.inverse.begin import own_start, scaled, sized
 from bushcli.inverse.local import Ends, inside
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -102,6 +102,11 @@ class _End:
     def __lt__(self, other: _End) -> bool:
         return self.objective < other.objective
 
+    @property
+    def is_stuck(self) -> bool:
+        """Whether the search could neither reach a minimum nor was given up."""
+        return self.at_wall or not (self.converged or self.hopeless)
+
 
 # -- any model -----------------------------------------------------------------------------------------------------
 
@@ -142,10 +147,12 @@ def fit(
         )
     initial = _first_solved(problem, model, start, lower, upper)
     best = None if initial is None else _searched(problem, initial, lower, upper, promise.ends)
-    if best is not None and best.at_wall and promise.is_at_wall(best.x):
+    if best is not None and best.is_stuck and promise.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
         own = _own(problem, start, lower, upper)
-        best = best if own is None else min(best, _searched(problem, own, lower, upper, promise.ends))
+        if own is not None:
+            own = sized(problem, own, lower, upper)
+            best = min(best, _searched(problem, own, lower, upper, promise.ends))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
         at = _admitted(problem, _vector(problem, model.off(other), start))

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.begin import SOLVED, first_point, is_stable, own_start, scaled
+from bushcli.inverse.begin import SOLVED, first_point, is_stable, own_start, scaled, sized
 from forms.law import law
 
 LOWER, UPPER = np.array([1e-6, -100.0, -100.0]), np.array([1e3, 100.0, 100.0])
@@ -143,3 +143,63 @@ def test_locking_laws_get_room_to_stretch():
     found, instead = first_point(problem, np.array([1.0, 0.9]), np.array([1e-6, 0.1]), np.array([1e3, 1e3]))
     assert found[1] >= 5.0
     assert instead is not None
+
+
+class WithEffect(Problem):
+    """The same bushing on a rig that takes a share k q of each force."""
+
+    names = ("C10", "C20", "C30", "rig.k")
+    stopping = SimpleNamespace(tolerance=1e-9)
+    truth = np.array([0.8, -0.08, 0.016, 0.3])
+
+    def _parts(self, x):
+        (channel,) = self.channels
+        q = channel.slope[:, 0] / 2
+        return channel.slope, q, channel.slope @ x[:3]
+
+    def law_parameters(self, x):
+        return dict(zip(self.names[:3], x[:3], strict=True))
+
+    def residual(self, x):
+        self.asked.append(x)
+        _, q, force = self._parts(x)
+        _, _, wanted = self._parts(self.truth)
+        found = force * (1 - x[3] * q) - wanted * (1 - self.truth[3] * q)
+        return np.full(20, np.nan) if self.unsolvable(x) else found
+
+    def jacobian(self, x):
+        slope, q, force = self._parts(x)
+        return np.column_stack([slope * (1 - x[3] * q)[:, None], -force * q])
+
+    def cost(self, x):
+        return float(np.mean(self.residual(x) ** 2))
+
+
+WIDE = np.append(LOWER, 0.0), np.append(UPPER, 1.0)
+
+
+def test_an_effect_finds_its_size_while_the_law_keeps_its_shape():
+    start = np.append(0.5 * WithEffect.truth[:3], 0.01)
+    problem = WithEffect()
+    assert sized(problem, start, *WIDE) == pytest.approx(problem.truth, rel=1e-4)
+    # The shape is kept where another would fit better, too.
+    shaped = np.array([0.5, -0.01, 0.03, 0.01])
+    found = sized(problem, shaped, *WIDE)
+    assert found[:3] / found[0] == pytest.approx(shaped[:3] / shaped[0])
+    assert problem.cost(found) < 0.1 * problem.cost(shaped)
+
+
+def test_what_cannot_be_solved_is_not_returned():
+    start = np.append(WithEffect.truth[:3], 0.01)
+    problem = WithEffect(unsolvable=lambda x: x[3] > 0.2)
+    found = sized(problem, start, *WIDE)
+    assert 0.01 < found[3] <= 0.2
+    assert problem.cost(found) < problem.cost(start)
+    nowhere = WithEffect(unsolvable=lambda x: x[3] > 0.0101)
+    assert sized(nowhere, start, *WIDE) == pytest.approx(start)
+
+
+def test_a_best_size_stays():
+    problem = WithEffect()
+    assert sized(problem, problem.truth, *WIDE) == pytest.approx(problem.truth, rel=1e-12)
+    assert len(problem.asked) == 1
