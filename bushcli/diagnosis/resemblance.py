@@ -13,14 +13,16 @@ resemblance, and the density of the effect's amplitude a follows from the size o
 
 for n effects in the catalogue, with pi the prior density of the amplitude, and p log-normal about phi. Of several
 amplitudes, such as those of a force and of a displacement, a is the one that changes the recordings most; the others
-keep their priors. r is relative to what the effects do that are left. That is measured twice, and the smaller r counts:
-with the law fitted, as the part of the change that the other parameters cannot imitate relative to the misfit of the
-plain law; and with all other parameters held, relative to the largest change by one of these effects. The law adapts
-itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing moves the
-inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the force. Three
-limits: an effect whose change is as large as what the others do is no error of form; the error of an effect lies in the
-channels on which it acts, and elsewhere there is only that of the law; and the force that a law or an effect without
-memory makes wrong depends on the displacement alone, so that its error resembles no effect with memory.
+keep their priors. r is relative to what the effects do that are left. That is measured twice, and the smaller r
+counts: with the law fitted, as the part of the change that the other parameters cannot imitate relative to the misfit
+of the plain law; and with all other parameters held, relative to the largest change by one of these effects. The law
+adapts itself to nearly all that a swaging does, but not to its error: a swaging that is uneven along the bushing
+moves the inner sleeve, as an offset does. If no effect is left, p is log-normal about lambda with r relative to the
+force. Four limits: beyond the 95 % range of its prior pi(a) |a| counts as at the end of that range, so that an error
+of form is there as improbable as the effect itself; an effect whose change is as large as what the others do is no
+error of form; the error of an effect lies in the channels on which it acts, and elsewhere there is only that of the
+law; and the force that a law or an effect without memory makes wrong depends on the displacement alone, so that its
+error resembles no effect with memory.
 
 References
 ----------
@@ -176,11 +178,13 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     """
     parameter = _leading(state, active)
     known = state.priors.get(active.full_name(parameter))
-    value = float(active.values[parameter.name])
-    size = abs(value - float(parameter.off or 0.0))
+    off, value = float(parameter.off or 0.0), float(active.values[parameter.name])
+    size = abs(value - off)
     if known is None or size == 0.0:
         return -math.inf
-    density = known.prior.log_density(value, known.scales) + math.log(size)
+    # An error of form resembles an effect as it may be: beyond the range of its prior both are equally improbable.
+    most = min(size, known.prior.range(known.scales)[1])
+    density = known.prior.log_density(off + math.copysign(most, value - off), known.scales) + math.log(most)
     density += 0.0 if known.one_sided else math.log(2.0)
     # Any effect of the catalogue, whichever the user asks for.
     odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects())

@@ -304,6 +304,8 @@ def differences(function: Callable[[Array], Array], x: Array) -> Array:
         Parameters, shape (parameters,), each in its unit.
     """
     base, steps = function(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
+    if not len(x):
+        return np.zeros((len(base), 0))
     return np.column_stack([(function(x + step) - base) / step.sum() for step in np.diag(steps)])
 
 

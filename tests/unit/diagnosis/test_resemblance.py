@@ -90,6 +90,22 @@ def test_of_several_amplitudes_the_one_that_changes_most_counts(coupon, leading)
     assert math.exp(dict(resembling(state))["viscoelasticity",]) == pytest.approx(one, rel=1e-6)
 
 
+@pytest.mark.parametrize("times", [0.3, 0.999, 1.001, 20.0])
+def test_it_resembles_no_effect_that_is_larger_than_its_prior_admits(coupon, times):
+    """Beyond the 95 % range the error is as improbable as the effect, whose density is in the evidence."""
+    state = pair(coupon, 3.0, 0.5)
+    active = next(one for one in state.model.effects if one.effect.name == "permanent_set")
+    known = state.priors["permanent_set.set"]
+    end = known.prior.range(known.scales)[1]
+    found = resemblance._odds(state, replace(active, values={**active.values, "set": times * end}), False)
+    at = min(times, 1.0) * end
+    signs = 1.0 if known.one_sided else 2.0
+    w = resemblance.RESEMBLES
+    ratio = w / (1.0 - w) / len(effects()) / effect_odds("permanent_set")
+    density = signs * at * math.exp(known.prior.log_density(at, known.scales))
+    assert found == pytest.approx(math.log(ratio / density))
+
+
 def test_the_error_of_a_law_resembles_effects_without_memory_only(coupon, monkeypatch):
     state = pair(coupon, 0.2, 0.1)
     both = "drift", "permanent_set"

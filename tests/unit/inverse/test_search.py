@@ -8,6 +8,7 @@ import pytest
 from bushcli.evidence.promise import Promise
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
+from bushcli.inverse.problem import differences
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
 from bushcli.inverse.search import search
 from bushcli.inverse.stopping import Stopping
@@ -158,3 +159,10 @@ def test_a_start_is_given_up_when_it_neither_comes_near_nor_gets_on():
     # Twice the misfit is near enough for a second minimum that is worth finding.
     assert not is_outperformed([4.1] * 20, reference)
     assert is_outperformed([nan] * OUTPERFORMED_AFTER, reference)
+
+
+def test_without_parameters_there_is_nothing_to_differentiate():
+    """Coupons give the law, and nothing is left to fit: an unstable law still has its penalty."""
+    assert differences(lambda x: np.ones(3), np.zeros(0)).shape == (3, 0)
+    linear = differences(lambda x: np.array([x[0] - 2 * x[1], x[1]]), np.array([1.0, 2.0]))
+    assert linear == pytest.approx(np.array([[1.0, -2.0], [0.0, 1.0]]), abs=1e-6)
