@@ -135,9 +135,7 @@ def diagnose(
     store, deadline = _opened(journal, resume, notify), begin + (float("inf") if budget is None else budget)
     with Workers(workers, store, executor, cache).open() as crew:
         found, extras = _calculated(asked, crew, cache, uniform, deadline, maps, notify)
-    if resume and store is not None and store.there:
-        notify("resume", store.folder.name, f"{store.used} of {store.there} saved results were used")
-    return _ended(_answer(asked, found, extras, cache), store, begin)
+    return _ended(_answer(asked, found, extras, cache), store, begin, notify)
 
 
 def _calculated(
@@ -250,9 +248,11 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     )
 
 
-def _ended(said: Diagnosis, store: Store | None, begin: float) -> Diagnosis:
-    """Add the time spent, and the conditions of the saved results: some were damaged, or none can be saved."""
+def _ended(said: Diagnosis, store: Store | None, begin: float, notify: Progress) -> Diagnosis:
+    """Add the time spent, and what became of the saved results: how many were used, damaged, or cannot be saved."""
     found = list(said.conditions)
+    if store is not None and store.resumes:
+        notify("resume", store.folder.name, f"{len(store.used)} of {store.there} saved results were used")
     if store is not None and store.damaged:
         found.append(history_damaged(store.damaged))
     if store is not None and (failure := store.failure()):

@@ -101,8 +101,8 @@ class Store:
     ----------
     there : int
         Number of results that the folder held: those to resume from, or those deleted.
-    used : int
-        Number of results that this process has read from the folder.
+    used : set of str
+        Names of those that have been used.
     damaged : int
         Number of results that this process found damaged; they are calculated again.
 
@@ -127,7 +127,14 @@ class Store:
         except OSError as error:
             place = str(error.filename or folder)
             raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
-        self.there, self.used, self.damaged = len(results), 0, 0
+        self.there, self.damaged = len(results), 0
+        self._found = frozenset(file.name for file in results) if resume else frozenset()
+        self.used: set[str] = set()
+
+    @property
+    def resumes(self) -> bool:
+        """Whether there are results of an earlier run that may be used."""
+        return bool(self._found)
 
     def file(self, work: str, question: tuple[Any, ...]) -> Path:
         """Return the file that holds, or will hold, the answer to a question.
@@ -159,7 +166,7 @@ class Store:
             # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as found:
                 answer = self.codec.decoded({name: found[name] for name in found.files}, question)
-            self.used += 1
+            self.used |= {file.name} & self._found
             return True, answer
         except FileNotFoundError:
             return False, None

@@ -179,13 +179,19 @@ def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path)
     (tmp_path / f"{24 * '0'}.1.part").touch()
     (tmp_path / "notes.txt").touch()
     again = Store(tmp_path, FitCodec(), resume=True)
-    assert (again.there, again.used) == (1, 0)
+    assert (again.there, again.resumes, again.used) == (1, True, set())
     assert again.read(again.file("fit", ("another question",)), QUESTION) == (False, None)
-    assert again.used == 0
+    assert not again.used
     assert again.read(again.file("fit", QUESTION), QUESTION)[0]
-    assert again.used == 1
+    assert len(again.used) == 1
     assert sorted(one.suffix for one in tmp_path.iterdir()) == [".npz", ".txt"]
-    assert Store(tmp_path, FitCodec()).there == 1
+    # What this run has saved itself is no result of an earlier one.
+    own = again.file("fit", ("new",))
+    again.write(own, fitted())
+    assert again.read(own, QUESTION)[0]
+    assert len(again.used) == 1
+    anew = Store(tmp_path, FitCodec())
+    assert (anew.there, anew.resumes) == (2, False)
     # A file that is not a result belongs to the user.
     assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
     assert Store(tmp_path, FitCodec()).there == 0
