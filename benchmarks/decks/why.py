@@ -52,6 +52,15 @@ REASONS = {
     "rivals": "neither: errors of form that resemble an effect, or several small rivals",
     "not fitted": "no right model could be fitted",
 }
+# Difference of the logarithms of the likelihoods in nats up to which the recordings hardly tell two models apart: the
+# evidence that changes odds by a factor of 20 (Kass and Raftery, 1995, doi:10.1080/01621459.1995.10476572: "strong").
+ALIKE = 3.0
+# Why a right answer is not in the credible set, by that difference.
+MISSES = {
+    "alike": f"the recording hardly shows it: both fit alike, within {ALIKE:g} nats",
+    "worse": "the right formulas fit worse",
+    "better": "the right formulas fit better, but the prior holds their values or effects to be improbable",
+}
 
 
 @dataclass(frozen=True)
@@ -216,6 +225,33 @@ def reason(line: Mapping[str, Any]) -> str:
     return min(parts, key=lambda key: parts[key])
 
 
+def miss(line: Mapping[str, Any]) -> str:
+    """Return why the right answer is not in the credible set, a key of `MISSES`.
+
+    Parameters
+    ----------
+    line : mapping
+        Line of the results, of a recording whose right model could be fitted.
+    """
+    if abs(line["data"]) <= ALIKE:
+        return "alike"
+    return "better" if line["data"] > 0.0 else "worse"
+
+
+def _missed_table(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+    """The right answers that are not in the credible set, by reason and deck."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for deck, lines in found.items():
+        for line in sorted(lines.values(), key=lambda one: one["name"]):
+            if line["right"] is not None and not line["in_set"]:
+                names.setdefault((miss(line), deck), []).append(line["name"])
+    rows = [
+        [text, *(", ".join(names.get((key, deck), ["none"])) for deck in found)]
+        for key, text in MISSES.items()
+    ]
+    return table(["not in the credible set, because", *found], rows)
+
+
 def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> str:
     """Return the part of the page about reasons; empty where none were calculated.
 
@@ -233,7 +269,12 @@ def section(decks: Sequence[str], label: str, folder: Path = ledger.FOLDER) -> s
         return ""
     counts = {deck: Counter(map(reason, lines.values())) for deck, lines in found.items()}
     rows = [[text, *(str(counts[deck][key]) for deck in found)] for key, text in REASONS.items()]
-    parts = [REASONED.read_text("utf-8"), table(["what the right model lacks most", *found], rows)]
+    parts = [
+        REASONED.read_text("utf-8"),
+        table(["what the right model lacks most", *found], rows),
+        "",
+        _missed_table(found),
+    ]
     for deck, lines in found.items():
         parts += [f"\n### Deck {deck}: right against the best wrong model, in nats\n"]
         head = ["recording", "right", "wrong", "data", "values", "odds", "misfits", "lacks most"]

@@ -506,6 +506,19 @@ def test_the_right_answer_lacks_what_is_least(nats: tuple[float, float, float], 
     assert why.reason(line) == reason
 
 
+def test_what_is_explained_is_what_the_scores_count_as_missed() -> None:
+    """Of the deck *nothing* with label 93c86ff 34 of 40 answers are right (docs/decks.md), of *own* 52 of 90 are outright."""
+    assert [item.entry.name for item in why.missed("nothing", "93c86ff")] == [
+        "006",
+        "019",
+        "020",
+        "021",
+        "022",
+        "033",
+    ]
+    assert len(list(why.missed("own", "93c86ff"))) == 90 - 52
+
+
 def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
     assert why.section(["own"], "new", tmp_path) == ""
     line = {
@@ -516,12 +529,21 @@ def test_reasons_are_counted_by_deck(tmp_path: Path) -> None:
         "values": -13.8,
         "odds": 0.0,
     }
-    ledger.append("own", "why-new", line | {"misfit": [1.04, 4.14]}, tmp_path)
+    line |= {"misfit": [1.04, 4.14], "in_set": False}
+    ledger.append("own", "why-new", line, tmp_path)
     ledger.append("own", "why-new", {"name": "008", "right": None}, tmp_path)
+    ledger.append("foreign", "why-new", line | {"name": "003", "data": -2.9}, tmp_path)
+    ledger.append("foreign", "why-new", line | {"name": "001", "data": 2.9}, tmp_path)
+    ledger.append("foreign", "why-new", line | {"name": "002", "data": 2.9, "in_set": True}, tmp_path)
+    ledger.append("foreign", "why-new", line | {"name": "004", "data": -3.1}, tmp_path)
     text = why.section(["own", "foreign"], "new", tmp_path)
-    assert f"| {why.REASONS['values']} | 1 |" in text
-    assert f"| {why.REASONS['not fitted']} | 1 |" in text
-    assert f"| {why.REASONS['data']} | 0 |" in text
+    assert f"| {why.REASONS['values']} | 1 | 4 |" in text
+    assert f"| {why.REASONS['not fitted']} | 1 | 0 |" in text
+    assert f"| {why.REASONS['data']} | 0 | 0 |" in text
+    # Right answers that are not in the credible set; 002 is.
+    assert f"| {why.MISSES['better']} | 007 | none |" in text
+    assert f"| {why.MISSES['alike']} | none | 001, 003 |" in text
+    assert f"| {why.MISSES['worse']} | none | 004 |" in text
     assert "| 007 | friction | unknown | +10.0 | -13.8 | +0.0 | 1.04, 4.14 | values |" in text
 
 
