@@ -507,7 +507,7 @@ def test_the_right_answer_lacks_what_is_least(nats: tuple[float, float, float], 
 
 
 def test_what_is_explained_is_what_the_scores_count_as_missed() -> None:
-    """Of the deck *nothing* with label 93c86ff 34 of 40 answers are right (docs/decks.md), of *own* 52 of 90 are outright."""
+    """With label 93c86ff 34 of 40 answers to *nothing* are right, and 52 of 90 to *own* outright (docs/decks.md)."""
     assert [item.entry.name for item in why.missed("nothing", "93c86ff")] == [
         "006",
         "019",
