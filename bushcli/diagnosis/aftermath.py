@@ -124,10 +124,8 @@ def share_left(best: Weighed, plain: State) -> float:
     best : Weighed
     plain : State
     """
-    before, after = (
-        max(float(np.sum(np.maximum(s.evidence.left.excess, 0.0))), 1e-12) for s in (plain, best.state)
-    )
-    return min(1.0, after / before)
+    before, after = (float(np.sum(np.maximum(s.evidence.left.excess, 0.0))) for s in (plain, best.state))
+    return min(1.0, after / before) if before > 0.0 else 0.0
 
 
 def before_and_after(

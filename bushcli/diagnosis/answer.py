@@ -81,7 +81,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
             one.probability,
             one.log_evidence - base,
             one.state.size if one.predicted is None else None,
-            one.state.evidence.judged.phi if one.predicted is None and one.model.effects else None,
+            one.state.evidence.judged.phi if one.predicted is None and one.kind == "effects" else None,
             {active.identity: active.variant for active in one.model.effects if active.variant},
         )
         for one in (first, *sorted(others, key=lambda one: -one.probability))

@@ -1,7 +1,8 @@
 """Diagnosis of a case: locate the mismatch, identify the missing physics, fit it, and give its probability.
 
-The calculation from top to bottom: data faults, which end it if they are fatal; the plain law as `bushcli inverse` fits
-it; the likelihood (noise, calibration, error of form); the search over models; the posterior; the answer.
+The calculation from top to bottom: data faults, which end it if they are fatal; the plain law; the likelihood (noise,
+calibration, error of form); the search over models; the posterior; the plain law as `bushcli inverse` fits it; the
+answer.
 docs/diagnosis.md has the formulas.
 """
 

@@ -114,6 +114,8 @@ def _weighed(search: Search) -> list[Weighed]:
     """All models, in no order."""
     total, fixed = search.total, search.plain.model.fixed
     share: dict[tuple[Key, bool], float] = {}
+    # Models that are not fitted, of which errors of form make others: the largest part, its state, and the sum.
+    parts: dict[tuple[Key, bool], tuple[float, Weighed]] = {}
     found = []
 
     def add(key: Key, unknown: bool, probability: float) -> None:
@@ -133,8 +135,14 @@ def _weighed(search: Search) -> list[Weighed]:
                 if less.structure in search.states:
                     add(less.structure, bool(unknown), part)
                 else:
-                    own = state.evidence.log_unknown if unknown else state.evidence.log
-                    found.append(Weighed(state, bool(unknown), part, own, fixed and not less.fixed, less))
+                    one = Weighed(state, bool(unknown), part, 0.0, fixed and not less.fixed, less)
+                    so_far, most = parts.get((less.structure, bool(unknown)), (0.0, one))
+                    larger = max(one, most, key=lambda each: each.probability)
+                    parts[less.structure, bool(unknown)] = so_far + part, larger
+    for part, one in parts.values():
+        # The evidence with which it has this weight.
+        log = total + math.log(max(part, 1e-300)) - search.odds(one.model, unknown=one.unknown)
+        found.append(replace(one, probability=part, log_evidence=log))
     for queued in search.counted:
         probability = float(np.exp(queued.predicted - total))
         if queued.is_silent:
@@ -166,7 +174,7 @@ def run_with_shown(search: Search) -> Ended:
         if one is None:
             break
         tried.add(one.model.structure)
-        search.fit_anyway(one)
+        search.fit_anyway(replace(one, odds=search.odds(one.model)))
         if search.left >= LEFT:
             ended = search.run()
     return ended

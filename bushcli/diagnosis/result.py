@@ -120,7 +120,7 @@ class RankedModel:
     misfit : float, optional
         Root mean square misfit over the noise; None where the model was not fitted and counts by its prediction.
     form_error : float, optional
-        Posterior mean of the error of the model's formulas, as a share of the plain law's misfit.
+        Posterior mean of the error of the model's formulas, as a share of the rms misfit that it explains.
     variants : mapping of str to str
         Effect -> what distinguishes it from the same effect in other models: "2 branches", "outer bottom".
     """
@@ -162,7 +162,7 @@ class FormError:
     Attributes
     ----------
     share : float
-        Of the plain law's misfit.
+        Of the rms misfit that the model explains.
     percent : mapping of str to float
         Root mean square of the form error by channel, percent of the recorded force range.
     covers : float

@@ -147,7 +147,9 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
             state.model.terms,
         )
         without = search.states.get(less.structure)
-        bayes = float("nan") if without is None else 2.0 * (state.evidence.log - without.evidence.log)
+        # Both with the mesh of the search; `state` may have been solved again with the default mesh.
+        searched = search.states.get(state.model.structure, state)
+        bayes = float("nan") if without is None else 2.0 * (searched.evidence.log - without.evidence.log)
         far = [name for name, quantity in own.items() if quantity.prior_tail < IMPLAUSIBLE]
         remark = f"few bushings have such a value of {' and '.join(far)}" if far else ""
         made.append(

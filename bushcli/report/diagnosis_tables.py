@@ -178,7 +178,9 @@ def trial_table(found: Diagnosis) -> ReportTable:
     """Return all models that were fitted, in the order of the search."""
     rows = [_trial(i, one) for i, one in enumerate(found.searched.trials, start=1)]
     heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
-    return ReportTable("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
+    return ReportTable(
+        "Models in the order of the search (ln of evidence times odds)", heads, tuple(rows), left=3
+    )
 
 
 def _trial(order: int, one: TriedModel) -> Row:

@@ -77,7 +77,13 @@ class Derivatives:
             )
             if any(np.any(slope) for slope in slopes):
                 found.append(Addition(trial, slopes))
-        reasons = {trial.effect.name: "these recordings do not respond to it" for trial in asked}
+        solved = {trial.effect.name for name, trial in zip(names, asked, strict=True) if self._columns[name]}
+        reasons = {
+            trial.effect.name: "these recordings do not respond to it"
+            if trial.effect.name in solved
+            else "no bushing with it can be simulated beside the plain law"
+            for trial in asked
+        }
         shown = []
         for one in found:
             size, own = Beside(state, ()).changes(one)

@@ -54,6 +54,16 @@ def without_effects(model: Model) -> Model:
     return replace(model, effects=(), anchor=None)
 
 
-def label(model: Model) -> str:
-    """A model in words: "yeoh + mullins + offset (radial)"."""
-    return " + ".join([model.law, *map(readable_name, model.identities)])
+def label(model: Model, variants: bool = False) -> str:
+    """Return a model in words: "yeoh + mullins + offset (radial)".
+
+    Parameters
+    ----------
+    model : Model
+    variants : bool
+        Whether to distinguish models with the same effects: "debonding (inner top)".
+    """
+    if not variants:
+        return " + ".join([model.law, *map(readable_name, model.identities)])
+    parts = {one.identity: f" ({one.variant})" if one.variant else "" for one in model.effects}
+    return " + ".join([model.law, *(readable_name(name) + parts[name] for name in model.identities)])

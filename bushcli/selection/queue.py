@@ -194,7 +194,11 @@ class Search:
             questions.append((self.problem.case, one.model, measured, inner, least, needed))
 
         def notify(i: int, answer: Fitted | None) -> None:
-            text = "cannot be solved" if answer is None else self._size(answer)
+            text = "cannot be solved"
+            if answer is not None:
+                state = State(self.problem, answer)
+                gain = self.weights(state)[0] - self.plain.evidence.log
+                text = f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
             text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
@@ -203,7 +207,8 @@ class Search:
         for one, question, fitted in zip(chosen, questions, answers, strict=True):
             if fitted is None:
                 none, why = float("nan"), "cannot be solved from any start"
-                self.lost.append(label(one.model))
+                self.lost.append(label(one.model, variants=True))
+                self.waiting.pop(one.model.structure, None)
                 self.rows.append(self._row(one.model, one.predicted, none, none, why))
                 continue
             state = State(self.problem, fitted)
@@ -221,11 +226,6 @@ class Search:
         self.waiting.pop(first.model.structure, None)
         return first
 
-    def _size(self, fitted: Fitted) -> str:
-        state = State(self.problem, fitted)
-        gain = self.weights(state)[0] - self.plain.evidence.log
-        return f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
-
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure
         self.solves += state.fitted.solves
@@ -234,6 +234,7 @@ class Search:
         if known is None or state.evidence.log > known.evidence.log:
             self.states[key] = state
         self.waiting.pop(key, None)
+        self.lost = [one for one in self.lost if one != label(state.model, variants=True)]
         if not state.model.effects:
             # Models with this law and effects can be predicted now.
             for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
@@ -286,8 +287,7 @@ class Search:
         if state is self.plain and room > 1:
             predictions += beside.pairs()
         for one in predictions:
-            is_more = len(one.model.identities) > len(state.model.identities)
-            silent = is_more and one.gain < FAINT
+            silent = len(one.model.identities) > len(state.model.identities) and one.gain < FAINT
             self._queue(one, state, 0.0 if silent else slack_of(one.reach), is_silent=silent)
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):

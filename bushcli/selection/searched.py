@@ -19,8 +19,8 @@ class TriedModel:
     law : str
     effects : tuple of str
     predicted, log_evidence : float
-        Natural logarithm of the evidence, predicted to first order and after the fit, less that of the plain law;
-        NaN where there is none.
+        Natural logarithm of evidence times prior odds, predicted to first order and after the fit, less that of the
+        plain law; NaN where there is none.
     misfit : float
         Root mean square misfit over the noise; NaN where the model could not be solved.
     text : str

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bushcli.diagnosis import aftermath
@@ -24,3 +25,18 @@ def test_no_test_is_proposed_before_most_models_have_been_looked_at(
     extras.make(given, given, models, given, given, False, searched, lambda *_: None)
     assert extras.test == ("axial to 6 mm" if searched else None)
     assert extras.conditions == ()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "share"), [(8.0, 2.0, 0.25), (8.0, 0.0, 0.0), (2.0, 3.0, 1.0), (0.0, 0.0, 0.0)]
+)
+def test_what_is_left_is_a_share_of_the_plain_laws_misfit(before: float, after: float, share: float) -> None:
+    """Channels closer than the noise count as zero, not as less."""
+
+    def state(excess: float) -> Any:
+        return SimpleNamespace(
+            evidence=SimpleNamespace(left=SimpleNamespace(excess=np.array([excess, -5.0])))
+        )
+
+    best: Any = SimpleNamespace(state=state(after))
+    assert aftermath.share_left(best, state(before)) == share

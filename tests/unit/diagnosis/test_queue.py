@@ -19,6 +19,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection import queue, queued
 from bushcli.selection.branching import more_branches
 from bushcli.selection.fit import WORSE
+from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
 from bushcli.selection.prediction import Prediction
 from bushcli.selection.queue import LEFT, NEIGHBOURS, Search
@@ -148,6 +149,28 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
     assert "drift" in condition.message
 
 
+def test_a_model_that_is_solved_at_last_is_not_lost(world, monkeypatch):
+    found = world.search(monkeypatch)
+    key, one = next((k, q) for k, q in found.waiting.items() if "mullins" in q.model.identities)
+    world.always, world.unsolved = True, {"mullins"}
+    found.fit_anyway(one)
+    assert label(one.model, variants=True) in found.lost
+    # Nor does its prediction keep a probability.
+    assert key not in found.waiting
+    world.unsolved = set()
+    found.fit_anyway(one)
+    assert not found.lost
+    assert key in found.states
+
+
+def test_lost_models_with_the_same_effects_are_distinguished():
+    two = [ActiveEffect(effect("debonding"), {"length": 2.0, "bond": bond}) for bond in (0.0, 3.0)]
+    names = [label(Model("yeoh", {}, False, (one,)), variants=True) for one in two]
+    assert len(set(names)) == 2
+    assert all(name.startswith("yeoh + debonding (") for name in names)
+    assert label(Model("yeoh", {}, False, tuple(two[:1]))) == "yeoh + debonding"
+
+
 def test_no_model_ends_worse_than_one_that_it_contains(world, monkeypatch):
     monkeypatch.setattr(queue, "LEFT", 1e-6)
     found = world.search(monkeypatch)
@@ -176,6 +199,16 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
     name = "warming" if "warming.slope" in world.columns else "time_lag"
     found = world.search(monkeypatch)
     assert found.derivatives.untestable[name] == "these recordings do not respond to it"
+
+
+def test_an_effect_that_cannot_be_simulated_is_not_said_to_have_no_influence(world, monkeypatch):
+    known = world.derivatives
+    world.derivatives = lambda case, base, trial: (
+        None if trial.effect.name == "time_lag" else known(case, base, trial)
+    )
+    found = world.search(monkeypatch)
+    reason = "no bushing with it can be simulated beside the plain law"
+    assert found.derivatives.untestable["time_lag"] == reason
 
 
 def test_what_the_law_does_itself_is_untestable(world, monkeypatch):

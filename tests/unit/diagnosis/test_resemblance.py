@@ -188,6 +188,12 @@ def test_the_most_probable_model_is_fitted_even_if_the_search_gave_it_up(coupon,
             for key in [k for k, one in found.waiting.items() if one.base is state]:
                 del found.waiting[key]
     models = posterior(found)
+    # One row for each, with the evidence that its probability needs.
+    rows = [one for one in models if one.predicted is not None and one.model.structure not in found.waiting]
+    assert len({(one.model.structure, one.unknown) for one in rows}) == len(rows) > 0
+    weights = [one.log_evidence + found.odds(one.model, unknown=one.unknown) for one in rows]
+    shares = [math.log(one.probability) for one in rows]
+    assert np.subtract(weights, shares) == pytest.approx(np.full(len(rows), weights[0] - shares[0]))
     asked = unfitted(models)
     assert asked is not None
     assert asked.model.identities == ("drift",)
