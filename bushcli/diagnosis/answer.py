@@ -153,7 +153,7 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         samples = float(np.count_nonzero(features.weights))
         unit = one.noise.sigma * np.sqrt(one.noise.correlation_time)
         size = float(np.sqrt(max(excess, 0.0) * m / max(samples, 1.0))) * unit
-        percent[one.name] = float(100.0 * size / np.ptp(one.recording.force))
+        percent[one.name] = float(100.0 * size / np.ptp(one.recording.force[one.known]))
     left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
     share = judged.phi if best.state.model.effects else 0.0
@@ -165,7 +165,7 @@ def _unknown_force(compared: Sequence[Compared], features: Sequence[Features]) -
     percent, explained, excess = {}, 0.0, 0.0
     for one, own in zip(compared, features, strict=True):
         force = missing_force(one, own)
-        percent[one.name] = float(100.0 * np.sqrt(np.mean(force**2)) / np.ptp(one.recording.force))
+        percent[one.name] = float(100.0 * np.sqrt(np.mean(force**2)) / np.ptp(one.recording.force[one.known]))
         before, after = one.misfit[one.known], (one.misfit + force)[one.known]
         explained += float(before @ before - after @ after) / one.noise.sigma**2
         excess += float(before @ before) / one.noise.sigma**2 - len(before)

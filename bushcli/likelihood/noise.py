@@ -155,9 +155,10 @@ def noise_model(
         If branches are too short to show the correlation of the noise, it is that of the prior (`windows`). With
         coarse sampling, ``sigma`` is an upper bound, see `bushcli.recording.noise`.
     """
-    found = _found(recording, np.ones(len(recording.force), dtype=bool) if used is None else used)
-    sigma = float(np.hypot(found.sigma, abs(recording.secant_stiffness()) * displacement_noise(recording)))
-    least = floor * float(np.ptp(recording.force))
+    used = np.ones(len(recording.force), dtype=bool) if used is None else used
+    found, sound = _found(recording, used), recording.bridged(used)
+    sigma = float(np.hypot(found.sigma, abs(sound.secant_stiffness()) * displacement_noise(sound)))
+    least = floor * float(np.ptp(sound.force))
     freedom = max(found.freedom, 1.0)
     unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
     if unit > least:

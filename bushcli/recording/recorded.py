@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -151,3 +151,20 @@ class Recording(Curve):
     columns: tuple[ReadColumn, ...] = ()
     unused: tuple[str, ...] = ()
     six: RecordedPath | None = None
+
+    def bridged(self, used: NDArray[np.bool_]) -> Recording:
+        """Return the recording with straight lines in place of samples that do not count; as it is if none counts.
+
+        Parameters
+        ----------
+        used : (n,) array of bool
+            Samples that count.
+        """
+        if used.all() or not used.any():
+            return self
+        every, sound = np.arange(len(used)), np.flatnonzero(used)
+        return replace(
+            self,
+            displacement=np.interp(every, sound, self.displacement[sound]),
+            force=np.interp(every, sound, self.force[sound]),
+        )

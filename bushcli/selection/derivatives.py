@@ -61,7 +61,7 @@ class Derivatives:
         """
         asked: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
-            some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
+            some, reason = trials(self.problem.case, state.model, effect, self.problem.sound)
             if not some and first:
                 self.untestable[effect.name] = reason
             asked += some

@@ -198,11 +198,12 @@ def pose(
     solid = any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels)
     likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     shear = float(task.law.shear_modulus(**model.start))
+    sound = [channel.recording.bridged(m) for channel, m in zip(channels, measured.used, strict=True)]
     problem = Posterior(
         plain,
         likelihood,
         tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
-        known_parameters(case, task.effects, shear, [c.recording for c in channels]),
+        known_parameters(case, task.effects, shear, sound),
         replace(STOPPING, failures=FAILURES) if solid else STOPPING,
         [Patience(patience) for _ in channels],
     )

@@ -46,7 +46,7 @@ def _most(beside: Beside, addition: Addition) -> float:
     state = beside.state
     problem = state.problem
     shear = shear_modulus(state.model, problem.case)
-    about = known_amplitudes(addition, problem.case, shear, problem.recordings)
+    about = known_amplitudes(addition, problem.case, shear, problem.sound)
     largest = [
         high if prior is None else min(high, prior.prior.range(prior.scales)[1])
         for prior, high in zip(about.known, about.high, strict=True)

@@ -308,7 +308,7 @@ class Beside:
         """The same of one addition, computed once for all predictions beside the model."""
         if id(one) not in self._known:
             problem = self.state.problem
-            self._known[id(one)] = known_amplitudes(one, problem.case, self._shear, problem.recordings)
+            self._known[id(one)] = known_amplitudes(one, problem.case, self._shear, problem.sound)
         return self._known[id(one)]
 
     @cached_property

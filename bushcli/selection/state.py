@@ -43,6 +43,11 @@ class CommonData:
     used: tuple[NDArray[np.bool_], ...]
     likelihood: Likelihood
 
+    @cached_property
+    def sound(self) -> tuple[Recording, ...]:
+        """The recordings without samples that do not count: a spike must not set the scale of a prior."""
+        return tuple(one.bridged(used) for one, used in zip(self.recordings, self.used, strict=True))
+
     @property
     def variances(self) -> tuple[float, ...]:
         """Variance of the features of each channel with which a fit begins."""
@@ -90,7 +95,7 @@ class State:
     def priors(self) -> dict[str, ParameterPrior]:
         """Priors of the effects' parameters, by full name."""
         shear = shear_modulus(self.model, self.problem.case)
-        return known_parameters(self.problem.case, self.model.effects, shear, self.problem.recordings)
+        return known_parameters(self.problem.case, self.model.effects, shear, self.problem.sound)
 
     @property
     def known(self) -> list[ParameterPrior | None]:

@@ -9,6 +9,7 @@ import pytest
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.evidence.prior import scales_of
 from bushcli.recording.recorded import RecordedPath
 from bushcli.runtime.workers import Workers
 from bushcli.selection import derivatives
@@ -117,3 +118,14 @@ def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made
     both, nothing = slopes["time_lag"], np.zeros_like(slopes["time_lag"][0])
     np.testing.assert_array_equal(slopes["time_lag@uniaxial"], (both[0], nothing))
     np.testing.assert_array_equal(slopes["time_lag@planar"], (nothing, both[1]))
+
+
+def test_a_spike_sets_no_scale_of_a_prior(coupon):
+    problem = coupon("yeoh").problem
+    (recording,), (used,) = problem.recordings, problem.used
+    force, mask = recording.force.copy(), used.copy()
+    force[7], mask[7] = 20.0 * np.abs(force).max(), False
+    spiked = replace(problem, recordings=(replace(recording, force=force),), used=(mask,))
+    clean, found = (scales_of(one.case, 1.0, one.sound) for one in (problem, spiked))
+    assert found["compliance"] == pytest.approx(clean["compliance"], rel=0.02)
+    assert found["force"] == pytest.approx(clean["force"], rel=0.02)

@@ -103,3 +103,18 @@ def test_noise_about_the_floor_is_not_taken_for_known():
         found = noise_model(Recording("axial", q, force(q) + noise, time, name="axial"))
         assert found.sigma * np.sqrt(found.correlation_time) == pytest.approx(1e-3 * span, rel=0.01)
         assert np.isinf(found.freedom) == known
+
+
+@pytest.mark.parametrize("noise", [0.01, SIGMA])
+def test_a_sample_that_does_not_count_sets_no_scale(noise):
+    """The smallest noise is a share of the range, and priors are relative to force and stiffness."""
+    time, q = cycles(60)
+    clean = force(q) + noise * np.random.default_rng(5).normal(size=len(q))
+    spiked, used = clean.copy(), np.ones(len(q), dtype=bool)
+    spiked[200], used[200] = 5.0 * np.ptp(clean), False
+    one, other = (Recording("axial", q, f, time, name="axial") for f in (clean, spiked))
+    assert noise_model(other, used).sigma == pytest.approx(noise_model(one).sigma, rel=0.02)
+    assert noise_model(other, used).least == pytest.approx(noise_model(one).least, rel=1e-3)
+    assert other.bridged(used).force == pytest.approx(np.where(used, clean, (clean[199] + clean[201]) / 2))
+    assert other.bridged(~np.zeros_like(used)) is other
+    assert other.bridged(np.zeros_like(used)) is other
