@@ -59,9 +59,11 @@ def first_point(
     return initial, None
 
 
-# Largest number of steps of `sized`; largest relative change of the stiffness in one; shares of a step that are tried.
+# Largest number of steps of `sized`: twice those that it took (3 and 4, poor 034 and foreign 027 of benchmarks/decks).
 SIZINGS = 8
+# Largest relative change of the stiffness in one of them: judgement; the stiffness stays positive.
 MOST = 0.5
+# Shares of a step that are tried: after a failure a trust region would try a quarter, too (`bushcli.inverse.edge`).
 SHORTENED = (1.0, 0.25)
 
 
