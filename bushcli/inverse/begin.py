@@ -193,7 +193,7 @@ def sized(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) ->
     """Return a point at which stiffness and effects fit best while the law keeps its shape.
 
     While an effect has the wrong size, the law's shape makes up for it, and a search may end at the edge of the law's
-    stability before the effect has its size: a rig whose compliance falls with the force (foreign 027 and 057,
+    stability before the effect has its size: a rig whose compliance falls with the force (foreign 027,
     benchmarks/decks) was left at a quarter of its compliance, with a misfit of 168 in place of 115 (twice the negative
     logarithm of the density).
 

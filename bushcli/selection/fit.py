@@ -104,7 +104,7 @@ class _End:
 
     @property
     def is_stuck(self) -> bool:
-        """Whether the search could neither reach a minimum nor was given up."""
+        """Whether the search ended beside a failure, or before a minimum without being given up."""
         return self.at_wall or not (self.converged or self.hopeless)
 
 
