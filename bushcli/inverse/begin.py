@@ -59,7 +59,8 @@ def first_point(
     return initial, None
 
 
-# Largest number of steps of `sized`: twice those that it took (3 and 4, poor 034 and foreign 027 of benchmarks/decks).
+# Largest number of steps of `sized`: twice as many as it took (3 and 4, poor 034 and foreign
+# 027 of benchmarks/decks).
 SIZINGS = 8
 # Largest relative change of the stiffness in one of them: judgement; the stiffness stays positive.
 MOST = 0.5

@@ -81,7 +81,7 @@ class Derivatives:
         reasons = {
             trial.effect.name: "these recordings do not respond to it"
             if trial.effect.name in solved
-            else "no bushing with it can be simulated beside the plain law"
+            else "the bushing cannot be simulated with it"
             for trial in asked
         }
         shown = []
