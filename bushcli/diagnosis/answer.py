@@ -316,6 +316,16 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
                 "give other start values in [material.parameters]",
             )
         )
+    if extent.not_simulated:
+        names = ", ".join(readable_name(name) for name in extent.not_simulated)
+        made.append(
+            Condition(
+                "not_simulated",
+                f"the bushing cannot be simulated with {names}, beside the plain law: nothing is known of them",
+                "do not take them as ruled out; check that [geometry] and the displacement have the right units and "
+                "that the bushing can travel so far",
+            )
+        )
     if extent.lost:
         made.append(
             Condition(

@@ -42,6 +42,11 @@ _USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
+# MPa: the strongest rubber in tension (Gent 2012, Engineering with Rubber, doi:10.3139/9783446428713). Shear modulus
+# times shear strain, the stress that a recorded force implies, is far less in a bond that holds.
+_STRENGTH = 30.0
+# Lengths in which a geometry is drawn by mistake, mm.
+_DRAWN = {"cm": 10.0, "inches": 25.4}
 # Intervals of the moduli of two channels of one bushing are further apart than this factor only if one of the
 # units is wrong (degrees and radians differ by a factor of 57); the right unit brings them within the second
 # factor.
@@ -219,7 +224,7 @@ def _columns(one: _Scale) -> DataFault | None:
         one.recording.name,
         "swapped",
         f"{_moduli(one)}, and {_travel(one)}: displacement and force are read from each other's column",
-        "name the columns in this table of the case file: columns = { displacement = ..., force = ... }",
+        "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
         True,
         np.zeros(len(one.recording.force), dtype=bool),
     )
@@ -249,7 +254,8 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         and not _RUBBER[0] <= middle <= _RUBBER[1]
         and all(_apart(one.modulus, other.modulus) >= _APART for other in rest)
     )
-    if not (outside or impossible or contradicted):
+    torn = one.kind == "length" and low * one.travel > _STRENGTH
+    if not (outside or impossible or contradicted or torn):
         return None
     best, least = None, math.inf
     for change in _changes(one.recording):
@@ -274,7 +280,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         "unit",
         f"{_moduli(one)} at {_travel(one)}; rubber has 0.1 to 10 MPa, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa",
-        f"{best.words}; also check that [geometry] is in mm",
+        best.words if "[geometry]" in best.words else f"{best.words}; also check that [geometry] is in mm",
         True,
         np.zeros(len(one.recording.force), dtype=bool),
     )
@@ -302,6 +308,11 @@ def _changes(recording: Recording) -> Iterator[_Change]:
         if 1.0 not in factors:
             words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
             yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
+    if displacement == "length":
+        for name, size in _DRAWN.items():
+            # Stiffness per modulus grows with the lengths, travel per thickness falls with them.
+            words = f"if [geometry] is in {name}: give its lengths in mm, {size:g} times as large"
+            yield _Change(1.0 / size, 1.0 / size**2, words, 0.4)
     for factor in (1e-3, 1e3):
         word = "multiply" if factor > 1 else "divide"
         yield _Change(1.0, factor, f"the force is wrong by a factor of 1000: {word} its column by 1000", 0.4)

@@ -59,7 +59,7 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             "sign",
             f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
             "wrong sign",
-            'reverse the sign of the force: reverse = ["force"] in this table of the case file',
+            'reverse the sign of the force: reverse = ["force"] in the table of this recording',
             True,
             np.zeros(len(recording.force), dtype=bool),
         )

@@ -97,10 +97,10 @@ def not_from_rest(name: str, before: Earlier) -> Condition:
     before : Earlier
         What is assumed.
     """
-    through = "its first cycle once before" if before.repeats else "a ramp from zero before"
+    through = "the first cycle, once more" if before.repeats else "a ramp from zero"
     return Condition(
         "not_from_rest",
-        f"{name}: the recording does not begin at rest. The rubber remembers what was before, which is assumed to be "
+        f"{name}: the recording does not begin at rest. The rubber remembers what went before; this is assumed to be "
         f"{through}",
         "record from rest; or keep the earlier cycles in the file, with conditioning = their number",
     )

@@ -11,7 +11,7 @@ from rich.text import Text
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.titles import phrase
-from bushcli.report.diagnosis_faults import FAULTS, fault_lines
+from bushcli.report.data_faults import FAULTS, fault_lines
 from bushcli.report.diagnosis_names import chance, law_title
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (

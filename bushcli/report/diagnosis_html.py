@@ -10,8 +10,8 @@ from markupsafe import Markup
 
 from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis
 from bushcli.diagnosis.words import sentences
+from bushcli.report.data_faults import FAULTS
 from bushcli.report.diagnosis import map_lines
-from bushcli.report.diagnosis_faults import FAULTS
 from bushcli.report.diagnosis_names import chance
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (

@@ -7,7 +7,7 @@ import math
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.titles import NOTHING
-from bushcli.report.diagnosis_faults import fault_lines
+from bushcli.report.data_faults import fault_lines
 from bushcli.report.diagnosis_names import chance, law_title, model_title, together
 from bushcli.report.diagnosis_values import parameters_text
 from bushcli.report.diagnosis_words import (
@@ -22,6 +22,7 @@ from bushcli.report.diagnosis_words import (
     missing_lines,
     missing_physics,
     searched_lines,
+    shows_nothing,
 )
 from bushcli.report.quantity import listed, percent
 
@@ -108,6 +109,8 @@ def _opening(found: Diagnosis) -> str:
 def _nothing_missing(found: Diagnosis) -> str:
     """Return what is said of the rest where the law alone describes the recordings."""
     said = "nothing is missing that these recordings could show"
+    if shows_nothing(found):
+        said += ", and they can show none of the effects considered"
     noise = {channel.name: channel.noise_percent for channel in found.channels}
     errors = {name: size for name, size in found.form_error.percent.items() if size > NOTABLE * noise[name]}
     if not errors:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from bushcli.diagnosis.result import SMALL, Diagnosis
 from bushcli.effects.titles import title
-from bushcli.report.diagnosis_faults import fault_kind
+from bushcli.report.data_faults import fault_kind
 from bushcli.report.diagnosis_names import model_title, short_chance
 from bushcli.report.diagnosis_unlikely import undetectable, unlikely
 from bushcli.report.diagnosis_values import derived_text, shown

@@ -8,8 +8,8 @@ from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
-from bushcli.effects.titles import UNKNOWN, phrase
-from bushcli.report.diagnosis_faults import fault_kind
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
+from bushcli.report.data_faults import faulty_data
 from bushcli.report.diagnosis_names import chance, law_title, together
 from bushcli.report.quantity import listed, percent
 
@@ -46,7 +46,10 @@ def _verdict(found: Diagnosis) -> str:
     law, best = law_title(found.material.law), best_probability(found)
     match found.verdict:
         case "explained":
-            return f"Explained: the {law} law alone describes the recordings{best}{_not_ruled_out(found)}"
+            blind = ", which can show none of the effects" if shows_nothing(found) else ""
+            return (
+                f"Explained: the {law} law alone describes the recordings{best}{blind}{_not_ruled_out(found)}"
+            )
         case "law_too_poor":
             better = f"the {law} law describes the recordings without any effect{best}"
             return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
@@ -60,9 +63,13 @@ def _verdict(found: Diagnosis) -> str:
             known = _not_ruled_out(found, [UNKNOWN])
             return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"
         case "faulty_data":
-            fatal = [one for one in found.faults if one.fatal] or list(found.faults)
-            named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
-            return f"Faulty data: {listed(list(named))}, to be corrected first"
+            return faulty_data(found.faults)
+
+
+def shows_nothing(found: Diagnosis) -> bool:
+    """Whether these recordings can show none of the effects considered, whatever their size."""
+    considered = set(found.probability) - {NOTHING, UNKNOWN}
+    return bool(considered) and considered <= set(found.searched.untestable)
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
@@ -111,6 +118,8 @@ def _named(found: Diagnosis) -> dict[str, float]:
 
 def catalogue(found: Diagnosis) -> str:
     """Return the words for the effects that were considered: "in the catalogue of effects"."""
+    if found.searched.not_simulated:
+        return "among the effects with which the bushing can be simulated"
     if found.asked is None:
         return "in the catalogue of effects"
     return f"among the effects asked for ({listed([phrase(name) for name in found.asked])})"
@@ -144,7 +153,7 @@ def missing_physics(found: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
     sets = likely(found)
     if len(sets) < 2:
-        return f"{listed(effect_names(found))}{best_probability(found)}"
+        return _alone(found)
     common = set.intersection(*(set(one.effects) for one in sets))
     sure = [
         f"{name} ({chance(p)})"
@@ -172,6 +181,15 @@ def missing_physics(found: Diagnosis) -> str:
     besides = f"; not ruled out: no effect ({chance(none[0].probability)})" if none else ""
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
+
+
+def _alone(found: Diagnosis) -> str:
+    """Return the effects of the only likely set, with its probability and their own where these differ."""
+    own = list(map(chance, _named(found).values()))
+    together_ = chance(likely(found)[0].probability)
+    if len(own) == 1 and own != [together_]:
+        return f"{listed(effects_with_chance(found))}, with nothing else ({together_})"
+    return f"{listed(effect_names(found))} ({together_})"
 
 
 def _some(sets: list[str]) -> list[str]:
@@ -231,6 +249,7 @@ def missing_lines(found: Diagnosis) -> list[str]:
         return []
     first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
     none = "no known effect" if found.asked is None else "none of the effects asked for"
+    none = "none of these" if found.searched.not_simulated else none
     of = percent(100 * missing.share)
     share = f"{of} of the misfit of the plain law (squared, above the noise) is explained by {none}"
     return [first, share, *missing.text]
@@ -245,11 +264,16 @@ def form_error_line(found: Diagnosis) -> str:
     size = f"of {listed(by_channel)} (rms, of the force range)"
     only = "" if form.covers >= 0.5 else "only "
     covered = f"{only}{_share(form.covers)} of the remaining misfit above the noise"
+    fitted = [one for one in found.channels if not one.held_out]
+    within_noise = form.covers >= 1.0 and all(one.after_percent <= one.noise_percent for one in fitted)
     if UNKNOWN in found.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
     if not by_channel:
         return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
-    return f"The formulas of the most probable model are assumed to err by {size[3:]}; this accounts for {covered}"
+    rest = (
+        "the remaining misfit is no larger than the noise" if within_noise else f"this accounts for {covered}"
+    )
+    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {rest}"
 
 
 def rival_lines(found: Diagnosis) -> list[str]:

@@ -13,6 +13,7 @@ from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.recording.misfit import NOISE_FLOOR
+from bushcli.report.data_faults import faulty_data
 from bushcli.report.quantity import listed, number, percent, with_std
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
@@ -47,6 +48,10 @@ def answer(fit: Fit) -> IdentificationVerdict:
     misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
     them = "The curve is" if len(fitted) == 1 else "The curves are"
     tone: Literal["good", "bad", "plain"]
+    if any(fault.fatal for fault in fit.faults):
+        # Neither the misfit nor the standard errors say anything about the rubber.
+        told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
+        return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
     if not fitted:
         met, tone = "There is no fitted curve", "bad"
     elif not fit.converged:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bushcli.report.data_faults import faulty_data
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
 from bushcli.simulate.misfit import Misfit
 
@@ -103,15 +104,19 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
     misfits
         Channel name -> misfit, for the channels that could be compared.
     """
-    channels = tuple(_channel(channel, misfits.get(channel.name)) for channel in response.channels)
+    faulty = {fault.channel for fault in response.faults if fault.fatal}
+    channels = tuple(
+        _channel(channel, misfits.get(channel.name), channel.name in faulty) for channel in response.channels
+    )
     compared = [channel for channel in channels if channel.within is not None]
     recorded = [channel for channel in response.channels if channel.recording is not None]
     within = len(compared) == len(recorded) and all(c.within for c in compared) if recorded else None
     factor = single_factor(list(misfits.values()))
-    headline = _headline(response, misfits, within, [c.name for c in compared if not c.within])
+    outside = [c.name for c in compared if not c.within]
+    headline = faulty_data(response.faults) if faulty else _headline(response, misfits, within, outside)
     lines = [channel.text for channel in channels]
     # Within the tolerance there is no deviation to be explained.
-    if factor is not None and not within:
+    if factor is not None and not within and not faulty:
         lines.append(_factor_text(factor))
     return Verdict(headline, " ".join([f"{headline}.", *lines]), within, channels, factor, tuple(lines))
 
@@ -169,11 +174,15 @@ def _headline(
     return text[:1].upper() + text[1:]
 
 
-def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
+def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> ChannelVerdict:
     shown = quantities(channel.mode)
     if found is None:
         text = f"{channel.name}: {_alone(channel, shown)}."
         return ChannelVerdict(channel.name, channel.mode, text, None)
+    if is_faulty:
+        # Neither too stiff nor too soft: the recording says nothing about that.
+        text = f"{channel.name}: {_alone(channel, shown)}; to be compared when its recording is corrected."
+        return ChannelVerdict(channel.name, channel.mode, text, False)
     unit, ratio = shown.stiffness_unit, found.stiffness_ratio
     predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
     text = (

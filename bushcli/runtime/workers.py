@@ -6,9 +6,11 @@ number of workers and with the same result.
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
@@ -103,6 +105,7 @@ class Workers:
         work: Work,
         questions: Sequence[tuple[Any, ...]],
         notify: Callable[[int, Any], None] | None = None,
+        deadline: float = math.inf,
     ) -> list[Any]:
         """Return the answers to all questions, in the order of the questions.
 
@@ -114,6 +117,9 @@ class Workers:
             Arguments of each call, without the cache.
         notify : callable or None
             Called with index and answer as each answer becomes known, unless None.
+        deadline : float
+            Reading of `time.perf_counter`, s, from which on this process begins no further question after the first:
+            the answers are None, without `notify`.
         """
         bound = with_cache(work, self._cache, here=self._executor is None)
         answers: list[Any] = [None] * len(questions)
@@ -123,6 +129,8 @@ class Workers:
             there, answer = (
                 (False, None) if file is None or self.store is None else self.store.read(file, question)
             )
+            if not there and self._executor is None and i > 0 and time.perf_counter() > deadline:
+                continue
             if there or self._executor is None:
                 answers[i] = answer if there else _answer(self.store, file, bound, question)
                 if notify is not None:

@@ -13,6 +13,7 @@ from bushcli.runtime.workers import Workers
 from bushcli.selection.columns import Candidate, beside, columns, trials
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition
+from bushcli.selection.searched import NOT_SIMULATED
 from bushcli.selection.state import CommonData, State
 
 Array = NDArray[np.float64]
@@ -81,7 +82,7 @@ class Derivatives:
         reasons = {
             trial.effect.name: "these recordings do not respond to it"
             if trial.effect.name in solved
-            else "the bushing cannot be simulated with it"
+            else NOT_SIMULATED
             for trial in asked
         }
         shown = []

@@ -21,9 +21,9 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.promise import needed_of
+from bushcli.evidence.promise import Needed, needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.branching import more_branches
+from bushcli.selection.additions import more_branches, with_one_more
 from bushcli.selection.columns import unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -193,7 +193,10 @@ class Search:
             needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
             questions.append((self.problem.case, one.model, measured, inner, least, needed))
 
+        known: dict[int, Fitted | None] = {}
+
         def notify(i: int, answer: Fitted | None) -> None:
+            known[i] = answer
             text = "cannot be solved"
             if answer is not None:
                 state = State(self.problem, answer)
@@ -202,18 +205,27 @@ class Search:
             text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
+        try:
+            self.workers.run(fit, questions, notify, self.deadline)
+        finally:
+            # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
+            self._receive([(one, questions[i][-1], known.get(i, one)) for i, one in enumerate(chosen)])
+
+    def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
+        """Enter fits with what they needed to matter; those that were not made (`Queued`) wait again."""
         entered = []
-        answers = self.workers.run(fit, questions, notify)
-        for one, question, fitted in zip(chosen, questions, answers, strict=True):
-            if fitted is None:
+        for one, needed, fitted in answers:
+            if isinstance(fitted, Queued):
+                self.waiting.put(one)
+            elif fitted is None:
                 none, why = float("nan"), "cannot be solved from any start"
                 self.lost.append(label(one.model, variants=True))
                 self.waiting.pop(one.model.structure, None)
                 self.rows.append(self._row(one.model, one.predicted, none, none, why))
-                continue
-            state = State(self.problem, fitted)
-            self._enter(state, one.predicted)
-            entered.append((one, state, math.inf if question[-1] is None else question[-1].log))
+            else:
+                state = State(self.problem, fitted)
+                self._enter(state, one.predicted)
+                entered.append((one, state, math.inf if needed is None else needed.log))
         self.waiting.learn(entered)
 
     def _first(self, key: Key) -> Queued:
@@ -241,22 +253,11 @@ class Search:
                 for model in other_laws(self.problem.case, other.model):
                     self._exchange_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
-            self._more_beside(state)
+            for one in with_one_more(state, self._beside_plain, MOST_EFFECTS):
+                self._queue(one, state, slack_of(BORROWED * one.reach))
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
         self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
-
-    def _more_beside(self, state: State) -> None:
-        """Queue models with one effect more, whose derivatives are those beside the plain law.
-
-        The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
-        """
-        if len(state.model.identities) >= MOST_EFFECTS:
-            return
-        every = [one for points in self._beside_plain.values() for one in points]
-        others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
-        for one in Beside(state, others).singles():
-            self._queue(one, state, slack_of(BORROWED * one.reach))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log
@@ -344,7 +345,5 @@ class Search:
         limit = one.log_evidence + odds + max(room, 0.0)
         # A law that fits worse than its bound says nothing of the bounds of others.
         changed = frozenset() if is_bound else changes(base.model, one.model)
-        evidence, hope = one.log_evidence, one.hope
-        self.waiting.put(
-            Queued(one.model, base, evidence, odds, slack, hope, limit, is_bound, is_silent, changed)
-        )
+        log, hope = one.log_evidence, one.hope
+        self.waiting.put(Queued(one.model, base, log, odds, slack, hope, limit, is_bound, is_silent, changed))

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+# Reason why an effect has no probability: its derivatives could not be computed at any size.
+NOT_SIMULATED = "the bushing cannot be simulated with it"
+
 Ended = Literal["nothing left", "budget", "interrupted", "faulty data"]
 """Why a search ended; "faulty data": it never began."""
 
@@ -59,3 +62,8 @@ class Searched:
     trials: tuple[TriedModel, ...]
     lost: tuple[str, ...]
     untestable: Mapping[str, str]
+
+    @property
+    def not_simulated(self) -> tuple[str, ...]:
+        """Effects of which nothing is known, because the bushing cannot be simulated with them."""
+        return tuple(name for name, why in self.untestable.items() if why == NOT_SIMULATED)

@@ -65,7 +65,9 @@ def run(called: Any, diagnoses: ModuleType, monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_verdict_is_on_stdout_and_progress_on_stderr(run: Any) -> None:
     done = run()
     assert done.code == 0, done.err
-    assert done.out.startswith("Missing physics: Mullins softening (97 %).")
+    assert done.out.startswith(
+        "Missing physics: Mullins softening (more than 99 %), with nothing else (97 %)."
+    )
     line = next(line for line in done.err.splitlines() if "mullins" in line)
     # Seconds, stage, effect, misfit.
     assert line.split()[1:] == ["s", "fit", "mullins", "misfit", "1.02"]

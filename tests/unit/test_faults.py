@@ -223,6 +223,20 @@ def test_closed_forms_give_the_published_numbers():
     assert unit_stiffness(shape, "volumetric") is None
 
 
+@pytest.mark.parametrize(("unit", "size"), [("cm", 10.0), ("inches", 25.4)])
+def test_a_geometry_in_another_unit(unit, size):
+    """Drawn in cm the rubber would be 0.9 mm thick, and carry some 60 MPa; the strongest rubber bears 30."""
+    drawn = bushing(inner_radius=9.0 / size, outer_radius=18.0 / size, length=34.0 / size)
+    (fault,) = find_faults(drawn, [recorded()])
+    assert (fault.kind, fault.fatal) == ("unit", True)
+    assert f"if [geometry] is in {unit}: give its lengths in mm, {size:g} times as large" in fault.remedy
+    # A soft rubber in a thin wall, sheared by three times its thickness, is possible.
+    thin = bushing(inner_radius=16.0)
+    travels = recorded()
+    force = 0.3 * unit_stiffness(thin.geometry, "axial")[0] * travels.displacement
+    assert find_faults(thin, [replace(travels, force=force)]) == ()
+
+
 def test_a_travel_through_the_rubber_is_refused_with_the_remedy_of_its_unit():
     case, wrong = bushing(), changed(recorded("radial"), 1e3)
     with pytest.raises(InputError, match=r"mm, but the rubber .*units = \{ displacement = \"um\" \}"):

@@ -19,7 +19,7 @@ def write(order: Order) -> bytes:
 
 WRITER = Writer(
     name="fmu2",
-    title="FMU of FMI 2.0",
+    title="FMI 2.0 (FMU)",
     kind="force_law",
     ending=".fmu",
     comment=("", ""),

@@ -19,7 +19,7 @@ def write(order: Order) -> bytes:
 
 WRITER = Writer(
     name="fmu3",
-    title="FMU of FMI 3.0",
+    title="FMI 3.0 (FMU)",
     kind="force_law",
     ending=".fmu",
     comment=("", ""),

@@ -40,7 +40,7 @@ def asked(misfit: Any, taken: NoiseModel | None = None) -> Any:
 )
 def test_what_a_budget_left_open_is_never_nothing_and_never_all(left, words):
     best = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True)))
-    (doubt,) = _search_doubts(best, SimpleNamespace(lost=(), ended="budget", left=left))
+    (doubt,) = _search_doubts(best, SimpleNamespace(not_simulated=(), lost=(), ended="budget", left=left))
     assert doubt.message.endswith(f"further fits could shift {words} of the probability")
 
 
@@ -65,9 +65,7 @@ def test_noise_that_only_the_misfit_suggests_is_doubted_and_described(timed):
         assert "(the zero of the force " in doubt.message
 
 
-@pytest.mark.parametrize(
-    ("first", "words"), [(20, "its first cycle once before"), (60, "a ramp from zero before")]
-)
+@pytest.mark.parametrize(("first", "words"), [(20, "the first cycle, once more"), (60, "a ramp from zero")])
 def test_a_recording_not_from_rest_is_doubted_where_the_model_remembers(first, words):
     stop = first + 81 if first == 20 else first + 41
     part = slice(first, stop)

@@ -17,7 +17,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.runtime.workers import Workers
 from bushcli.selection import queue, queued
-from bushcli.selection.branching import more_branches
+from bushcli.selection.additions import more_branches
 from bushcli.selection.fit import WORSE
 from bushcli.selection.model import Model
 from bushcli.selection.neighbours import label
@@ -268,6 +268,50 @@ def test_a_search_that_is_stopped_at_its_first_derivatives_has_looked_at_nothing
     with pytest.raises(KeyboardInterrupt):
         world.search(monkeypatch)
     assert searches[0].left == 1.0
+
+
+def test_a_fit_that_was_finished_before_an_interruption_counts(world, monkeypatch):
+    """What is being fitted when Ctrl-C comes waits again: its share of the posterior is still open."""
+    # A lower limit, so that more than one model is fitted.
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    fit, asked = world.fit, []
+
+    def stopped(*question):
+        asked.append(question[1].structure)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        return fit(*question)
+
+    monkeypatch.setattr(world, "fit", stopped)
+    searches, started = [], queue.Search.run
+    monkeypatch.setattr(queue.Search, "run", lambda self: (searches.append(self), started(self)))
+    with pytest.raises(KeyboardInterrupt):
+        world.search(monkeypatch)
+    (found,) = searches
+    assert len(found.rows) == 2
+    assert found.solves > found.plain.fitted.solves
+    assert asked[0] in found.states
+    assert asked[1] in found.waiting
+    assert found.left > 1e-6
+
+
+def test_no_second_fit_begins_when_the_time_is_over(world, monkeypatch):
+    """Two models are fitted at once, in one process one after the other."""
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
+    fit, asked, clock = world.fit, [], [0.0]
+
+    def slow(*question):
+        asked.append(question[1].structure)
+        clock[0] += 10.0
+        return fit(*question)
+
+    monkeypatch.setattr(world, "fit", slow)
+    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
+    found = world.search(monkeypatch, deadline=5.0)
+    assert len(asked) == 1
+    assert world.ended == "budget"
+    assert len(found.states) == 2
+    assert found.left > 1e-6
 
 
 def test_errors_of_fits_shift_only_what_has_a_slack(world, monkeypatch):

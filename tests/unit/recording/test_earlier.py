@@ -126,7 +126,7 @@ def test_inverse_and_direct_say_that_the_rubber_remembers(known, tmp_path):
     case = load_case(tmp_path / "case.toml")
     fit = identify(Task(case, "neo_hookean"))
     assert "not_from_rest" in [one.name for one in fit.conditions]
-    assert "its first cycle once before" in next(
+    assert "the first cycle, once more" in next(
         one.message for one in fit.conditions if one.name == "not_from_rest"
     )
     assert fit.curves[0].rms_percent < 0.3

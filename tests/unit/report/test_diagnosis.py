@@ -43,6 +43,7 @@ from bushcli.report.figures.diagnosis_missing import missing_figure
 from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
 from bushcli.report.figures.plot import svg, ticks
 from bushcli.runtime.condition import Condition
+from bushcli.selection.searched import NOT_SIMULATED
 
 KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data")
 
@@ -223,7 +224,7 @@ def test_bars_are_as_long_as_their_share(share, drawn):
 def test_the_verdict_comes_first(case, diagnoses):
     starts = {
         "explained": "Explained: the Yeoh law alone describes the recordings (97 %).",
-        "missing_physics": "Missing physics: Mullins softening (97 %).",
+        "missing_physics": "Missing physics: Mullins softening (more than 99 %), with nothing else (97 %).",
         "law_too_poor": "Law too poor: neo-Hookean; the Yeoh law describes",
         "unexplained": "Unexplained: something is missing that is not in the catalogue of effects (more than 99 %).",
         "faulty_data": "Faulty data: wrong sign in the axial channel, to be corrected first.",
@@ -410,6 +411,42 @@ def test_a_single_improbable_rival_of_the_credible_set_is_named(case, diagnoses)
     assert next_test_lines(diagnoses.diagnosis(case(), models=models)) == []
 
 
+def test_an_effect_and_the_set_of_it_alone_have_each_their_probability(case, diagnoses):
+    models = diagnoses.ranked(("yeoh", ("mullins",), 0.96), ("yeoh", ("mullins", "offset"), 0.03))
+    found = diagnoses.diagnosis(case(), models=models, rivals=())
+    more = replace(found, probability={**found.probability, "mullins": 0.99})
+    assert headline(more) == "Missing physics: Mullins softening (99 %), with nothing else (96 %)"
+    same = replace(found, probability={**found.probability, "mullins": 0.96})
+    assert headline(same) == "Missing physics: Mullins softening (96 %)"
+
+
+def test_recordings_that_can_show_nothing_are_said_to(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "explained")
+    blind = replace(found.searched, untestable=dict.fromkeys(found.probability, "hidden"))
+    assert "which can show none of the effects" in headline(replace(found, searched=blind))
+    assert "can show none of the effects considered" in paragraph(replace(found, searched=blind))
+    assert "can show none" not in headline(found) + paragraph(found)
+
+
+def test_effects_that_cannot_be_simulated_are_not_in_the_catalogue_that_is_ruled_out(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "unexplained")
+    lost = replace(found.searched, untestable={"mullins": NOT_SIMULATED})
+    said = headline(replace(found, searched=lost))
+    assert "not among the effects with which the bushing can be simulated" in said
+    assert "in the catalogue of effects" in headline(found)
+
+
+def test_a_misfit_within_the_noise_leaves_nothing_to_account_for(case, diagnoses):
+    found = diagnoses.diagnosis(case())
+    for times, says in (
+        (1.2, "this accounts for all of the remaining misfit"),
+        (0.9, "no larger than the noise"),
+    ):
+        channels = tuple(replace(one, after_percent=times * one.noise_percent) for one in found.channels)
+        erring = replace(found, channels=channels, form_error=FormError(0.1, {"axial": 0.2}, 1.0))
+        assert says in form_error_line(erring)
+
+
 def test_what_all_rivals_have_is_said_once(case, diagnoses):
     models = diagnoses.ranked(("yeoh", ("mullins",), 0.6), ("yeoh", ("mullins", "friction"), 0.36))
     found = diagnoses.diagnosis(case(), models=models, rivals=(("mullins", "friction"),))
@@ -540,9 +577,6 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     assert form_error_line(replace(found, form_error=FormError(0.1, half, 0.3))).endswith(
         "assumed to err by 0.50 % in axial (rms, of the force range); this accounts for only 30 % of the remaining "
         "misfit above the noise"
-    )
-    assert "this accounts for all of the remaining misfit" in form_error_line(
-        replace(found, form_error=FormError(0.1, half, 1.0))
     )
     # With unknown physics the remaining misfit is not noise.
     unknown = diagnoses.diagnosis(case(), "unexplained")

@@ -14,6 +14,7 @@ from bushcli import report
 from bushcli.case import Material
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.faults import DataFault
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
 from bushcli.recording.curve import Curve
@@ -268,6 +269,15 @@ def test_verdict_is_one_clear_sentence(rms, tone, says):
 
 def test_verdict_without_convergence_says_so():
     assert answer(identified(converged=False)).headline.startswith("The search did not converge")
+
+
+def test_verdict_on_faulty_data_is_that_they_are_faulty():
+    fault = DataFault("axial", "sign", "the force falls", "reverse it", True, np.zeros(3, dtype=bool))
+    found = answer(identified(faults=(fault,)))
+    assert found.headline == "Faulty data: wrong sign in the axial channel, to be corrected first"
+    assert found.tone == "bad"
+    assert "do not describe the rubber" in " ".join(found.lines)
+    assert "poorly determined" not in " ".join(found.lines)
 
 
 def test_verdict_names_what_was_held_out():

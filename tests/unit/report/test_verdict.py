@@ -1,8 +1,11 @@
 """The verdict on curves of known stiffness."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from bushcli.faults import DataFault
 from bushcli.recording.curve import Curve
 from bushcli.report import judge
 from bushcli.report.verdict import single_factor, stiffer
@@ -104,6 +107,18 @@ def test_a_march_that_failed_at_once_is_no_misfit(answer, channel):
     verdict = judged(answer(channel("axial", measured=100.0, curve=at_rest, stopped="DIVERGED_MAX_IT")))
     assert verdict.within is False
     assert "ended too early" in verdict.headline
+
+
+def test_a_faulty_recording_makes_no_bushing_too_soft(answer, channel):
+    found = answer(channel("axial", 300.0, -360.0), channel("radial", 120.0, 100.0))
+    fault = DataFault("axial", "sign", "the force falls", "reverse it", True, np.zeros(41, dtype=bool))
+    verdict = judge(replace(found.response, faults=(fault,)), found.misfits)
+    assert verdict.headline == "Faulty data: wrong sign in the axial channel, to be corrected first"
+    assert verdict.within is False
+    axial, radial = verdict.lines
+    assert axial.endswith("to be compared when its recording is corrected.")
+    assert "too" not in axial
+    assert "20 % too stiff" in radial
 
 
 def test_a_ratio_that_is_no_number_has_words():

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.faults import DataFault
+from bushcli.report.quantity import listed
 
 # Conditions that repeat the faults of the data.
 FAULTS = frozenset({"faulty_data", "bad_samples"})
@@ -24,6 +27,19 @@ _KINDS = {
 def fault_kind(fault: DataFault) -> str:
     """Return the kind of a fault in two or three words."""
     return _KINDS.get(fault.kind, fault.kind)
+
+
+def faulty_data(faults: Sequence[DataFault]) -> str:
+    """Return a headline without its full stop: the faults that must be corrected before anything else, and where.
+
+    Parameters
+    ----------
+    faults : sequence of DataFault
+        If none is fatal, all are named.
+    """
+    fatal = [one for one in faults if one.fatal] or list(faults)
+    named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
+    return f"Faulty data: {listed(list(named))}, to be corrected first"
 
 
 def fault_lines(found: Diagnosis) -> list[str]:

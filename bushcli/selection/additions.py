@@ -1,18 +1,15 @@
-"""Single effects with one branch more, where the effect without it is too poor for all its neighbours to be predicted.
-
-A rig of constant compliance may explain little of a recording that one which grows stiffer under load explains.
-"""
+"""Models with one branch or one effect more, whose derivatives need not be calculated anew."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Protocol
 
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.model import Key
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Prediction
+from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.state import CommonData, State
 
 
@@ -34,6 +31,9 @@ class Fits(Protocol):
 def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[tuple[State, Prediction]]:
     """Yield fitted models of one effect with predictions of that effect with one branch more.
 
+    The effect without it may be too poor for all its neighbours to be predicted: a rig of constant compliance may
+    explain little of a recording that one which grows stiffer under load explains.
+
     Parameters
     ----------
     fits : Fits
@@ -52,3 +52,26 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
             continue
         for one in Beside(state, fits.derivatives.beside(state, among=own)).singles():
             yield state, one
+
+
+def with_one_more(
+    state: State, beside_plain: Mapping[str, Sequence[Addition]], most: int
+) -> Sequence[Prediction]:
+    """Return predictions of a model with one effect more, whose derivatives are those beside the plain law.
+
+    The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
+
+    Parameters
+    ----------
+    state : State
+        A fitted model with the plain law.
+    beside_plain : mapping of str to sequence of Addition
+        Derivatives beside the plain law, by effect.
+    most : int
+        Largest number of effects in a model.
+    """
+    if len(state.model.identities) >= most:
+        return []
+    every = [one for points in beside_plain.values() for one in points]
+    others = [one for one in every if not one.trial.active.is_among(state.model.effects)]
+    return Beside(state, others).singles()
