@@ -22,6 +22,9 @@ LARGEST = 1e100
 SHOWN = 40
 #: Characters of a line above a table in which units and factors are searched.
 LONGEST_LINE = 5000
+# What to do with a row that lacks a value, and with times of two numbers.
+_NO_VALUE = "delete the row, or put # and a blank in front of it"
+_MINUTES = 'units = {time = "mm:ss"} or "hh:mm" in the table of the case file'
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -266,14 +269,16 @@ class TextTable(Table):
         """Raise for the first field that is no finite number of a possible size."""
         for i, written in enumerate(fields):
             if is_short(written):
-                raise self._refused(i, column, f"{written} may be minutes and seconds, or hours and minutes")
+                what = f"{written} may be minutes and seconds, or hours and minutes"
+                raise self._refused(i, column, what, _MINUTES)
             if not is_number(written, self.decimal):
-                what = f'"{written[:SHOWN]}" is not a number' if written else "a field is empty"
-                raise self._refused(i, column, what)
+                if not written:
+                    raise self._refused(i, column, "a field is empty", _NO_VALUE)
+                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number')
             if says_missing(written):
-                raise self._refused(i, column, f"{written} is a missing value")
+                raise self._refused(i, column, f"{written} is a missing value", _NO_VALUE)
             if not np.isfinite(values[i]):
-                raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number")
+                raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number", _NO_VALUE)
             if abs(values[i]) > LARGEST:
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
 
@@ -290,11 +295,7 @@ class TextTable(Table):
         fields = [row[column] if column < len(row) else "" for row in self.rows]
         return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
 
-    def _refused(self, row: int, column: int, what: str) -> RecordingError:
+    def _refused(self, row: int, column: int, what: str, expected: str = "") -> RecordingError:
         sign = "comma" if self.decimal == "," else "point"
-        expected = f"numbers with a decimal {sign}, without thousands separators"
-        if "missing value" in what:
-            expected = "delete the row, or put # and a blank in front of it"
-        if "minutes" in what:
-            expected = 'units = {time = "mm:ss"} or "hh:mm" in the table of the case file'
-        return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", expected))
+        remedy = expected or f"numbers with a decimal {sign}, without thousands separators"
+        return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", remedy))

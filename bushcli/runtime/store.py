@@ -126,7 +126,8 @@ class Store:
                 file.unlink()
         except OSError as error:
             place = str(error.filename or folder)
-            raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
+            said = f"cannot be written: {error.strerror or error}"
+            raise InputError(Problem(place, said, "", "give another -o, or remove it")) from None
         self.there, self.damaged = len(results), 0
         self._found = frozenset(file.name for file in results) if resume else frozenset()
         self.used: set[str] = set()
