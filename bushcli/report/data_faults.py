@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bushcli.diagnosis.result import Diagnosis
 from bushcli.faults import DataFault
 from bushcli.report.quantity import listed
 
@@ -42,10 +41,15 @@ def faulty_data(faults: Sequence[DataFault]) -> str:
     return f"Faulty data: {listed(list(named))}, to be corrected first"
 
 
-def fault_lines(found: Diagnosis) -> list[str]:
-    """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
+def fault_lines(faults: Sequence[DataFault]) -> list[str]:
+    """Return a line for each fault of the recordings: place and remedy; the fatal faults first.
+
+    Parameters
+    ----------
+    faults : sequence of DataFault
+    """
     lines = []
-    for one in sorted(found.faults, key=lambda one: not one.fatal):
+    for one in sorted(faults, key=lambda one: not one.fatal):
         remedy = one.remedy.rstrip(".")
         lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}. What to do: {remedy}")
     return lines

@@ -47,7 +47,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[tone(found)]
     parts: list[object] = [Text(f"{headline(found)}.", style)]
     # If the verdict is faulty data, its paragraph has the faults.
-    faults = [] if found.verdict == "faulty_data" else fault_lines(found)
+    faults = [] if found.verdict == "faulty_data" else fault_lines(found.faults)
     parts += [*_block("Data faults", faults), *([Text()] if faults else []), Text(paragraph(found))]
     if found.verdict != "faulty_data":
         parts += [Text(), Text("Where", "bold")]

@@ -40,7 +40,7 @@ def paragraph(found: Diagnosis) -> str:
     """Return the diagnosis in one paragraph: findings, places, improvement, assumptions, and open alternatives."""
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
-        return " ".join(parts + ended(fault_lines(found)))
+        return " ".join(parts + ended(fault_lines(found.faults)))
     if found.verdict == "unexplained" and not found.unsearched:
         parts += ended(missing_lines(found)[1:])
     if found.verdict != "explained":
