@@ -186,10 +186,10 @@ def missing_physics(found: Diagnosis) -> str:
 def _alone(found: Diagnosis) -> str:
     """Return the effects of the only likely set, with its probability and their own where these differ."""
     own = list(map(chance, _named(found).values()))
-    together_ = chance(likely(found)[0].probability)
-    if len(own) == 1 and own != [together_]:
-        return f"{listed(effects_with_chance(found))}, with nothing else ({together_})"
-    return f"{listed(effect_names(found))} ({together_})"
+    of_set = chance(likely(found)[0].probability)
+    if len(own) == 1 and own != [of_set]:
+        return f"{listed(effects_with_chance(found))}, with nothing else ({of_set})"
+    return f"{listed(effect_names(found))} ({of_set})"
 
 
 def _some(sets: list[str]) -> list[str]:

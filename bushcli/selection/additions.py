@@ -1,4 +1,4 @@
-"""Models with one branch or one effect more, whose derivatives need not be calculated anew."""
+"""Predictions of models with one branch, or one effect, more than a fitted one."""
 
 from __future__ import annotations
 
