@@ -321,7 +321,7 @@ def _search_doubts(best: Weighed, extent: Searched) -> list[Condition]:
         made.append(
             Condition(
                 "not_simulated",
-                f"the bushing cannot be simulated with {names}, beside the plain law: nothing is known of them",
+                f"the bushing cannot be simulated with {names}: nothing is known of these effects",
                 "do not take them as ruled out; check that [geometry] and the displacement have the right units and "
                 "that the bushing can travel so far",
             )
