@@ -115,7 +115,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
 @click.option(
     "--method",
-    type=click.Choice(["trf", "dogbox", "dogleg"]),
+    type=click.Choice(["trf", "dogleg"]),
     default="trf",
     show_default=True,
     help="Algorithm; dogleg is the unbounded method of the literature with finite differences, for comparison.",

@@ -53,6 +53,7 @@ class Posterior(LeastSquaresProblem):
             plain.law,
             plain.names,
             plain.fixed,
+            plain.bounds,
             plain.states,
             stopping=stopping,
             patience=patience,

@@ -71,19 +71,14 @@ class Promise:
     ----------
     problem : Posterior
         The least-squares problem of the model.
-    lower, upper : (p,) array
-        Bounds of its parameters, each in its unit.
     off : list of float
         Off value of each amplitude, any number for other parameters.
     needed : Needed, optional
         None if the model matters in any case.
     """
 
-    def __init__(
-        self, problem: Posterior, lower: Array, upper: Array, off: list[float], needed: Needed | None
-    ) -> None:
-        self._problem, self._lower, self._upper = problem, lower, upper
-        self._off, self._needed = off, needed
+    def __init__(self, problem: Posterior, off: list[float], needed: Needed | None) -> None:
+        self._problem, self._off, self._needed = problem, off, needed
         self._short = self._slow = 0
         # Variances, sum of squares and gain at the last point.
         self._last: tuple[tuple[float, ...], float, float] = ((), 0.0, 0.0)
@@ -126,7 +121,7 @@ class Promise:
         """Return the full step (p,) from solvable parameters, and its predicted gain in nats."""
         problem = self._problem
         value = problem.residual(x)
-        step, left = full_step(problem, x, self._lower, self._upper)
+        step, left = full_step(problem, x)
         return step, 0.5 * (float(value @ value) - left) / problem.unit**2
 
     def _falls_short(self, x: Array, step: Array, gain: float) -> bool:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from bushcli.inverse.local import inside
 from bushcli.inverse.problem import LeastSquaresProblem
 from cases.stability import moduli
 
@@ -23,9 +22,7 @@ ENLARGED = (1.0, 3.0, 10.0, 30.0)
 SOLVED = 8
 
 
-def first_point(
-    problem: LeastSquaresProblem, start: Array, lower: Array, upper: Array
-) -> tuple[Array, Array | None]:
+def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Array | None]:
     """Return the solvable point at the right scale that is nearest to the start, and its origin.
 
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
@@ -37,10 +34,6 @@ def first_point(
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
 
     Returns
     -------
@@ -49,13 +42,13 @@ def first_point(
     instead : shape (parameters,) or None
         Point that replaces a start which is unstable or could not be solved, before it is brought to scale.
     """
-    initial = inside(start, lower, upper)
-    stable = [x for x in candidates(problem, initial, lower, upper) if is_stable(problem, x)]
+    initial = problem.bounds.inside(start)
+    stable = [x for x in candidates(problem, initial) if is_stable(problem, x)]
     # The start is always tried: a fixed parameter may make all candidates unstable.
     for point in list({x.tobytes(): x for x in (*stable[:SOLVED], initial)}.values()):
         if problem.forces(point) is not None:
             same = np.array_equal(point, initial)
-            return scaled(problem, point, lower, upper), None if same else point
+            return scaled(problem, point), None if same else point
     return initial, None
 
 
@@ -68,7 +61,7 @@ MOST = 0.5
 SHORTENED = (1.0, 0.25)
 
 
-def candidates(problem: LeastSquaresProblem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
+def candidates(problem: LeastSquaresProblem, start: Array) -> Iterator[Array]:
     """Yield points from the start to the law's own start, which has the safest parameters for the shape of the curve.
 
     Parameters
@@ -77,23 +70,19 @@ def candidates(problem: LeastSquaresProblem, start: Array, lower: Array, upper: 
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     """
     yield start
     shaping = own_parameters(problem) & ~scalable(problem)
     for enlarged in ENLARGED[1:]:
         if shaping.any():
-            yield inside(np.where(shaping, start * enlarged, start), lower, upper)
+            yield problem.bounds.inside(np.where(shaping, start * enlarged, start))
     own = own_start(problem, start)
     size, own_size = shear(problem, start), shear(problem, own)
     for share in SHARES:
         # Both are mixed at the stiffness of the law's own start: a start on its bounds may be nine decades off.
         mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * own
         for enlarged in ENLARGED if share == 0.0 else ENLARGED[:1]:
-            yield inside(np.where(shaping, mixed * enlarged, mixed), lower, upper)
+            yield problem.bounds.inside(np.where(shaping, mixed * enlarged, mixed))
 
 
 def own_start(problem: LeastSquaresProblem, start: Array) -> Array:
@@ -148,7 +137,7 @@ def is_stable(problem: LeastSquaresProblem, x: Array) -> bool:
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 
 
-def scaled(problem: LeastSquaresProblem, trial: Array, lower: Array, upper: Array) -> Array:
+def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     """Return a solvable point in which the parameters that the energy is linear in have the right scale.
 
     One evaluation removes any error of scale. If the motion prescribes the deformation (coupons), the force is linear
@@ -161,10 +150,6 @@ def scaled(problem: LeastSquaresProblem, trial: Array, lower: Array, upper: Arra
         The least-squares problem.
     trial : Array
         Parameters, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     """
     free = scalable(problem)
     forces = problem.forces(trial)
@@ -180,17 +165,19 @@ def scaled(problem: LeastSquaresProblem, trial: Array, lower: Array, upper: Arra
     if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
         size = np.linalg.norm(slope, axis=0)
-        best = lsq_linear(slope / size, wanted, (lower[free] * size, upper[free] * size))
+        best = lsq_linear(
+            slope / size, wanted, (problem.bounds.lower[free] * size, problem.bounds.upper[free] * size)
+        )
         whole = trial.copy()
         whole[free] = best.x / size
         found.append(whole)
-    tried = [inside(point, lower, upper) for point in found]
+    tried = [problem.bounds.inside(point) for point in found]
     costs = [problem.cost(point) for point in tried]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
     return tried[min(reached)[1]] if reached else trial
 
 
-def sized(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> Array:
+def sized(problem: LeastSquaresProblem, x: Array) -> Array:
     """Return a point at which stiffness and effects fit best while the law keeps its shape.
 
     While an effect has the wrong size, the law's shape makes up for it, and a search may end at the edge of the law's
@@ -204,10 +191,6 @@ def sized(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) ->
         The least-squares problem.
     x : Array
         Solvable parameters, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     """
     free, effects = scalable(problem), np.flatnonzero(~own_parameters(problem))
     for _ in range(SIZINGS):
@@ -216,14 +199,14 @@ def sized(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) ->
         value, slope = problem.residual(x), problem.jacobian(x) @ ways
         size = np.linalg.norm(slope, axis=0)
         size[size == 0] = 1.0
-        low = np.concatenate([[-MOST], (lower - x)[effects]]) * size
-        high = np.concatenate([[MOST], (upper - x)[effects]]) * size
+        low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]]) * size
+        high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]]) * size
         found = lsq_linear(slope / size, -value, (low, high))
         before = float(value @ value)
         if before - 2.0 * found.cost <= problem.stopping.tolerance * before:
             break
         step = ways @ (found.x / size)
-        tried = (inside(x + share * step, lower, upper) for share in SHORTENED)
+        tried = (problem.bounds.inside(x + share * step) for share in SHORTENED)
         better = next((point for point in tried if problem.cost(point) < problem.cost(x)), None)
         if better is None:
             break

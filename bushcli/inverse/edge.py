@@ -32,7 +32,7 @@ STEPS = 15
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 
-def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, upper: Array) -> Minimum:
+def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability.
 
     Parameters
@@ -41,10 +41,6 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, u
         The least-squares problem.
     ended : Minimum
         End of the search so far.
-    lower : (p,) array
-        Lower bounds of the parameters, each in its unit.
-    upper : (p,) array
-        Upper bounds of the parameters, each in its unit.
     """
     x, radius, steps, rejected = ended.x, np.inf, 0, 0
     value, slope = problem.residual(x), problem.jacobian(x)
@@ -54,7 +50,7 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum, lower: Array, u
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
         at = _Linearised(problem, x, value, slope)
-        trial, left = _step(at, radius, lower, upper)
+        trial, left = _step(at, radius)
         predicted = before - left
         length = float(np.linalg.norm((trial - x) * at.norms))
         if predicted <= enough * max(before, NOTHING * len(problem.channels)):
@@ -135,7 +131,7 @@ class _Linearised:
         return np.concatenate([[rows @ rows], margins])
 
 
-def _step(at: _Linearised, radius: float, lower: Array, upper: Array) -> tuple[Array, float]:
+def _step(at: _Linearised, radius: float) -> tuple[Array, float]:
     """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares.
 
     Parameters
@@ -143,14 +139,10 @@ def _step(at: _Linearised, radius: float, lower: Array, upper: Array) -> tuple[A
     at : _Linearised
     radius : float
         Largest change of a parameter, in units of the norm of its column.
-    lower : (p,) array
-        Lower bounds.
-    upper : (p,) array
-        Upper bounds.
     """
     start = np.zeros(len(at.x))
-    low = np.maximum((lower - at.x) * at.norms, -radius)
-    high = np.minimum((upper - at.x) * at.norms, radius)
+    low = np.maximum((at.problem.bounds.lower - at.x) * at.norms, -radius)
+    high = np.minimum((at.problem.bounds.upper - at.x) * at.norms, radius)
     margins = {
         "type": "ineq",
         "fun": lambda s: at.stability(s)[0][1:],
@@ -169,4 +161,4 @@ def _step(at: _Linearised, radius: float, lower: Array, upper: Array) -> tuple[A
             options={"maxiter": 100, "ftol": 1e-9},
         )
     s = np.clip(found.x, low, high) if np.isfinite(found.x).all() else start
-    return np.clip(at.x + s / at.norms, lower, upper), 2.0 * at.cost(s)[0]
+    return at.problem.bounds.clip(at.x + s / at.norms), 2.0 * at.cost(s)[0]

@@ -26,7 +26,6 @@ def estimates(
     task: Task,
     problem: LeastSquaresProblem,
     x: Array,
-    bounds: tuple[Array, Array],
     profiles: Sequence[Profile],
 ) -> tuple[dict[str, Estimate], Array]:
     """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters).
@@ -39,8 +38,6 @@ def estimates(
         The least-squares problem.
     x : Array
         Identified parameters, shape (parameters,), in the units of the law.
-    bounds : tuple of Array
-        Lower and upper bounds, each of shape (parameters,).
     profiles : Sequence[Profile]
         Profiles of the parameters whose standard errors would mislead.
     """
@@ -51,7 +48,7 @@ def estimates(
     limits = {found.name: found.limits for found in profiles}
     found = {}
     for i, name in enumerate(task.names):
-        value, lower, upper = float(x[i]), float(bounds[0][i]), float(bounds[1][i])
+        value, lower, upper = float(x[i]), float(problem.bounds.lower[i]), float(problem.bounds.upper[i])
         found[name] = Estimate(
             value,
             float(spread[i]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +39,6 @@ class First:
 def first_minimum(
     problem: LeastSquaresProblem,
     start: Array,
-    lower: Array,
-    upper: Array,
-    method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
 ) -> First | None:
     """Search from the start, or from the nearest point that can be solved; return None if there is none.
@@ -55,18 +51,12 @@ def first_minimum(
         The least-squares problem.
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
-    method : Literal['trf', 'dogbox']
-        "trf" or "dogbox", as in `scipy.optimize.least_squares`.
     loss : Loss
         Loss function, as in `scipy.optimize.least_squares`.
     """
-    initial, instead = first_point(problem, start, lower, upper)
+    initial, instead = first_point(problem, start)
     if not np.isfinite(problem.residual(initial)).all():
         return None
     problem.watch(problem.reached(initial), initial)
     states = problem.states
-    return First(search(problem, initial, lower, upper, method, loss), initial, instead, states)
+    return First(search(problem, initial, loss), initial, instead, states)

@@ -117,10 +117,10 @@ def identify(
     """
     begin, tables = time.perf_counter(), TableCache() if tables is None else tables
     # The law is read first, so that a wrong name is reported before a mesh is built.
-    start, lower, upper = (task.law, task.vectors())[1]
+    start = (task.law, task.vectors())[1][0]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
-    run = _Searches(task, problem, held_out, start, lower, upper, journal, resume, progress, pool, tables)
+    run = _Searches(task, problem, held_out, start, journal, resume, progress, pool, tables)
     run.check(told)
     interrupted = False
     try:
@@ -155,8 +155,6 @@ class _Searches:
     problem: LeastSquaresProblem
     held_out: list[Channel]
     start: Array
-    lower: Array
-    upper: Array
     journal: Path | None
     resume: bool
     progress: Progress | None
@@ -194,13 +192,13 @@ class _Searches:
                 raise InputError(unsolvable(task, self.start, self.faults))
             self.minima.append(minimise_by_dogleg(problem, self.start))
             return
-        first = first_minimum(problem, self.start, self.lower, self.upper, task.method, task.loss)
+        first = first_minimum(problem, self.start, task.loss)
         if first is None:
             raise InputError(unsolvable(task, self.start, self.faults))
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
-        points = _further_starts(task, problem, first.initial, self.lower, self.upper, self.pool, self.tables)
+        points = _further_starts(task, problem, first.initial, self.pool, self.tables)
         patience = tuple(problem.patience)
         given = [
             Assignment(number, point, first.states, patience, first.minimum.cost, self.journal, self.resume)
@@ -225,9 +223,9 @@ class _Searches:
         # The intervals of a law that is fitted to wrong data would mean nothing.
         fatal = any(fault.fatal for fault in self.faults)
         skipped = interrupted or fatal
-        best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, skipped)
+        best, profiles, cut = _profiled(task, problem, best, skipped)
         rubber = material(task, problem, best.x)
-        found, correlation = estimates(task, problem, best.x, (self.lower, self.upper), profiles)
+        found, correlation = estimates(task, problem, best.x, profiles)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -278,8 +276,6 @@ def _further_starts(
     task: Task,
     problem: LeastSquaresProblem,
     initial: Array,
-    lower: Array,
-    upper: Array,
     pool: Pool | None,
     tables: TableCache,
 ) -> list[Array]:
@@ -287,7 +283,7 @@ def _further_starts(
     if task.starts <= 1 and not task.globally:
         return []
     shear = task.law.shear_modulus(**problem.law_parameters(initial))
-    low, high = starts.box(initial, lower, upper, abs(shear))
+    low, high = starts.box(initial, problem.bounds, abs(shear))
     found: list[Array] = []
     with coarse_costs(task, tables, pool) as costs:
         if task.globally:
@@ -324,7 +320,7 @@ def _refine(
 
 
 def _profiled(
-    task: Task, problem: LeastSquaresProblem, best: Minimum, lower: Array, upper: Array, skipped: bool
+    task: Task, problem: LeastSquaresProblem, best: Minimum, skipped: bool
 ) -> tuple[Minimum, list[Profile], bool]:
     """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
     found: dict[int, Profile] = {}
@@ -336,11 +332,11 @@ def _profiled(
             for _ in range(BETTER_ROUNDS):
                 found.clear()
                 uncertainty = certainty.uncertainty(problem, best.x)
-                better = profiles_of(problem, best, uncertainty, lower, upper, found)
+                better = profiles_of(problem, best, uncertainty, found)
                 if better is None:
                     break
                 # The search had ended too early: from here the misfit falls further.
-                on = search(problem, better, lower, upper, task.method, task.loss)
+                on = search(problem, better, task.loss)
                 best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
     except KeyboardInterrupt:
         # The search is complete: its result is kept although intervals are missing.

@@ -1,4 +1,4 @@
-"""From one start to the nearest minimum: a bounded trust region with exact derivatives (SciPy's trf or dogbox)."""
+"""From one start to the nearest minimum: a bounded trust region with exact derivatives (SciPy's trf)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.stopping import MOST_EVALUATIONS
 
 Array = NDArray[np.float64]
-Method = Literal["trf", "dogbox", "dogleg"]
+Method = Literal["trf", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 # Largest relative step that may end a search: steps are short beside a failure, too, where it must not end.
@@ -199,9 +199,6 @@ class Watched:
 def minimise(
     problem: LeastSquaresProblem,
     start: Array,
-    lower: Array,
-    upper: Array,
-    method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
     patience: int = MOST_EVALUATIONS,
     explained: Callable[[Array], bool] | None = None,
@@ -213,23 +210,22 @@ def minimise(
     ----------
     problem : LeastSquaresProblem
         Its residual is not a number where a march fails, which the trust region answers by shrinking.
-    start, lower, upper : Array, shape (parameters,)
-        The start, which must be solvable, and the bounds.
-    method, loss : str
+    start : Array, shape (parameters,)
+        Must be solvable.
+    loss : str
         As in `scipy.optimize.least_squares`.
     patience, explained, ends
         As in `Watched`; points have the shape (parameters,).
     """
-    follower = Follower(method, lower, upper) if loss == "linear" else None
+    follower = Follower(problem.bounds) if loss == "linear" else None
     watched = Watched(problem, follower, patience, explained, ends)
     try:
         result = least_squares(
             watched.residual,
-            inside(start, lower, upper),
+            problem.bounds.inside(start),
             jac=watched.jacobian,
-            bounds=(lower, upper),
+            bounds=(problem.bounds.lower, problem.bounds.upper),
             x_scale="jac",
-            method=method,
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
             ftol=problem.stopping.tolerance,
@@ -241,7 +237,7 @@ def minimise(
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
     linear = loss == "linear"
-    beside = linear and watched.failed > 0 and predicted_decrease(problem, x, lower, upper) > STATIONARY
+    beside = linear and watched.failed > 0 and predicted_decrease(problem, x) > STATIONARY
     return Minimum(
         start,
         x,
@@ -251,21 +247,19 @@ def minimise(
         message,
         beside,
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        linear and _is_minimum_already(problem, start, x, lower, upper),
+        linear and _is_minimum_already(problem, start, x),
         watched.rejected > 0,
         watched.hopeless,
     )
 
 
-def _is_minimum_already(
-    problem: LeastSquaresProblem, start: Array, x: Array, lower: Array, upper: Array
-) -> bool:
+def _is_minimum_already(problem: LeastSquaresProblem, start: Array, x: Array) -> bool:
     """Whether a search ended where it began because no step lowers the misfit."""
     stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
-    return stayed and predicted_decrease(problem, x, lower, upper) <= STATIONARY
+    return stayed and predicted_decrease(problem, x) <= STATIONARY
 
 
-def predicted_decrease(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> float:
+def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:
     """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum.
 
     Parameters
@@ -274,17 +268,13 @@ def predicted_decrease(problem: LeastSquaresProblem, x: Array, lower: Array, upp
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     """
     value = problem.residual(x)
-    _, left = full_step(problem, x, lower, upper)
+    _, left = full_step(problem, x)
     return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))
 
 
-def full_step(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     """Return the full Gauss-Newton step within the bounds, shape (parameters,), and the sum of squares that it leaves.
 
     Parameters
@@ -293,30 +283,13 @@ def full_step(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array
         The least-squares problem.
     x : Array
         Parameters, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     """
     value, slope = problem.residual(x), problem.jacobian(x)
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
-    room = np.minimum((lower - x) * size, 0.0), np.maximum((upper - x) * size, 0.0)
+    room = (
+        np.minimum((problem.bounds.lower - x) * size, 0.0),
+        np.maximum((problem.bounds.upper - x) * size, 0.0),
+    )
     found = lsq_linear(slope / size, -value, room)
     return found.x / size, 2.0 * float(found.cost)
-
-
-def inside(x: Array, lower: Array, upper: Array) -> Array:
-    """Return the point moved slightly off the bounds, where interior methods cannot start.
-
-    Parameters
-    ----------
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
-    """
-    width = np.minimum(upper - lower, 1.0 + np.abs(x))
-    return np.asarray(np.clip(x, lower + 1e-9 * width, upper - 1e-9 * width))

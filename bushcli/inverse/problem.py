@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.patience import Patience
@@ -47,6 +48,8 @@ class LeastSquaresProblem:
         Parameters that are identified, in the order of the vectors.
     fixed
         Parameters that keep their value.
+    bounds
+        Of the parameters that are identified.
     states : shape (n, 3)
         Principal stretches in which the law has to be stable; more may be watched later.
     journal
@@ -68,6 +71,7 @@ class LeastSquaresProblem:
         law: Law,
         names: Sequence[str],
         fixed: Mapping[str, float],
+        bounds: Bounds,
         states: Array,
         journal: Journal | None = None,
         progress: Progress | None = None,
@@ -75,7 +79,7 @@ class LeastSquaresProblem:
         start: int = 0,
         patience: Sequence[Patience] = (),
     ) -> None:
-        self.stopping = stopping
+        self.stopping, self.bounds = stopping, bounds
         self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
         self.journal, self.progress, self.states = journal, progress, states
         self.evaluations: list[Evaluation] = []

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
-from bushcli.inverse.local import Minimum, inside
+from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
@@ -124,8 +124,6 @@ def profiles_of(
     problem: LeastSquaresProblem,
     best: Minimum,
     uncertainty: Uncertainty,
-    lower: Array,
-    upper: Array,
     found: dict[int, Profile],
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
@@ -141,10 +139,6 @@ def profiles_of(
         End of the search.
     uncertainty : Uncertainty
         Uncertainty of the parameters at the best point.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
     found : dict[int, Profile]
         Profiles by index of their parameter; filled in.
     """
@@ -152,7 +146,7 @@ def profiles_of(
     while again:
         known = len(problem.states)
         for index in again:
-            found[index], better = profile(problem, best.x, index, uncertainty, lower, upper)
+            found[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
         again = [
@@ -164,7 +158,7 @@ def profiles_of(
 
 
 def profile(
-    problem: LeastSquaresProblem, x: Array, index: int, uncertainty: Uncertainty, lower: Array, upper: Array
+    problem: LeastSquaresProblem, x: Array, index: int, uncertainty: Uncertainty
 ) -> tuple[Profile, Array | None]:
     """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
 
@@ -178,8 +172,6 @@ def profile(
         Index of the parameter.
     uncertainty : Uncertainty
         Uncertainty at the best point; its covariance gives the first steps.
-    lower : Array, shape (parameters,)
-    upper : Array, shape (parameters,)
 
     Returns
     -------
@@ -191,7 +183,7 @@ def profile(
     spread = float(np.sqrt(max(uncertainty.covariance[index, index], 0.0)))
     if not np.isfinite(spread) or spread == 0.0:
         spread = 0.05 * max(abs(float(x[index])), 1e-3)
-    along = _Along(problem, x, index, unit, lower, upper)
+    along = _Along(problem, x, index, unit)
     (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
     points = [*reversed(below), _Point(float(x[index]), 0.0, x, 0.0), *above]
     found = Profile(
@@ -213,18 +205,15 @@ class _Along:
         x: Array,
         index: int,
         unit: float,
-        lower: Array,
-        upper: Array,
     ) -> None:
         self.problem, self.x, self.index, self.unit = problem, x, index, unit
-        self.lower, self.upper = lower, upper
-        self.refit = Refit(problem, index, unit, lower, upper)
+        self.refit = Refit(problem, index, unit)
         self.best = problem.cost(x)
 
     def side(self, spread: float) -> tuple[list[_Point], Limit]:
         """Return the points outward from the best one, and what ends them; the sign of `spread` selects the side."""
         points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
-        end = float((self.lower if spread < 0 else self.upper)[self.index])
+        end = float((self.problem.bounds.lower if spread < 0 else self.problem.bounds.upper)[self.index])
         wall, reason, halvings = None, None, 0.0
         initial = len(self.problem.evaluations)
         while len(points) <= POINTS and len(self.problem.evaluations) - initial < MOST_OF_A_SIDE:
@@ -278,7 +267,7 @@ class _Along:
     def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
         last = points[-1]
-        start = inside(last.x, self.lower, self.upper)
+        start = self.problem.bounds.inside(last.x)
         start[self.index] = value
         found = self.refit.minimum(last.x, start)
         if isinstance(found, str):

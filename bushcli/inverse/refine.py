@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Minimum, inside
+from bushcli.inverse.local import Minimum
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
@@ -121,17 +121,11 @@ def refine(
 
     journal = _journal(task, given)
     problem = task.pose(channels, journal, follow, given.states, given.number, given.patience)
-    _, lower, upper = task.vectors()
-    initial = inside(given.point, lower, upper)
+    initial = problem.bounds.inside(given.point)
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
-    assert task.method != "dogleg"
     try:
         with unwrapped_interrupts():
-            ended = (
-                search(problem, initial, lower, upper, task.method, task.loss)
-                if np.isfinite(problem.cost(initial))
-                else nowhere
-            )
+            ended = search(problem, initial, task.loss) if np.isfinite(problem.cost(initial)) else nowhere
     except (_GivenUp, KeyboardInterrupt) as reason:
         cost, x = problem.best or (float("nan"), initial)
         ended = Minimum(initial, x, cost, 0, False, str(reason) or INTERRUPTED)

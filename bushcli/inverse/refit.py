@@ -37,14 +37,11 @@ class Refit:
         Index of the parameter that is held.
     unit
         Unit in which the rise of the cost is measured.
-    lower, upper : shape (parameters,)
     """
 
-    def __init__(
-        self, problem: LeastSquaresProblem, index: int, unit: float, lower: Array, upper: Array
-    ) -> None:
-        self.problem, self.unit, self.lower, self.upper = problem, unit, lower, upper
-        self.rest = np.arange(len(lower)) != index
+    def __init__(self, problem: LeastSquaresProblem, index: int, unit: float) -> None:
+        self.problem, self.unit = problem, unit
+        self.rest = np.arange(len(problem.bounds.lower)) != index
 
     def rise_by_instability(self, x: Array) -> float:
         """Return the rise that the penalty of instability causes by itself."""
@@ -103,7 +100,7 @@ class Refit:
             rows,
             start[rest] * size,
             jac=derivatives,
-            bounds=(self.lower[rest] * size, self.upper[rest] * size),
+            bounds=(self.problem.bounds.lower[rest] * size, self.problem.bounds.upper[rest] * size),
             x_scale="jac",
             ftol=FINE,
             xtol=FINE,
@@ -132,7 +129,7 @@ class Refit:
                 lambda y: watched.residual(whole(y)),
                 start[rest],
                 jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
-                bounds=(self.lower[rest], self.upper[rest]),
+                bounds=(self.problem.bounds.lower[rest], self.problem.bounds.upper[rest]),
                 x_scale="jac",
                 ftol=1e-4,
                 xtol=self.problem.stopping.tolerance,

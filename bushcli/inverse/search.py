@@ -13,7 +13,6 @@ Along a wall that stability does not explain, the search is guided by the known 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,6 @@ Array = NDArray[np.float64]
 def search(
     problem: LeastSquaresProblem,
     start: Array,
-    lower: Array,
-    upper: Array,
-    method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
     ends: Ends | None = None,
 ) -> Minimum:
@@ -42,9 +38,9 @@ def search(
     ----------
     problem
         The least-squares problem, to which states are added.
-    start, lower, upper : shape (parameters,)
-        The start must be solvable.
-    method, loss
+    start : shape (parameters,)
+        Must be solvable.
+    loss
         As in `scipy.optimize.least_squares`.
     ends
         Called at each point of the search; returns why it ends there, or None.
@@ -60,16 +56,16 @@ def search(
 
     for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
-        found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained, ends)
+        found = minimise(problem, point, loss, WALL, None if last else explained, ends)
         iterations, point = iterations + found.iterations, found.x
         if found.hopeless:
             return replace(found, start=start, iterations=iterations)
         if last or (len(problem.states) == states and not explained(point)):
             break
     if loss == "linear" and (found.rejected or found.at_edge):
-        found = along_the_edge(problem, found, lower, upper)
+        found = along_the_edge(problem, found)
     if found.beside_failure and problem.stopping.walls:
-        found = along_the_wall(problem, found, lower, upper, method, loss)
+        found = along_the_wall(problem, found, loss)
     return replace(found, start=start, iterations=iterations)
 
 

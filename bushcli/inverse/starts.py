@@ -16,6 +16,8 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.inverse.bounds import Bounds
+
 Array = NDArray[np.float64]
 Costs = Callable[[Sequence[Array]], list[float]]
 
@@ -26,7 +28,7 @@ SCREENED = 8
 POPULATION, GENERATIONS = 6, 12
 
 
-def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, Array]:
+def box(start: Array, bounds: Bounds, shear: float) -> tuple[Array, Array]:
     """Return the box of starts: a factor `SPREAD` about the start, and both signs where the bounds allow them.
 
     `shear` (MPa) is the scale of a parameter whose start says little because it is near zero.
@@ -35,17 +37,14 @@ def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, 
     ----------
     start : Array
         Where the search begins, shape (parameters,), in the units of the law.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
+    bounds : Bounds
     shear : float
         Initial shear modulus, MPa: the scale of a parameter that starts near zero.
     """
     size = np.maximum(np.abs(start), 0.01 * shear)
-    low = np.where(lower >= 0, start / SPREAD, -SPREAD * size)
-    high = np.where(lower >= 0, start * SPREAD, SPREAD * size)
-    return np.maximum(low, lower), np.minimum(high, upper)
+    low = np.where(bounds.lower >= 0, start / SPREAD, -SPREAD * size)
+    high = np.where(bounds.lower >= 0, start * SPREAD, SPREAD * size)
+    return np.maximum(low, bounds.lower), np.minimum(high, bounds.upper)
 
 
 def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:

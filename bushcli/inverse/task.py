@@ -16,6 +16,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.channels import bushing_channels, coupon_channels
 from bushcli.inverse.journal import Journal
@@ -137,8 +138,8 @@ class Task:
         free = [name for name in (*self.material.parameters, *self.effect_values) if not self.is_fixed(name)]
         return (*free, "compliance") if self.bulk_modulus else tuple(free)
 
-    def vectors(self) -> tuple[Array, Array, Array]:
-        """Start, lower and upper bounds, each shape (parameters,)."""
+    def vectors(self) -> tuple[Array, Bounds]:
+        """Start, shape (parameters,), and bounds of the parameters that are identified."""
         material, rows = self.material, []
         ranges = {
             one.full_name(p): (one.values[p.name], *p.bounds(self.case.geometry))
@@ -155,7 +156,7 @@ class Task:
                 bounds = self.law.parameter(name)
                 rows.append((material.parameters[name], bounds.lower, bounds.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
-        return start, lower, upper
+        return start, Bounds(lower, upper)
 
     def channels(
         self,
@@ -274,7 +275,16 @@ class Task:
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
         watched = coupon_states(_stretches(fitted)) if states is None else states
         return LeastSquaresProblem(
-            fitted, self.law, self.names, fixed, watched, journal, progress, start=start, patience=patience
+            fitted,
+            self.law,
+            self.names,
+            fixed,
+            self.vectors()[1],
+            watched,
+            journal,
+            progress,
+            start=start,
+            patience=patience,
         )
 
     def identity(self) -> dict[str, Any]:

@@ -13,7 +13,6 @@ programming, for the plane).
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +36,6 @@ PATIENCE = 3
 def along_the_wall(
     problem: LeastSquaresProblem,
     ended: Minimum,
-    lower: Array,
-    upper: Array,
-    method: Literal["trf", "dogbox"],
     loss: Loss,
 ) -> Minimum:
     """Continue a search that ended beside failures; its end counts as a minimum only away from the boundary.
@@ -50,29 +46,23 @@ def along_the_wall(
         The least-squares problem.
     ended : Minimum
         End of the search so far.
-    lower : Array
-        Lower bounds, shape (parameters,).
-    upper : Array
-        Upper bounds, shape (parameters,).
-    method : Literal['trf', 'dogbox']
-        "trf" or "dogbox", as in `scipy.optimize.least_squares`.
     loss : Loss
         Loss function, as in `scipy.optimize.least_squares`.
     """
     best = ended
     for _ in range(ROUNDS):
         before = best.cost
-        x = _steps(problem, best.x, lower, upper)
+        x = _steps(problem, best.x)
         if problem.cost(x) >= before:
             break
-        found = minimise(problem, x, lower, upper, method, loss, PATIENCE)
+        found = minimise(problem, x, loss, PATIENCE)
         best = replace(found, iterations=best.iterations + found.iterations)
         if not best.beside_failure or best.cost > before * (1 - STATIONARY):
             break
     return best
 
 
-def _steps(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -> Array:
+def _steps(problem: LeastSquaresProblem, x: Array) -> Array:
     """Return the best point found by steps within the plane of the boundary; every failure turns the plane."""
     reach = np.inf
     for _ in range(TRIALS):
@@ -95,7 +85,7 @@ def _steps(problem: LeastSquaresProblem, x: Array, lower: Array, upper: Array) -
                 break
             step, length = PROBE * np.sqrt(value @ value) * side, 0.0
         share = min(1.0, reach / length) if length else 1.0
-        trial = np.clip(x + share * step / norms, lower, upper)
+        trial = problem.bounds.clip(x + share * step / norms)
         after = problem.residual(trial)
         if np.isfinite(after).all() and after @ after < value @ value:
             x, reach = trial, 2.0 * reach

@@ -23,7 +23,7 @@ from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled, sized
-from bushcli.inverse.local import Ends, inside
+from bushcli.inverse.local import Ends
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.search import search
@@ -137,22 +137,22 @@ def fit(
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
     """
     task, problem = pose(cache, case, model, measured)
-    start, lower, upper = task.vectors()
-    promise = Promise(problem, lower, upper, model.off_values(problem.names), needed)
+    start = task.vectors()[0]
+    promise = Promise(problem, model.off_values(problem.names), needed)
     if not problem.names:
         return (
             fitted(model, problem, np.zeros(0), True)
             if np.isfinite(problem.residual(np.zeros(0))).all()
             else None
         )
-    initial = _first_solved(problem, model, start, lower, upper)
-    best = None if initial is None else _searched(problem, initial, lower, upper, promise.ends)
+    initial = _first_solved(problem, model, start)
+    best = None if initial is None else _searched(problem, initial, promise.ends)
     if best is not None and best.is_stuck and promise.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
-        own = _own(problem, start, lower, upper)
+        own = _own(problem, start)
         if own is not None:
-            own = sized(problem, own, lower, upper)
-            best = min(best, _searched(problem, own, lower, upper, promise.ends))
+            own = sized(problem, own)
+            best = min(best, _searched(problem, own, promise.ends))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
         at = _admitted(problem, _vector(problem, model.off(other), start))
@@ -160,7 +160,7 @@ def fit(
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         found = _End(problem.objective(at), at, True)
-        again = _searched(problem, inside(at, lower, upper), lower, upper, promise.ends)
+        again = _searched(problem, problem.bounds.inside(at), promise.ends)
         best = min(one for one in (best, found, again) if one is not None)
     if best is None:
         return None
@@ -239,19 +239,19 @@ def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
     )
 
 
-def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, upper: Array) -> Array | None:
+def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | None:
     """Return the first start that can be solved: as given, with smaller effects, or with the law's own start scaled."""
     for point in _starts(problem, model, start):
-        initial = inside(np.clip(point, lower, upper), lower, upper)
+        initial = problem.bounds.inside(point)
         if np.isfinite(problem.residual(initial)).all():
             return initial
-    return _own(problem, start, lower, upper)
+    return _own(problem, start)
 
 
-def _own(problem: Posterior, start: Array, lower: Array, upper: Array) -> Array | None:
+def _own(problem: Posterior, start: Array) -> Array | None:
     """Return the law's own start scaled to the stiffness, with the effects of `start`; None if it cannot be solved."""
-    own = inside(own_start(problem, np.clip(start, lower, upper)), lower, upper)
-    return scaled(problem, own, lower, upper) if np.isfinite(problem.residual(own)).all() else None
+    own = problem.bounds.inside(own_start(problem, problem.bounds.clip(start)))
+    return scaled(problem, own) if np.isfinite(problem.residual(own)).all() else None
 
 
 def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
@@ -268,7 +268,7 @@ def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     return found
 
 
-def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array, ends: Ends) -> _End:
+def _searched(problem: Posterior, initial: Array, ends: Ends) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
             problem.watch(problem.reached(initial), initial)
@@ -279,7 +279,7 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array, en
         # A little inside the bounds a model may fail that can be solved on them.
         if not np.isfinite(problem.residual(point)).all():
             break
-        end = search(problem, point, lower, upper, ends=ends)
+        end = search(problem, point, ends=ends)
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
         best = min(best, found)
@@ -287,7 +287,7 @@ def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array, en
             return replace(best, converged=False, hopeless=True)
         if problem.rescale(end.x) < SETTLED:
             break
-        point = inside(end.x, lower, upper)
+        point = problem.bounds.inside(end.x)
     return best
 
 

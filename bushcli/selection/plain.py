@@ -41,15 +41,15 @@ def fit_plain(
     task = model.task(case)
     channels = cache.channels(task)
     problem = task.pose(channels)
-    start, lower, upper = task.vectors()
+    start = task.vectors()[0]
     if not problem.names:
         return fitted(model, problem, np.zeros(0), True)
-    found = first_minimum(problem, start, lower, upper)
+    found = first_minimum(problem, start)
     best = None if found is None else found.minimum
     if known is not None:
-        x = np.clip(np.array([known[name] for name in problem.names]), lower, upper)
+        x = problem.bounds.clip(np.array([known[name] for name in problem.names]))
         if problem.cost(x) < (np.inf if best is None else best.cost):
-            other = search(problem, x, lower, upper)
+            other = search(problem, x)
             best = other if best is None or other.cost < best.cost else best
     return None if best is None else fitted(model, problem, best.x, best.converged)
 
@@ -69,11 +69,11 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
     """
     samples = FittedSamples(used, (0.0,) * len(used))
     task, problem = pose(cache, case, model, samples, patience=None, variances=_variances)
-    start, lower, upper = task.vectors()
+    start = task.vectors()[0]
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
         return fitted(model, problem, np.zeros(0), True) if solved else None
-    found = first_minimum(problem, start, lower, upper)
+    found = first_minimum(problem, start)
     return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
 
 

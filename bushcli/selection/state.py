@@ -13,6 +13,7 @@ from scipy.optimize import lsq_linear
 from bushcli.case import Case
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import ParameterPrior, known_parameters
+from bushcli.inverse.bounds import Bounds
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
@@ -123,7 +124,7 @@ class State:
         values : array, shape (p,)
             Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
-        lower, upper = self._bounds
+        lower, upper = self._bounds.lower, self._bounds.upper
         low, high = lower - self.fitted.x, upper - self.fitted.x
         size = np.linalg.norm(slopes, axis=0)
         size[size == 0.0] = 1.0
@@ -137,12 +138,12 @@ class State:
         return held, np.where(held, bounds, self.fitted.x)
 
     @cached_property
-    def _bounds(self) -> tuple[Array, Array]:
-        """Lowest and highest values (p,) of the parameters."""
+    def _bounds(self) -> Bounds:
+        """Bounds of the parameters (p,) in the order of the fit."""
         task = self.model.task(self.problem.case)
-        _, lower, upper = task.vectors()
+        bounds = task.vectors()[1]
         order = [task.names.index(name) for name in self.fitted.names]
-        return lower[order], upper[order]
+        return Bounds(bounds.lower[order], bounds.upper[order])
 
     @cached_property
     def evidence(self) -> Evidence:

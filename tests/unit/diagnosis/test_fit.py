@@ -144,6 +144,6 @@ def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
 def test_a_search_from_a_point_that_cannot_be_solved_ends_there():
     """A model may be solved on a bound, at the optimum of one that it contains, and fail a little inside."""
     problem = SimpleNamespace(channels=(), residual=lambda x: np.full(3, np.nan))
-    end = _searched(problem, np.array([1.0]), np.array([0.0]), np.array([2.0]), lambda *_: None)
+    end = _searched(problem, np.array([1.0]), lambda *_: None)
     assert end.objective == np.inf
     assert not end.converged

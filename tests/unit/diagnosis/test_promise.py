@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 
 from bushcli.evidence.promise import NEGLIGIBLE, NOTHING, Needed, needed_of
-from bushcli.inverse.local import inside
 from bushcli.inverse.search import search
 from bushcli.selection.fit import fit, pose
 from bushcli.selection.state import State
@@ -54,11 +53,10 @@ def test_a_fit_ends_in_its_minimum_before_that_is_confirmed(coupon, name):
     """Compared with a search that goes on until nothing changes any more, with the variances at the end of the fit."""
     one = coupon("yeoh", set_=0.05)
     state = ended(one, name, None)
-    task, problem = pose(one.cache, one.case, state.model, one.measured)
-    _, lower, upper = task.vectors()
+    _, problem = pose(one.cache, one.case, state.model, one.measured)
     problem.rescale(state.fitted.x)
     problem.stopping = replace(problem.stopping, tolerance=1e-10, valley=(100, 0.0))
-    tight = search(problem, inside(state.fitted.x, lower, upper), lower, upper)
+    tight = search(problem, problem.bounds.inside(state.fitted.x))
     rows = problem.residual(state.fitted.x)
     gain = 0.5 * float(rows @ rows - problem.residual(tight.x) @ problem.residual(tight.x)) / problem.unit**2
     # The variances may differ by the factor that counts as none (`fit.SETTLED`), and the valley is not quite straight.

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.stopping import Stopping
 
 
@@ -28,6 +29,7 @@ class Linear:
         force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
         recording = SimpleNamespace(force=force, displacement=q)
         self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
+        self.bounds = Bounds(np.full(2, -1e3), np.full(2, 1e3))
         self.states, self.samples = np.zeros((1, 3)), len(q)
         self.asked, self.evaluations, self.best = [], [], None
         self.stopping = Stopping(1e-7, (25, 1e-4), 5, 200, 200, True)

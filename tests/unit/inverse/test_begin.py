@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.inverse.begin import SOLVED, first_point, is_stable, own_start, scaled, sized
+from bushcli.inverse.bounds import Bounds
 from forms.law import law
 
 LOWER, UPPER = np.array([1e-6, -100.0, -100.0]), np.array([1e3, 100.0, 100.0])
@@ -33,6 +34,7 @@ class Problem:
     def __init__(self, coupon=False, unsolvable=lambda x: False, fixed=None):
         self.law, self.unsolvable, self.fixed = law("yeoh"), unsolvable, fixed or {}
         self.channels, self.asked = [Channel(coupon)], []
+        self.bounds = Bounds(LOWER, UPPER)
         stretch = np.linspace(0.6, 1.7, 12)
         self.states = np.column_stack([stretch, np.ones(12), 1 / stretch])
 
@@ -58,7 +60,7 @@ class Problem:
 @pytest.mark.parametrize("factor", [1e-4, 0.1, 1.0, 10.0, 1e3])
 def test_a_common_factor_is_taken_out_at_once(factor):
     problem = Problem()
-    found, instead = first_point(problem, factor * TRUTH, LOWER, UPPER)
+    found, instead = first_point(problem, factor * TRUTH)
     assert found == pytest.approx(TRUTH, rel=1e-9)
     assert instead is None
     assert len(problem.asked) <= 3
@@ -66,20 +68,20 @@ def test_a_common_factor_is_taken_out_at_once(factor):
 
 def test_in_a_bushing_the_ratios_stay_in_a_coupon_they_are_found():
     start = np.array([5.0, -0.4, 0.5])
-    shaped = scaled(Problem(), start, LOWER, UPPER)
+    shaped = scaled(Problem(), start)
     assert shaped / shaped[0] == pytest.approx(start / start[0])
     # Least squares of one factor, by hand.
     channel = Channel(False)
     force = channel.slope @ start
     assert shaped[0] / start[0] == pytest.approx(force @ channel.recording.force / (force @ force))
-    assert scaled(Problem(coupon=True), start, LOWER, UPPER) == pytest.approx(TRUTH, rel=1e-6)
+    assert scaled(Problem(coupon=True), start) == pytest.approx(TRUTH, rel=1e-6)
 
 
 def test_an_unstable_start_is_not_solved_but_mixed_with_the_laws_own():
     problem = Problem()
     start = np.array([0.5, -0.4, 0.007])
     assert not is_stable(problem, start)
-    found, instead = first_point(problem, start, LOWER, UPPER)
+    found, instead = first_point(problem, start)
     assert is_stable(problem, found)
     assert not any(np.array_equal(x, start) for x in problem.asked)
     # Part of the given shape is kept: the point lies between the law's own start and the given one.
@@ -92,7 +94,7 @@ def test_a_stable_start_that_cannot_be_solved_is_given_up_step_by_step():
     start = np.array([0.5, 0.2, 0.0])
     problem = Problem(unsolvable=lambda x: x[1] > 0.1 * x[0])
     assert is_stable(problem, start)
-    found, instead = first_point(problem, start, LOWER, UPPER)
+    found, instead = first_point(problem, start)
     assert instead is not None
     assert np.array_equal(problem.asked[0], start)
     ratios = [x[1] / x[0] for x in problem.asked]
@@ -103,14 +105,14 @@ def test_a_stable_start_that_cannot_be_solved_is_given_up_step_by_step():
 @pytest.mark.parametrize("corner", [(0, 0, 0), (0, 1, 0), (1, 0, 1), (1, 1, 1)], ids=str)
 def test_from_the_bounds_there_is_a_stable_point_at_the_right_scale(corner):
     problem = Problem()
-    found, _ = first_point(problem, np.where(corner, UPPER, LOWER), LOWER, UPPER)
+    found, _ = first_point(problem, np.where(corner, UPPER, LOWER))
     assert is_stable(problem, found)
     assert problem.cost(found) < np.mean(problem.channels[0].recording.force ** 2)
 
 
 def test_where_nothing_can_be_solved_the_start_comes_back():
     problem = Problem(unsolvable=lambda x: True)
-    found, instead = first_point(problem, TRUTH, LOWER, UPPER)
+    found, instead = first_point(problem, TRUTH)
     assert found == pytest.approx(TRUTH)
     assert instead is None
     assert len(problem.asked) <= SOLVED + 1
@@ -125,7 +127,7 @@ def test_with_a_fixed_coefficient_there_is_no_scale_to_take_out():
 
     problem = Two(fixed={"C30": 0.007})
     start = np.array([5.0, -0.4])
-    assert scaled(problem, start, LOWER[:2], UPPER[:2]) == pytest.approx(start)
+    assert scaled(problem, start) == pytest.approx(start)
 
 
 def test_locking_laws_get_room_to_stretch():
@@ -139,8 +141,8 @@ def test_locking_laws_get_room_to_stretch():
             return None if x[1] < 5.0 else [(c.slope[:, 0] * x[0], c.slope[:, :2]) for c in self.channels]
 
     problem = Gent()
-    problem.law = law("gent")
-    found, instead = first_point(problem, np.array([1.0, 0.9]), np.array([1e-6, 0.1]), np.array([1e3, 1e3]))
+    problem.law, problem.bounds = law("gent"), Bounds(np.array([1e-6, 0.1]), np.array([1e3, 1e3]))
+    found, instead = first_point(problem, np.array([1.0, 0.9]))
     assert found[1] >= 5.0
     assert instead is not None
 
@@ -151,6 +153,10 @@ class WithEffect(Problem):
     names = ("C10", "C20", "C30", "rig.k")
     stopping = SimpleNamespace(tolerance=1e-9)
     truth = np.array([0.8, -0.08, 0.016, 0.3])
+
+    def __init__(self, **given):
+        super().__init__(**given)
+        self.bounds = Bounds(np.append(LOWER, 0.0), np.append(UPPER, 1.0))
 
     def _parts(self, x):
         (channel,) = self.channels
@@ -175,16 +181,13 @@ class WithEffect(Problem):
         return float(np.mean(self.residual(x) ** 2))
 
 
-WIDE = np.append(LOWER, 0.0), np.append(UPPER, 1.0)
-
-
 def test_an_effect_finds_its_size_while_the_law_keeps_its_shape():
     start = np.append(0.5 * WithEffect.truth[:3], 0.01)
     problem = WithEffect()
-    assert sized(problem, start, *WIDE) == pytest.approx(problem.truth, rel=1e-4)
+    assert sized(problem, start) == pytest.approx(problem.truth, rel=1e-4)
     # The shape is kept where another would fit better, too.
     shaped = np.array([0.5, -0.01, 0.03, 0.01])
-    found = sized(problem, shaped, *WIDE)
+    found = sized(problem, shaped)
     assert found[:3] / found[0] == pytest.approx(shaped[:3] / shaped[0])
     assert problem.cost(found) < 0.1 * problem.cost(shaped)
 
@@ -192,14 +195,14 @@ def test_an_effect_finds_its_size_while_the_law_keeps_its_shape():
 def test_what_cannot_be_solved_is_not_returned():
     start = np.append(WithEffect.truth[:3], 0.01)
     problem = WithEffect(unsolvable=lambda x: x[3] > 0.2)
-    found = sized(problem, start, *WIDE)
+    found = sized(problem, start)
     assert 0.01 < found[3] <= 0.2
     assert problem.cost(found) < problem.cost(start)
     nowhere = WithEffect(unsolvable=lambda x: x[3] > 0.0101)
-    assert sized(nowhere, start, *WIDE) == pytest.approx(start)
+    assert sized(nowhere, start) == pytest.approx(start)
 
 
 def test_a_best_size_stays():
     problem = WithEffect()
-    assert sized(problem, problem.truth, *WIDE) == pytest.approx(problem.truth, rel=1e-12)
+    assert sized(problem, problem.truth) == pytest.approx(problem.truth, rel=1e-12)
     assert len(problem.asked) == 1

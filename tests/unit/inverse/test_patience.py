@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
+
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.patience import ALLOWED, Patience
 from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
 from forms.law import law
+
+BOUNDS = Bounds(np.zeros(1), np.ones(1))
 
 
 def march(failed):
@@ -34,7 +39,15 @@ def test_a_search_begins_with_what_an_earlier_one_has_learnt_and_keeps_its_own_t
     def problem(*patience):
         channel = SimpleNamespace(coupon=True)
         states = coupon_states((0.8, 1.2))
-        return LeastSquaresProblem([channel], law("neo_hookean"), ["C10"], {}, states, patience=patience)
+        return LeastSquaresProblem(
+            [channel],
+            law("neo_hookean"),
+            ["C10"],
+            {},
+            Bounds(np.zeros(1), np.ones(1)),
+            states,
+            patience=patience,
+        )
 
     first = problem()
     first.patience[0].learn(march(1))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.profile import interval, parameters_to_profile, profile
@@ -63,7 +64,7 @@ LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
 def test_profile_of_a_linear_model_is_the_standard_errors_parabola(linear, index):
     problem = linear()
     x, covariance = problem.minimum()
-    found, better = profile(problem, x, index, Uncertainty(covariance, np.inf), LOWER, UPPER)
+    found, better = profile(problem, x, index, Uncertainty(covariance, np.inf))
     spread = np.sqrt(covariance[index, index])
     assert found.rise == pytest.approx(((found.values - x[index]) / spread) ** 2, abs=1e-6)
     assert interval(found) == pytest.approx(
@@ -80,8 +81,8 @@ def test_a_larger_covariance_than_the_noises_scales_the_interval(linear):
     """A covariance that is larger by autocorrelation widens the profile's interval as it does the standard errors."""
     problem = linear()
     x, covariance = problem.minimum()
-    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf), LOWER, UPPER)
-    wide, _ = profile(problem, x, 1, Uncertainty(9.0 * covariance, np.inf), LOWER, UPPER)
+    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf))
+    wide, _ = profile(problem, x, 1, Uncertainty(9.0 * covariance, np.inf))
     assert interval(wide)[1] - x[1] == pytest.approx(3.0 * (interval(found)[1] - x[1]), rel=1e-6)
 
 
@@ -89,7 +90,7 @@ def test_few_independent_samples_widen_the_interval_as_students_distribution_doe
     problem = linear()
     x, covariance = problem.minimum()
     few = Uncertainty(covariance, 4.0)
-    found, _ = profile(problem, x, 1, few, LOWER, UPPER)
+    found, _ = profile(problem, x, 1, few)
     # The 97.5 % quantile of Student's distribution with four degrees of freedom is 2.776 (any table).
     assert interval(found)[1] - x[1] == pytest.approx(2.776 * np.sqrt(covariance[1, 1]), rel=1e-3)
 
@@ -100,7 +101,7 @@ def test_profile_ends_at_a_wall_and_says_so(linear):
     spread = np.sqrt(covariance[1, 1])
     edge = x[1] - 1.5 * spread
     problem.wall = lambda p: p[1] < edge
-    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf), LOWER, UPPER)
+    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf))
     assert found.limits == ("unsolvable", "misfit")
     low, high = interval(found)
     # The step of at most 1.1 standard errors towards the wall has been halved three times.
@@ -115,7 +116,7 @@ def test_profile_follows_an_edge_of_stability(linear):
     spread = np.sqrt(np.diag(covariance))
     # Stable where a is below its best value plus half a standard error; b falls as a rises (correlation -0.97).
     problem.edge = lambda p: 1e3 * max(p[0] - x[0] - 0.5 * spread[0], 0.0)
-    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf), LOWER, UPPER)
+    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf))
     low, high = interval(found)
     assert low > x[1] - 0.9 * np.sqrt(RISE_95) * spread[1]
     assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread[1], rel=1e-3)
@@ -125,7 +126,8 @@ def test_profile_ends_at_a_bound(linear):
     problem = linear()
     x, covariance = problem.minimum()
     bound = x[1] + 0.5 * np.sqrt(covariance[1, 1])
-    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf), LOWER, np.array([1e3, bound]))
+    problem.bounds = Bounds(problem.bounds.lower, np.array([1e3, bound]))
+    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf))
     assert found.limits == ("misfit", "bound")
     assert interval(found)[1] == pytest.approx(bound)
 
@@ -134,7 +136,7 @@ def test_profile_finds_out_that_the_best_point_was_none(linear):
     problem = linear()
     x, covariance = problem.minimum()
     off = x + np.array([0.0, 3.0 * np.sqrt(covariance[1, 1])])
-    _, better = profile(problem, off, 1, Uncertainty(covariance, np.inf), LOWER, UPPER)
+    _, better = profile(problem, off, 1, Uncertainty(covariance, np.inf))
     assert problem.cost(better) < problem.cost(off)
 
 
@@ -144,7 +146,7 @@ def test_curvature_makes_the_interval_lopsided(linear):
     x = least_squares(problem.residual, [2.0, -0.5], problem.jacobian).x
     slope = problem.forces(x)[0][1]
     covariance = problem.noise**2 * np.linalg.inv(slope.T @ slope)
-    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf), LOWER, UPPER)
+    found, _ = profile(problem, x, 1, Uncertainty(covariance, np.inf))
     low, high = interval(found)
     # d(force)/db is q^2 (1 + 4 b): zero at b = -0.25, steeper below the best value of -0.5.
     assert high - x[1] > x[1] - low

@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse.local import inside
+from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.starts import SCREENED, SPREAD, box, from_unit, hypercube, screened
 
 LOWER, UPPER = np.array([1e-6, -1e2, -1e2]), np.array([1e3, 1e2, 1e2])
+BOUNDS = Bounds(LOWER, UPPER)
 START = np.array([0.5, -0.05, 0.0])
 
 
 def test_box_is_a_factor_about_the_start_and_both_signs_where_allowed():
-    low, high = box(START, LOWER, UPPER, shear=1.0)
+    low, high = box(START, BOUNDS, shear=1.0)
     assert low[0] == pytest.approx(0.5 / SPREAD)
     assert high[0] == pytest.approx(0.5 * SPREAD)
     assert (low[1], high[1]) == pytest.approx((-0.05 * SPREAD, 0.05 * SPREAD))
@@ -22,13 +23,13 @@ def test_box_is_a_factor_about_the_start_and_both_signs_where_allowed():
 
 
 def test_box_keeps_the_bounds():
-    low, high = box(np.array([200.0, 50.0]), LOWER[:2], UPPER[:2], shear=400.0)
+    low, high = box(np.array([200.0, 50.0]), Bounds(LOWER[:2], UPPER[:2]), shear=400.0)
     assert (low >= LOWER[:2]).all()
     assert (high <= UPPER[:2]).all()
 
 
 def test_hypercube_has_one_point_in_every_slice():
-    low, high = box(START, LOWER, UPPER, shear=1.0)
+    low, high = box(START, BOUNDS, shear=1.0)
     points = hypercube(16, low, high, seed=3)
     assert points.shape == (16, 3)
     assert ((points >= low) & (points <= high)).all()
@@ -43,7 +44,7 @@ def test_hypercube_has_one_point_in_every_slice():
 
 
 def test_hypercube_is_reproduced_by_its_seed():
-    low, high = box(START, LOWER, UPPER, shear=1.0)
+    low, high = box(START, BOUNDS, shear=1.0)
     assert np.array_equal(hypercube(8, low, high, 5), hypercube(8, low, high, 5))
     assert not np.array_equal(hypercube(8, low, high, 5), hypercube(8, low, high, 6))
 
@@ -70,7 +71,7 @@ def test_screening_keeps_the_best_that_can_be_solved():
 
 def test_a_start_on_a_bound_is_moved_off_it_by_a_hair():
     for edge in (LOWER, UPPER):
-        moved = inside(edge, LOWER, UPPER)
+        moved = BOUNDS.inside(edge)
         assert ((moved > LOWER) & (moved < UPPER)).all()
         assert moved == pytest.approx(edge, rel=1e-5, abs=1e-6)
-    assert np.array_equal(inside(START, LOWER, UPPER), START)
+    assert np.array_equal(BOUNDS.inside(START), START)

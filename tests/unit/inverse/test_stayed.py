@@ -7,8 +7,6 @@ import numpy as np
 from bushcli.inverse.local import Minimum, minimise
 from bushcli.inverse.verdict import _stuck
 
-LOWER, UPPER = np.array([-10.0, -10.0]), np.array([10.0, 10.0])
-
 
 def poor(iterations=1):
     curve = SimpleNamespace(held_out=False, rms_percent=20.0, noise_percent=0.1)
@@ -18,20 +16,20 @@ def poor(iterations=1):
 def test_a_law_that_is_solved_exactly_at_its_start_is_no_alarm(linear):
     problem = linear()
     exact = problem.minimum()[0]
-    found = minimise(problem, exact, LOWER, UPPER)
+    found = minimise(problem, exact)
     np.testing.assert_allclose(found.x, exact, rtol=1e-6)
     assert found.stationary
     assert _stuck(poor(), found) == []
 
 
 def test_a_search_that_leaves_its_start_is_not_stationary(linear):
-    found = minimise(linear(), np.array([1.0, 1.0]), LOWER, UPPER)
+    found = minimise(linear(), np.array([1.0, 1.0]))
     assert not found.stationary
 
 
 def test_a_search_that_could_not_leave_a_bad_start_is_an_alarm(linear):
     start = np.array([1.0, 1.0])
-    found = minimise(linear(wall=lambda x: bool(np.abs(x - start).max() > 1e-9)), start, LOWER, UPPER)
+    found = minimise(linear(wall=lambda x: bool(np.abs(x - start).max() > 1e-9)), start)
     assert not found.stationary
     (condition,) = _stuck(poor(), found)
     assert condition.name == "start_not_left"

@@ -52,10 +52,10 @@ def test_a_case_without_coupons(case):
 def test_names_and_vectors_leave_out_what_is_fixed(case):
     task = Task(case, "yeoh", start={"C10": 0.3}, fixed=("C20",), bulk_modulus=True)
     assert task.names == ("C10", "C30", "compliance")
-    start, lower, upper = task.vectors()
+    start, bounds = task.vectors()
     assert start == pytest.approx([0.3, task.law.parameter("C30").start, 1 / 2000.0])
-    assert (lower <= start).all()
-    assert (start <= upper).all()
+    assert (bounds.lower <= start).all()
+    assert (start <= bounds.upper).all()
 
 
 def test_channels_that_are_held_out_are_apart(case):
