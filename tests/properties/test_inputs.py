@@ -171,8 +171,25 @@ def test_a_damaged_case_file_is_refused(tmp_path, text, at):
 
 @FOLDER
 @given(override=st.one_of(st.text(max_size=60), st.builds(lambda p, v: f"{p}={v}", texts, numbers)))
-def test_an_override_is_obeyed_or_refused(tmp_path, override):
+def test_an_override_of_any_text_is_refused_or_read(tmp_path, override):
     run(tmp_path, "check", document(CASE), f"--set={override}")
+
+
+@FOLDER
+@given(
+    key=st.sampled_from(["geometry.length", "material.parameters.C10", "geometry.outer_radius"]),
+    value=st.one_of(numbers, texts),
+)
+def test_an_override_is_obeyed_or_refused(tmp_path, key, value):
+    """The resolved case of a run that is not refused has the value; the message of one that is names the key."""
+    result = run(tmp_path, "check", document(CASE), f"--set={key}={toml(value)}", "--json")
+    if result.exit_code == 2:
+        assert key.rpartition(".")[2] in result.stderr
+        return
+    found = json.loads(result.stdout)["case"]
+    for part in key.split("."):
+        found = found[int(part) if part.isdigit() else part]
+    assert found == pytest.approx(value, rel=1e-12)
 
 
 NAMES = (
