@@ -13,6 +13,7 @@ import numpy as np
 
 from bushcli.diagnosis.resemblance import resembling
 from bushcli.diagnosis.result import Group
+from bushcli.effects.effect import effects
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import FREE_LAW, UNKNOWN, phrase
 from bushcli.selection.model import Key, Model
@@ -27,16 +28,6 @@ CREDIBLE = 0.95
 SHOWN = 1e-3
 # Least probability of an effect that is a member of a group, unless the group needs it to be certain; and of a group.
 MEMBER, GROUP = 0.05, 0.5
-# Effects that recordings often cannot distinguish, by what they have in common.
-FAMILIES: Mapping[str, frozenset[str]] = {
-    "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
-    "softening in use": frozenset({"mullins", "permanent_set", "warming", "drift"}),
-    "prestress": frozenset({"swaging", "cure_shrinkage", "dimension"}),
-    "stiffness that differs between the channels": frozenset(
-        {"compressibility", "rig_compliance", "sleeve_compliance", "debonding", "gain"}
-    ),
-    "zero error of the rig": frozenset({"offset", "free_play", "misalignment", "drift"}),
-}
 
 
 @dataclass(frozen=True)
@@ -297,7 +288,8 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
         total = sum(one.probability for one in models if one.names & members)
         if total >= GROUP:
             names = tuple(sorted(members, key=lambda name: (-probability[name], name)))
-            family = next((word for word, family in FAMILIES.items() if members <= family), "")
+            known = [set(effects()[name].families) if name in effects() else set() for name in names]
+            family = min(set.intersection(*known), default="")
             found.append(Group(family, names, min(1.0, total), _text(family, names)))
     return tuple(sorted(found, key=lambda one: -one.probability))
 

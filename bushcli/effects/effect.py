@@ -175,6 +175,16 @@ class Effect:
     acts : {"rubber", "assembly", "rig"}
     parameters : tuple of EffectParameter
         At least one amplitude. With all amplitudes off the response is the plain model's.
+    how_often : {"usual", "occasional", "rare"}
+        How many bushings on their rigs have it in a size that is visible beside the errors of the formulas; it sets
+        the prior odds of a diagnosis.
+    families : tuple of str
+        What it has in common with effects that recordings often cannot tell from it, in words.
+    in_force_law : {"state", "curve"} or None
+        How the force law of an export contains an effect of the rubber: as a state of its own, or in its curves; None
+        where it cannot.
+    on_card : bool
+        Whether a material card can hold it.
     needs : str
         Content that a recording must have for the effect to be identified.
     rivals : tuple of str
@@ -217,6 +227,10 @@ class Effect:
     needs: str
     rivals: tuple[str, ...]
     source: str
+    how_often: Literal["usual", "occasional", "rare"] = "rare"
+    families: tuple[str, ...] = ()
+    in_force_law: Literal["state", "curve"] | None = None
+    on_card: bool = False
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
     needs_sleeves: bool = False

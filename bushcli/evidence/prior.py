@@ -1,19 +1,20 @@
 """Priors: odds of each effect and law, and the scales of the priors of values.
 
-The odds of all effects are in one table. They are an engineer's judgement of how often a bushing on a rig has an effect
-that is large enough to be seen. `uniform=True` gives all effects the same odds.
+The file of an effect says how often it occurs, in three classes. Their odds are an engineer's judgement of how often a
+bushing on a rig has an effect that is large enough to be seen. `uniform=True` gives all effects the same odds.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
 
@@ -21,28 +22,7 @@ from bushcli.recording import Recording
 # three classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some;
 # the rest is rare. According to all odds together, an effect is missing in one test of four.
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
-ODDS: Mapping[str, float] = {
-    "mullins": USUAL,
-    "viscoelasticity": USUAL,
-    "friction": USUAL,
-    "batch_stiffness": USUAL,
-    "permanent_set": OCCASIONAL,
-    "compressibility": OCCASIONAL,
-    "swaging": OCCASIONAL,
-    "cure_shrinkage": OCCASIONAL,
-    "rig_compliance": OCCASIONAL,
-    "offset": OCCASIONAL,
-    "free_play": OCCASIONAL,
-    "bump_stop": OCCASIONAL,
-    "time_lag": OCCASIONAL,
-    "dimension": OCCASIONAL,
-    "gain": OCCASIONAL,
-    "misalignment": OCCASIONAL,
-    "sleeve_compliance": RARE,
-    "debonding": RARE,
-    "drift": RARE,
-    "warming": RARE,
-}
+ODDS = {"usual": USUAL, "occasional": OCCASIONAL, "rare": RARE}
 # Share of the odds of an effect of the rig that all modes may share, for that case: a load frame is as often at fault
 # as a fixture. Engineering judgement.
 SHARED = 0.5
@@ -68,7 +48,7 @@ def effect_odds(name: str, uniform: bool = False) -> float:
     uniform : bool
         Whether all effects have the same odds.
     """
-    return OCCASIONAL if uniform else ODDS.get(name, RARE)
+    return OCCASIONAL if uniform else ODDS[effect(name).how_often]
 
 
 def log_odds(

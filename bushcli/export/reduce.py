@@ -43,9 +43,6 @@ POINTS = 20
 SLIDERS = 10
 # Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
 _NEVER = 1e6
-# Effects with states in the force law, and effects of the rubber that its curves contain.
-_REMEMBERING = ("viscoelasticity", "friction", "mullins", "permanent_set", "warming")
-_STATIC = ("batch_stiffness", "compressibility")
 
 
 @dataclass(frozen=True)
@@ -103,7 +100,7 @@ def reduce(
         A force law of this kind cannot express an effect, or the bushing cannot be simulated that far.
     """
     for one in case.effects:
-        if one.effect.acts == "rubber" and one.effect.name not in (*_REMEMBERING, *_STATIC):
+        if one.effect.acts == "rubber" and one.effect.in_force_law is None:
             what = f"a force law with memory cannot express the effect {one.effect.name}"
             remedy = f"use --without {one.effect.name} for a force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
@@ -128,8 +125,8 @@ class _Bushing:
         active = [
             one for one in active if any(one.values.get(p.name) != p.off for p in one.effect.amplitudes)
         ]
-        self.effects = {one.effect.name: one for one in active if one.effect.name in _REMEMBERING}
-        self.others = [one for one in active if one.effect.name not in _REMEMBERING]
+        self.effects = {one.effect.name: one for one in active if one.effect.in_force_law == "state"}
+        self.others = [one for one in active if one.effect.in_force_law != "state"]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""

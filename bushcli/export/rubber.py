@@ -91,8 +91,7 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
     viscous, mullins = values.get("viscoelasticity", {}), values.get("mullins")
     pairs = [(viscous.get(f"g{i}", 0.0), viscous.get(f"tau{i}", 1.0)) for i in (1, 2, 3)]
     plain = ExportedRubber(material.law, dict(material.parameters), math.inf)
-    taken = {"batch_stiffness", "compressibility", "viscoelasticity", "mullins"}
-    left = [one for one in active if _acts(one) and one.effect.name not in taken]
+    left = [one for one in active if _acts(one) and not one.effect.on_card]
     return ExportedRubber(
         law=material.law,
         parameters=plain.stiffened(factor),

@@ -44,8 +44,8 @@ def test_modules_are_imported_with_the_other_value():
         "import sys; sys.path.insert(0, sys.argv[1]);"
         "from benchmarks.constants import Finder;"
         "sys.meta_path.insert(0, Finder('bushcli.evidence.prior', 'USUAL', '0.25'));"
-        "from bushcli.evidence.prior import ODDS, OCCASIONAL;"
-        "print(ODDS['mullins'], OCCASIONAL)"
+        "from bushcli.evidence.prior import effect_odds, OCCASIONAL;"
+        "print(effect_odds('mullins'), OCCASIONAL)"
     )
     done = subprocess.run(
         [sys.executable, "-c", program, str(ROOT)], capture_output=True, text=True, check=True

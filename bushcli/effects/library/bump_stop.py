@@ -82,6 +82,7 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
     needs="travel to both sides of the knee",
     rivals=("misalignment",),
     source="Shaw and Holmes (1983), Periodically forced piecewise linear oscillator, doi:10.1016/0022-460X(83)90407-8",

@@ -50,6 +50,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("prestress",),
     needs="a radial channel and an axial or torsional one",
     rivals=("gain", "swaging"),
     source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",

@@ -117,6 +117,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="rare",
+    families=("stiffness that differs between the channels",),
     needs="two channels, such as torsional and radial: a debonded length softens them by different amounts",
     rivals=("batch_stiffness", "compressibility", "dimension"),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",

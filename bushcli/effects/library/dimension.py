@@ -103,6 +103,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("prestress",),
     needs="three channels; two where one of the dimensions is known",
     rivals=("batch_stiffness", "debonding", "gain", "swaging"),
     source="Adkins and Gent (1954), Load-deflexion relations of rubber bushes, doi:10.1088/0508-3443/5/10/303",

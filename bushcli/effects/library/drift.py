@@ -87,6 +87,11 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="rare",
+    families=(
+        "softening in use",
+        "zero error of the rig",
+    ),
     needs="time, and equal cycles or returns to zero at times far apart",
     rivals=("offset", "viscoelasticity", "warming"),
     source="Stefanescu (2011), Handbook of Force Transducers, doi:10.1007/978-3-642-18296-9",

@@ -57,6 +57,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("zero error of the rig",),
     needs="dense samples about zero, on both sides of it",
     rivals=("offset",),
     source="Nordin and Gutman (2002), Mechanical systems with backlash, doi:10.1016/S0005-1098(02)00047-X",

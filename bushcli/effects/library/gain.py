@@ -55,6 +55,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("stiffness that differs between the channels",),
     needs="two channels, one of them without it, or coupon tests that fix the law",
     rivals=("compressibility", "cure_shrinkage", "dimension", "swaging"),
     source="ASTM E4-21, Force calibration and verification of testing machines, doi:10.1520/E0004-21",

@@ -155,6 +155,8 @@ EFFECT = Effect(
         _tilt("tilt", "about y: the sleeve's upper end is displaced towards x", "ry"),
         _tilt("tilt_across", "about x: the sleeve's upper end is displaced towards -y", "rx"),
     ),
+    how_often="occasional",
+    families=("zero error of the rig",),
     needs="a radial channel that goes to both sides; a conical one for `tilt`, a path for the others",
     rivals=("bump_stop", "offset"),
     source="Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response, doi:10.1007/s00707-003-1018-1",

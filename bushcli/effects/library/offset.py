@@ -73,6 +73,8 @@ EFFECT = Effect(
             prior=Prior("t", 0.03, of="travel", source=ZERO),
         ),
     ),
+    how_often="occasional",
+    families=("zero error of the rig",),
     needs="curvature that differs between + and -, to separate the offsets; two amplitudes, to exclude permanent set",
     rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",

@@ -82,6 +82,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("stiffness that differs between the channels",),
     needs="two channels of different stiffness, or one that stiffens strongly",
     rivals=("compressibility", "sleeve_compliance"),
     source="Oliver and Pharr (1992), Improved technique for hardness and modulus, doi:10.1557/JMR.1992.1564",

@@ -95,6 +95,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="rare",
+    families=("stiffness that differs between the channels",),
     needs="a radial channel and an axial or torsional one",
     rivals=("compressibility", "rig_compliance"),
     source="Adkins and Gent (1954), Load-deflexion relations of rubber bushes, doi:10.1088/0508-3443/5/10/303",

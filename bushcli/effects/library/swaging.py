@@ -75,6 +75,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("prestress",),
     needs="a radial channel and an axial or torsional one",
     rivals=("cure_shrinkage", "dimension", "gain"),
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",

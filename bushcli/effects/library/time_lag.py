@@ -38,6 +38,8 @@ EFFECT = Effect(
             ),
         ),
     ),
+    how_often="occasional",
+    families=("dissipation",),
     needs="time, and two rates or a hold",
     rivals=("viscoelasticity",),
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",

@@ -35,31 +35,36 @@ def active(name, channels=None):
     return ActiveEffect(effects()[name], {}, channels).started()
 
 
-def test_the_odds_are_of_the_catalogue_and_of_all_of_it():
-    assert set(ODDS) == set(effects())
-    assert all(0.0 < odds < 0.2 for odds in ODDS.values())
+def test_an_effect_has_the_odds_of_its_class():
+    assert (
+        effect_odds("mullins")
+        == ODDS["usual"]
+        > effect_odds("swaging")
+        > effect_odds("warming")
+        == ODDS["rare"]
+    )
 
 
 def test_an_effect_is_missing_in_about_one_test_of_four():
-    """The probability of at least one effect by all odds together, as the comment at the table states it."""
-    some = 1.0 - math.prod(1.0 / (1.0 + odds) for odds in ODDS.values())
+    """The probability of at least one effect by all odds together, as the comment at the classes states it."""
+    some = 1.0 - math.prod(1.0 / (1.0 + odds) for odds in map(effect_odds, effects()))
     assert 0.15 < some < 0.35
 
 
 def test_odds_multiply_and_the_plain_law_has_none():
     assert log_odds((), False, False, False, ["axial", "radial"]) == 0.0
     both = log_odds((active("mullins"), active("swaging")), True, False, True, ["axial"])
-    expected = ODDS["mullins"] * ODDS["swaging"] * prior.OTHER_LAW * prior.UNKNOWN
+    expected = effect_odds("mullins") * effect_odds("swaging") * prior.OTHER_LAW * prior.UNKNOWN
     assert both == pytest.approx(math.log(expected))
     assert log_odds((), False, True, False, ["axial"]) == pytest.approx(math.log(prior.FREED_LAW))
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
     one = log_odds((active("offset", ("axial",)),), False, False, False, ["axial", "radial", "torsional"])
-    assert one == pytest.approx(math.log(ODDS["offset"] / 3))
+    assert one == pytest.approx(math.log(effect_odds("offset") / 3))
     assert log_odds(
         (active("mullins"),), False, False, False, ["axial", "radial", "torsional"]
-    ) == pytest.approx(math.log(ODDS["mullins"]))
+    ) == pytest.approx(math.log(effect_odds("mullins")))
 
 
 def test_channels_share_a_rig_or_one_has_its_own():
@@ -67,20 +72,20 @@ def test_channels_share_a_rig_or_one_has_its_own():
     three = ["axial", "radial", "torsional"]
     ways = [active("time_lag"), *(active("time_lag", (mode,)) for mode in three)]
     together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
-    assert together == pytest.approx(ODDS["time_lag"])
+    assert together == pytest.approx(effect_odds("time_lag"))
     ways = [active("rig_compliance"), *(active("rig_compliance", (mode,)) for mode in three[:2])]
     branches = effects()["rig_compliance"].branches
     together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
-    assert together == pytest.approx(ODDS["rig_compliance"] / branches)
+    assert together == pytest.approx(effect_odds("rig_compliance") / branches)
     one = log_odds((active("rig_compliance"),), False, False, False, ["axial", "torsional"])
-    assert one == pytest.approx(math.log(ODDS["rig_compliance"] / branches))
+    assert one == pytest.approx(math.log(effect_odds("rig_compliance") / branches))
 
 
 def test_numbers_of_branches_share_the_odds_of_their_effect():
     found = log_odds((active("viscoelasticity"),), False, False, False, ["axial"])
-    assert found == pytest.approx(math.log(ODDS["viscoelasticity"] / 3))
+    assert found == pytest.approx(math.log(effect_odds("viscoelasticity") / 3))
     assert log_odds((active("friction"),), False, False, False, ["axial"]) == pytest.approx(
-        math.log(ODDS["friction"] / 3)
+        math.log(effect_odds("friction") / 3)
     )
 
 
