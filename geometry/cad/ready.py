@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import tempfile
 from collections.abc import Mapping
@@ -21,6 +19,7 @@ from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import touching
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
@@ -64,6 +63,7 @@ class ReadyMesh:
 
 
 @lru_cache(maxsize=4)
+@isolated("cannot be read as a mesh", lambda path, *_: path)
 def read_mesh(
     path: Path,
     changed: float,
@@ -191,12 +191,7 @@ def _read(path: Path) -> Any:
     import meshio
 
     try:
-        # meshio prints messages about what it leaves out.
-        with (
-            contextlib.redirect_stdout(io.StringIO()),
-            contextlib.redirect_stderr(io.StringIO()),
-            tempfile.TemporaryDirectory() as folder,
-        ):
+        with tempfile.TemporaryDirectory() as folder:
             known = path
             if path.suffix.lower() == ".inp":
                 known = Path(folder) / path.name

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import BONDS
 from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve
 from geometry.section.spline import pieces
@@ -44,6 +45,7 @@ class Drawing:
 
 
 @cache
+@isolated("is not a readable DXF file", lambda path, *_: path)
 def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
     """Read the closed loops of a drawing.
 

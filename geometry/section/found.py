@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import refuse_loose, refuse_touching
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
@@ -69,6 +70,7 @@ class FoundSection:
 
 
 @lru_cache(maxsize=64)
+@isolated("is not a section that can be drawn", lambda loops, where, centre: where)
 def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> FoundSection:
     """Draw and measure a section once.
 
