@@ -19,6 +19,7 @@ import sys
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
@@ -123,15 +124,16 @@ class _Reader:
 
     def _started(self) -> Connection:
         ours, theirs = Pipe()
-        # A copy of a process with threads or MPI may wait for locks that nobody releases; a copy takes 0.01 s and a new
-        # process 0.3 s. Linux lists the threads, of libraries too.
-        threads = Path("/proc/self/task")
-        alone = threads.exists() and len(list(threads.iterdir())) == 1
-        if alone and "mpi4py.MPI" not in sys.modules:
-            import gmsh  # noqa: F401 - both processes need it, and it takes 0.1 s
+        if _can_be_copied():
+            import gmsh
 
-            self._pid = os.fork()
+            with warnings.catch_warnings():
+                # Python warns of the copy of a process with threads, MPI's too.
+                warnings.simplefilter("ignore", DeprecationWarning)
+                self._pid = os.fork()
             if self._pid == 0:
+                if gmsh.isInitialized():
+                    gmsh.finalize()
                 os.dup2(theirs.fileno(), 0)
                 ours.close()
                 serve()
@@ -154,6 +156,17 @@ class _Reader:
         # A process that is ending already keeps the exit code that it has.
         os.kill(self._pid, signal.SIGKILL)
         return os.waitstatus_to_exitcode(os.waitpid(self._pid, 0)[1])
+
+
+def _can_be_copied() -> bool:
+    """Whether a copy of this process can be the reader, which takes 0.03 s; a new process takes 0.3 s.
+
+    A copy has none of the threads of its original, but all locks that these held, and MPI's memory for other ranks is
+    not to be copied. Linux lists the threads, of libraries too: two are MPI's, which the reader does not use.
+    """
+    mpi, threads = sys.modules.get("mpi4py.MPI"), Path("/proc/self/task")
+    few = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
+    return few and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
 
 
 #: None in the reader itself.
