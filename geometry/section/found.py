@@ -204,7 +204,11 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
 def _view(drawn: Drawn) -> View:
     """Fine triangles of all faces, by region, and the boundary by names."""
     boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
-    options().setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
+    height = float(np.ptp(boxes[:, [1, 4]]))
+    options().setNumber("Mesh.MeshSizeMax", height / 30)
+    # A pixel of a picture: the tip of a zigzag curve has any curvature, and a mesh as fine as that takes minutes.
+    options().setNumber("Mesh.MeshSizeMin", height / 1000)
+    options().setNumber("Mesh.LcIntegrationPrecision", 1e-3)
     options().setNumber("Mesh.MeshSizeFromCurvature", 36)
     model().mesh.generate(2)
     tags, coordinates, _ = model().mesh.getNodes()
