@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -60,20 +58,6 @@ def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
         raise GeometryError(
             where, f"{what}: {words[0] if words else 'Gmsh gives no reason'}", view=view
         ) from None
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Discard what libraries such as OpenCASCADE's readers print on the standard output of the process."""
-    sys.stdout.flush()
-    saved, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(nowhere)
 
 
 def model() -> Any:

@@ -26,6 +26,7 @@ from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.size import Unit
@@ -119,6 +120,7 @@ class FoundPart:
 
 
 @lru_cache(maxsize=16)
+@isolated("cannot be read as CAD", lambda wanted: wanted.path)
 def find_part(wanted: CadStatements) -> FoundPart:
     """Open and interpret a CAD file; each file only once.
 

@@ -19,8 +19,9 @@ from geometry.cad.roles import RUBBER
 from geometry.errors import GeometryError
 from geometry.estimate import Fine, tetrahedra
 from geometry.grading import Sizes, grade
+from geometry.isolated import isolated, seconds_for
 from geometry.raw import Ints, RawMesh, from_gmsh, mirrored, to_gmsh
-from geometry.session import model, refusing
+from geometry.session import model, refusing, session
 from geometry.shape import Mirrors, Names, Refinement
 from geometry.straight import straightened
 from geometry.view import View
@@ -137,7 +138,12 @@ def _lengths(found: FoundPart, factor: float) -> tuple[float, float]:
     return inside, min(inside, found.thickness / (ACROSS * GRADING * factor))
 
 
+def _seconds(wanted: CadStatements, refinement: Refinement) -> float:
+    return seconds_for(part_cells(find_part(wanted), frozenset(), refinement))
+
+
 @lru_cache(maxsize=4)
+@isolated("cannot be meshed", lambda wanted, refinement: wanted.path, _seconds)
 def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
     """Mesh the part that remains after cutting at all planes of symmetry; once for all modes.
 
@@ -153,6 +159,11 @@ def part_mesh(wanted: CadStatements, refinement: Refinement) -> RawMesh:
     GeometryError
     """
     found = find_part(wanted)
+    with session():
+        return _meshed(wanted, found, refinement)
+
+
+def _meshed(wanted: CadStatements, found: FoundPart, refinement: Refinement) -> RawMesh:
     open_part(wanted.path, wanted.unit)
     regions, boundaries = cut(found)
     factor = _factor(refinement)

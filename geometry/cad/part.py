@@ -10,7 +10,7 @@ import numpy as np
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model, options, refusing, silent
+from geometry.session import model, options, refusing
 from geometry.size import MILLIMETRES, UNITS, Unit, refuse_size
 
 STEP = (".step", ".stp")
@@ -103,7 +103,7 @@ def _read(path: Path, scale: float = 1.0) -> None:
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)
-        with refusing(str(path), "cannot be read as CAD"), silent():
+        with refusing(str(path), "cannot be read as CAD"):
             model().occ.importShapes(str(path), highestDimOnly=False)
         model().occ.synchronize()
         if model().getEntities(3) or sew:

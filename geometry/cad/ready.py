@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import tempfile
 from collections.abc import Mapping
@@ -21,6 +19,7 @@ from geometry.cad.frame import frame_of, vector_text
 from geometry.cad.measure import TETRAHEDRON, area, triangles, volume
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import touching
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.size import refuse_size
@@ -36,6 +35,7 @@ UNIT = 'unit = "mm", "cm", "m" or "inch": that of the numbers in the file; absen
 KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
 #: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
 _HEXAHEDRON = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7))
+_CONTINUED = re.compile(r"^\*[A-Za-z][^\n]*(?:,[ \t\r]*\n(?!\*)[^\n]*)+", re.M)
 FREE, RUBBER = "free", "rubber"
 #: Spread of the normals along the axis, over that across it, up to which an inner bond is a cylinder.
 UPRIGHT = 0.15
@@ -64,6 +64,7 @@ class ReadyMesh:
 
 
 @lru_cache(maxsize=4)
+@isolated("cannot be read as a mesh", lambda path, *_: path)
 def read_mesh(
     path: Path,
     changed: float,
@@ -191,17 +192,14 @@ def _read(path: Path) -> Any:
     import meshio
 
     try:
-        # meshio prints messages about what it leaves out.
-        with (
-            contextlib.redirect_stdout(io.StringIO()),
-            contextlib.redirect_stderr(io.StringIO()),
-            tempfile.TemporaryDirectory() as folder,
-        ):
+        with tempfile.TemporaryDirectory() as folder:
             known = path
             if path.suffix.lower() == ".inp":
                 known = Path(folder) / path.name
                 # Gmsh writes facets as plane stress, which meshio does not know with six nodes.
                 text = path.read_text(encoding="utf-8", errors="replace")
+                # A line of a keyword that ends in a comma is continued on the next one.
+                text = _CONTINUED.sub(lambda found: " ".join(found[0].split()), text)
                 known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
             return meshio.read(known)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:

@@ -7,14 +7,24 @@ number of faces and the type of every surface agree with those of OpenCASCADE.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from geometry.errors import GeometryError
 
 _ENTITY = re.compile(r"\s*#(\d{1,18})\s*=\s*([A-Z_0-9]*)\s*\((.*)\)\s*\Z", re.S)
 _REFERENCE = re.compile(r"#(\d{1,18})")
 _SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*([.$A-Z]+)\s*,\s*\.METRE\.\s*\)")
 _PREFIX = {".MILLI.": 1.0, ".CENTI.": 10.0, ".DECI.": 100.0, "$": 1000.0, ".KILO.": 1e6, ".MICRO.": 1e-3}
+_NUMBER = r"\s*[-+]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40})(?:E(?:\+?\d{1,2}|-\d{1,3}))?\s*"
+_POINT = re.compile(rf"\s*(?:'(?:[^']|'')*'|\$)\s*,\s*\({_NUMBER}(?:,{_NUMBER}){{0,2}}\)\s*\Z", re.I)
+#: Lists in which nothing may be twice: OpenCASCADE makes each again.
+_LISTS = (
+    *("CLOSED_SHELL", "OPEN_SHELL", "BREP_WITH_VOIDS", "SHELL_BASED_SURFACE_MODEL", "SHAPE_REPRESENTATION"),
+    *("ADVANCED_BREP_SHAPE_REPRESENTATION", "MANIFOLD_SURFACE_SHAPE_REPRESENTATION"),
+)
 #: Surface in STEP -> type in Gmsh.
 _SURFACES = {
     "PLANE": "Plane",
@@ -45,10 +55,17 @@ class StepText:
 
 
 def read_step(path: Path) -> StepText:
-    """Read unit and names."""
+    """Read unit and names.
+
+    Raises
+    ------
+    GeometryError
+        A point is none, or a shell or a solid is listed twice.
+    """
     text = path.read_text(encoding="latin-1")
     matches = (_ENTITY.match(statement) for statement in _statements(text))
     entities = {int(found[1]): (found[2], found[3]) for found in matches if found is not None}
+    _refuse_wrong(entities, str(path))
     solids, faces = [], []
     for kind, body in entities.values():
         if kind not in ("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS"):
@@ -65,6 +82,21 @@ def read_step(path: Path) -> StepText:
                 surface = entities.get([0, *_references(inside)][-1], ("", ""))[0]
                 faces.append((_name(inside), _SURFACES.get(surface, "")))
     return StepText(_unit(text, entities.values()), tuple(solids), tuple(faces))
+
+
+def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
+    """Refuse points that are none, which OpenCASCADE takes as zero or ends the process for, and what is listed twice."""
+    for number, (kind, body) in entities.items():
+        if kind in ("CARTESIAN_POINT", "DIRECTION") and not _POINT.match(body):
+            values = body[body.find("(") :][:60]
+            what = f"#{number}, a {kind}, has the coordinates {values}"
+            raise GeometryError(where, what, "one to three numbers: export the file again")
+        if kind in _LISTS:
+            listed = list(_references(body))
+            if len(set(listed)) < len(listed):
+                twice = next(one for one, count in Counter(listed).items() if count > 1)
+                what = f"#{number}, a {kind}, lists #{twice} {listed.count(twice)} times"
+                raise GeometryError(where, what, "every part once: export the file again")
 
 
 def _statements(text: str) -> Iterator[str]:

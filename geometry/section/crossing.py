@@ -10,8 +10,8 @@ from geometry.blocks import Array
 from geometry.errors import GeometryError
 from geometry.section.outline import CLOSE, Loop, OutlineCurve
 
-#: Pieces of a curved edge.
-PIECES = 24
+#: Pieces of a curved edge, and of a span between two knots at the least: a spline of 200 points may turn in each.
+PIECES, SPAN = 24, 6
 #: Largest number of points along an outline, curves in `PIECES`: their pairs are then examined in some 5 s.
 MOST_POINTS = 25_000
 #: Sides whose pairs with all others are examined together.
@@ -68,6 +68,8 @@ def polyline(curve: OutlineCurve) -> Array:
     if curve.kind == "nurbs":
         low, high = curve.knots[curve.degree], curve.knots[-1 - curve.degree]
         weighted = np.column_stack([points * np.array(curve.weights)[:, None], curve.weights])
+        spans = len(curve.points) - curve.degree
+        t = np.linspace(0.0, 1.0, max(PIECES, SPAN * spans) + 1, dtype=np.float64)
         values = BSpline(np.array(curve.knots), weighted, curve.degree)(low + (high - low) * t)
         return np.asarray(values[:, :2] / values[:, 2:])
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import BONDS
-from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve
+from geometry.section.outline import FREE, RUBBER, Loop, OutlineCurve, is_straight
 from geometry.section.spline import pieces
 from geometry.size import MILLIMETRES, Unit
 
@@ -44,6 +45,7 @@ class Drawing:
 
 
 @cache
+@isolated("is not a readable DXF file", lambda path, *_: path)
 def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
     """Read the closed loops of a drawing.
 
@@ -72,8 +74,8 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
     except (ezdxf.DXFError, ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
         # Damaged files: ezdxf's parser raises what it stumbles over.
         raise GeometryError(str(path), f"is not a readable DXF file: {error}") from None
-    number = int(drawing.header.get("$INSUNITS", 0))
-    if unit is None and number:
+    number = drawing.header.get("$INSUNITS", 0)
+    if unit is None and number != 0:
         if number not in STATED:
             raise GeometryError(
                 str(path),
@@ -95,17 +97,39 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
 def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:
     """The curves of a drawing, at most `MOST_CURVES`; blocks in blocks may have any number."""
     left = iter(range(MOST_PARTS))
-    try:
-        found = (curve for entity in entities for curve in _curves(entity, scale, left, hidden))
-        curves = list(islice(found, MOST_CURVES + 1))
-    except RecursionError:
-        raise GeometryError(where, "has a block that contains itself") from None
+    curves: list[OutlineCurve] = []
+    for entity in entities:
+        try:
+            for curve in islice(_curves(entity, scale, left, hidden), MOST_CURVES + 1 - len(curves)):
+                curves.append(_with_size(curve))
+        except RecursionError:
+            raise GeometryError(where, "has a block that contains itself") from None
+        except Exception as error:  # noqa: BLE001 - ezdxf and SciPy raise anything for impossible values
+            what = f"{_named(entity)} cannot be drawn: {' '.join(str(error).split()) or type(error).__name__}"
+            raise GeometryError(where, what, "delete it or draw it again") from None
     if len(curves) > MOST_CURVES or next(left, None) is None:
         what = f"has more than {MOST_CURVES} curves, or blocks with more than {MOST_PARTS} parts"
         raise GeometryError(
             where, what, "a drawing of the section only, with lines and arcs or fewer splines"
         )
     return curves
+
+
+def _named(entity: Any) -> str:
+    """Words for an entity: its type, its number in the file, and its layer."""
+    return f'{entity.dxftype()} {entity.dxf.get("handle", "")} on layer "{entity.dxf.get("layer", "0")}"'
+
+
+def _with_size(curve: OutlineCurve) -> OutlineCurve:
+    """Return the curve, an arc without curvature as a line; ValueError where it has no size."""
+    size = float(np.ptp(np.array(curve.points), axis=0).max())
+    # OpenCASCADE takes points within 1e-7 mm as one.
+    if not 1e-7 < size < np.inf:
+        place = ", ".join(f"{x:g}" for x in curve.points[0])
+        raise ValueError(f"it has no size, at ({place}) mm" if size <= 1e-7 else "its points are not finite")
+    if curve.kind == "arc" and is_straight(curve.points, size):
+        return replace(curve, kind="line", points=(curve.points[0], curve.points[-1]))
+    return curve
 
 
 def _curves(
@@ -130,12 +154,17 @@ def _curves(
                 yield from _curves(part, scale, left, hidden, layer)
     elif kind in ("LWPOLYLINE", "POLYLINE"):
         for part in entity.virtual_entities():
-            yield from _curves(part, scale, left, block=layer)
+            # A corner that is drawn twice makes a side without length.
+            if part.dxftype() != "LINE" or not part.dxf.start.isclose(part.dxf.end):
+                yield from _curves(part, scale, left, block=layer)
     elif kind == "LINE":
         yield OutlineCurve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
     elif kind == "ARC":
-        start, end = entity.dxf.start_angle, entity.dxf.end_angle
-        yield _arc(entity, start, (end - start) % 360.0 or 360.0, scale, name)
+        start = entity.dxf.start_angle
+        angle = (entity.dxf.end_angle - start) % 360.0
+        yield _arc(entity, start, angle or 180.0, scale, name)
+        if angle == 0.0:
+            yield _arc(entity, start + 180.0, 180.0, scale, name)
     elif kind == "CIRCLE":
         yield _arc(entity, 0.0, 180.0, scale, name)
         yield _arc(entity, 180.0, 180.0, scale, name)
@@ -159,6 +188,14 @@ def _spline(entity: Any, kind: str, scale: float, name: str) -> list[OutlineCurv
     if kind == "ELLIPSE":
         tool = rational_bspline_from_ellipse(tool)
     weights = tuple(map(float, tool.weights())) or (1.0,) * len(tool.control_points)
+    knots = np.array(tool.knots(), dtype=float)
+    # OpenCASCADE's largest degree is 25.
+    if not 1 <= tool.degree <= 25 or len(knots) != len(tool.control_points) + tool.degree + 1:
+        raise ValueError(
+            f"its degree is {tool.degree}, with {len(tool.control_points)} control points and {len(knots)} knots"
+        )
+    if np.any(np.diff(knots) < 0.0) or knots[tool.degree] >= knots[-1 - tool.degree] or min(weights) <= 0.0:
+        raise ValueError("its knots do not increase, or a weight is not positive")
     points = _points(tool.control_points, scale)
     return pieces(OutlineCurve("nurbs", points, name, tool.degree, tuple(map(float, tool.knots())), weights))
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
+from geometry.isolated import isolated
 from geometry.joined import refuse_loose, refuse_touching
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw, refuse_overlaps
@@ -69,6 +70,7 @@ class FoundSection:
 
 
 @lru_cache(maxsize=64)
+@isolated("is not a section that can be drawn", lambda loops, where, centre: where)
 def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> FoundSection:
     """Draw and measure a section once.
 
@@ -202,7 +204,11 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
 def _view(drawn: Drawn) -> View:
     """Fine triangles of all faces, by region, and the boundary by names."""
     boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
-    options().setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
+    height = float(np.ptp(boxes[:, [1, 4]]))
+    options().setNumber("Mesh.MeshSizeMax", height / 30)
+    # A pixel of a picture: the tip of a zigzag curve has any curvature, and a mesh as fine as that takes minutes.
+    options().setNumber("Mesh.MeshSizeMin", height / 1000)
+    options().setNumber("Mesh.LcIntegrationPrecision", 1e-3)
     options().setNumber("Mesh.MeshSizeFromCurvature", 36)
     model().mesh.generate(2)
     tags, coordinates, _ = model().mesh.getNodes()

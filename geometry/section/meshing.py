@@ -11,12 +11,13 @@ from geometry.blocks import Array
 from geometry.errors import GeometryError
 from geometry.estimate import Fine, triangles
 from geometry.grading import Sizes, grade
+from geometry.isolated import isolated, seconds_for
 from geometry.raw import RawMesh, from_gmsh, mirrored, revolved, to_gmsh
 from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
 from geometry.section.found import FoundSection
 from geometry.section.outline import RUBBER
-from geometry.session import model, options, refusing
+from geometry.session import model, options, refusing, session
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on
@@ -106,6 +107,11 @@ def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinem
     return 0.5 * total * 0.5 * (len(_angles(mirrors, refinement)) - 1) if solid else total
 
 
+def _seconds(found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False) -> float:
+    return seconds_for(section_cells(found, 2, frozenset(), refinement))
+
+
+@isolated("the section cannot be meshed", lambda found, where, *_, **__: where, _seconds)
 def section_mesh(
     found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
 ) -> RawMesh:
@@ -122,6 +128,11 @@ def section_mesh(
     quadrilaterals : bool
         Mesh with quadrilaterals instead of triangles.
     """
+    with session():
+        return _meshed(found, where, refinement, quadrilaterals)
+
+
+def _meshed(found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool) -> RawMesh:
     drawn = draw(found.loops, where, half=found.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)

@@ -161,7 +161,7 @@ def _curve(
     points = (start, *between, end)
     if _apart(start, end) <= CLOSE * size and not between:
         raise GeometryError(key, f"has no length: it begins and ends at {_shown(start)}")
-    if edge.arc_through is not None and _is_straight(points, size):
+    if edge.arc_through is not None and is_straight(points, size):
         points = (start, end)
     kind: Literal["line", "arc", "spline"] = (
         "line" if len(points) == 2 else "spline" if edge.spline_through else "arc"
@@ -169,7 +169,16 @@ def _curve(
     return OutlineCurve(kind, points, edge.name)
 
 
-def _is_straight(points: Sequence[tuple[float, float]], size: float) -> bool:
+def is_straight(points: Sequence[tuple[float, float]], size: float) -> bool:
+    """Whether an arc through three points is a line.
+
+    Parameters
+    ----------
+    points : sequence of (r, z)
+        Three points, mm.
+    size : float
+        Size of the outline, mm.
+    """
     a, b, c = (np.array(p) for p in points)
     return abs(float(np.cross(np.append(b - a, 0), np.append(c - a, 0))[2])) <= CLOSE * size**2
 

@@ -1,0 +1,228 @@
+"""Run functions that read or mesh a file in a process of their own, with limits on time and memory.
+
+On some files Gmsh, OpenCASCADE and the parsers of drawings and meshes loop, take all memory, or end the process. In a
+process of its own that becomes a `GeometryError`. One process, the reader, answers all questions of this process, and
+its answers (values, without tags of an open Gmsh session) come back as pickles; if a file ends it, the next question
+starts another one.
+"""
+
+from __future__ import annotations
+
+import atexit
+import faulthandler
+import importlib
+import os
+import pickle
+import resource
+import signal
+import sys
+import threading
+import time
+import traceback
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from functools import wraps
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, cast
+
+from geometry.errors import GeometryError
+
+Asked = ParamSpec("Asked")
+Answer = TypeVar("Answer")
+
+#: Processor time, s, and bytes of address space for one answer: the largest files that are read at all take 16 s
+#: (`geometry.file`); recordings have the same limits. Below, the clock time on a busy machine, as a multiple.
+LONGEST, MOST_MEMORY = 60.0, 6_000_000_000
+_WAITING = 5.0
+#: Elements of a free mesh that are made in a second at the least: a twentieth of the usual.
+_SLOWEST = 500.0
+_ROOT = Path(__file__).resolve().parents[1]
+_REMEDY = "is the file complete, and does the program that wrote it open it? if so, export it again"
+
+
+def isolated(
+    failed: str,
+    where: Callable[Asked, str | Path],
+    seconds: Callable[Asked, float] = lambda *_, **__: LONGEST,
+) -> Callable[[Callable[Asked, Answer]], Callable[Asked, Answer]]:
+    """Decorate a function of a module so that the reader runs it; arguments and answer are values that can be pickled.
+
+    Parameters
+    ----------
+    failed : str
+        What is said of a file on which the function fails, such as "cannot be read as CAD".
+    where : callable
+        From the function's arguments: the file, or the key of the case.
+    seconds : callable
+        From the function's arguments: the processor time that it may take, s.
+    """
+
+    def decorated(function: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
+        @wraps(function)
+        def asked(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
+            if _reader is None:
+                return function(*args, **kwargs)
+            place, most = str(where(*args, **kwargs)), seconds(*args, **kwargs)
+            question = (function.__module__, function.__qualname__, args, kwargs, most)
+            try:
+                answer, error, details = _reader.ask(question, _WAITING * most)
+            except TimeoutError:
+                raise GeometryError(place, f"{failed}: {_too_long(most)}", _REMEDY) from None
+            except EOFError:
+                code = -_reader.end()
+                crashed = f"its parser crashes ({signal.Signals(code).name if code > 0 else -code})"
+                reason = _too_long(most) if code == signal.SIGXCPU else crashed
+                raise GeometryError(place, f"{failed}: {reason}", _REMEDY) from None
+            if isinstance(error, GeometryError):
+                raise error
+            if error is not None:
+                words = " ".join(str(error).split())[:300]
+                raise GeometryError(place, f"{failed}: {words}", _REMEDY) from RuntimeError(details)
+            return cast("Answer", answer)
+
+        return asked
+
+    return decorated
+
+
+def seconds_for(cells: float) -> float:
+    """Return the processor time that a mesh of about so many elements may take, s."""
+    return LONGEST + cells / _SLOWEST
+
+
+def _too_long(seconds: float) -> str:
+    return f"it takes more than {seconds:.0f} s of processor time"
+
+
+class _Reader:
+    """The process that reads for this one, started by the first question."""
+
+    def __init__(self) -> None:
+        self._asks = self._pid = 0
+        self._connection: Connection | None = None
+        self._lock = threading.Lock()
+
+    def ask(self, question: object, timeout: float) -> tuple[Any, Exception | None, str]:
+        """Return the answer, or the error and its traceback; raise EOFError or TimeoutError where there is neither."""
+        with self._lock:
+            # A copy of this process would share the connection.
+            if self._connection is None or self._asks != os.getpid():
+                self._connection, self._asks = self._started(), os.getpid()
+            try:
+                self._connection.send(question)
+                if self._connection.poll(timeout):
+                    return self._connection.recv()  # type: ignore[no-any-return]
+            except OSError:
+                raise EOFError from None
+            except KeyboardInterrupt:
+                self.end()
+                raise
+            self.end()
+            raise TimeoutError
+
+    def _started(self) -> Connection:
+        ours, theirs = Pipe()
+        if _can_be_copied():
+            import gmsh
+
+            with warnings.catch_warnings():
+                # Python warns of the copy of a process with threads, MPI's too.
+                warnings.simplefilter("ignore", DeprecationWarning)
+                self._pid = os.fork()
+            if self._pid == 0:
+                if gmsh.isInitialized():
+                    gmsh.finalize()
+                os.dup2(theirs.fileno(), 0)
+                ours.close()
+                serve()
+        else:
+            # -P, because a file in the user's folder may have the name of a module. The path to the packages is
+            # appended for a checkout that is not installed.
+            start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import serve; serve()"
+            command = [sys.executable, "-P", "-W", "ignore", "-c", start]
+            standard_input = (os.POSIX_SPAWN_DUP2, theirs.fileno(), 0)
+            self._pid = os.posix_spawn(sys.executable, command, os.environ, file_actions=[standard_input])
+        theirs.close()
+        return ours
+
+    def end(self) -> int:
+        """End the reader, whatever it is doing, and return its exit code: negative for a signal."""
+        if self._connection is None or self._asks != os.getpid():
+            return 0
+        self._connection.close()
+        self._connection = None
+        # A process that is ending already keeps the exit code that it has.
+        os.kill(self._pid, signal.SIGKILL)
+        return os.waitstatus_to_exitcode(os.waitpid(self._pid, 0)[1])
+
+
+def _can_be_copied() -> bool:
+    """Whether a copy of this process can be the reader, which takes 0.03 s; a new process takes 0.3 s.
+
+    A copy has none of the threads of its original, but all locks that these held, and MPI's memory for other ranks is
+    not to be copied. Linux lists the threads, of libraries too: two are MPI's, which the reader does not use.
+    """
+    mpi, threads = sys.modules.get("mpi4py.MPI"), Path("/proc/self/task")
+    few = threads.exists() and len(list(threads.iterdir())) <= (1 if mpi is None else 3)
+    return few and threading.active_count() == 1 and (mpi is None or mpi.COMM_WORLD.size == 1)
+
+
+#: None in the reader itself.
+_reader: _Reader | None = _Reader()
+
+
+@atexit.register
+def _close() -> None:
+    if _reader is not None:
+        _reader.end()
+
+
+def serve() -> None:
+    """Answer the questions that come over the standard input, as the reader, until the other process ends."""
+    global _reader
+    _reader = None
+    faulthandler.disable()
+    for number in (signal.SIGTERM, signal.SIGSEGV, signal.SIGABRT, signal.SIGFPE, signal.SIGBUS, signal.SIGILL):
+        signal.signal(number, signal.SIG_DFL)
+    # The terminal sends Ctrl-C to all processes; the other one ends this one.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    connection = Connection(os.dup(0))
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for standard in (0, 1, 2):
+        os.dup2(nowhere, standard)
+    _limit(resource.RLIMIT_AS, MOST_MEMORY)
+    _limit(resource.RLIMIT_CORE, 0)
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            connection.send(_answer(*connection.recv()))
+    os._exit(0)
+
+
+def _answer(
+    module: str, name: str, args: tuple[object, ...], kwargs: dict[str, object], seconds: float
+) -> tuple[Any, Exception | None, str]:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    _limit(resource.RLIMIT_CPU, int(used.ru_utime + used.ru_stime + seconds) + 1)
+    try:
+        return getattr(importlib.import_module(module), name)(*args, **kwargs), None, ""
+    except GeometryError as error:
+        return None, error, ""
+    except MemoryError:
+        return None, RuntimeError(f"it takes more than {MOST_MEMORY / 1e9:g} GB"), traceback.format_exc()
+    except Exception as error:  # noqa: BLE001 - a library may raise anything for a damaged file
+        # Errors of libraries cannot all be sent.
+        return None, RuntimeError(str(error) or type(error).__name__), traceback.format_exc()
+
+
+def _limit(what: int, most: int) -> None:
+    hard = resource.getrlimit(what)[1]
+    resource.setrlimit(what, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
