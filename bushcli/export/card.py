@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from bushcli.errors import InputError, Problem
 from bushcli.export.rubber import ExportedRubber
+from bushcli.export.units import bulk_modulus, poisson_ratio
 from bushcli.export.writer import Order
 
 # kg/m3, for programs that do not run without a density; quasi-static results do not depend on it. Rule of mixtures:
@@ -55,6 +57,51 @@ def incompressibility(order: Order, factor: float = 1.0) -> float:
         Factor on the bulk modulus, dimensionless.
     """
     return 2.0 / order.units.of_stress(factor * rubber(order).bulk_modulus)
+
+
+def poisson_field(order: Order, program: str, width: int) -> str:
+    """Return Poisson's ratio right-aligned in a field; the program takes the bulk modulus from its distance from 0.5.
+
+    Parameters
+    ----------
+    order : Order
+        With a rubber.
+    program : str
+        Name of the writer, for the message.
+    width : int
+        Characters.
+
+    Raises
+    ------
+    InputError
+        The digits of the field give another bulk modulus, or the ratio is zero, which counts as "not given".
+    """
+    one = rubber(order)
+    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
+    text = f"{ratio:.{min(width - 2, 16)}f}".lstrip("0").rjust(width)
+    if not 0.0 < float(text) < 0.5 or not math.isclose(
+        bulk_modulus(one.shear_modulus, float(text)), one.bulk_modulus, rel_tol=0.01
+    ):
+        raise bulk_refused(order, program, f"takes Poisson's ratio, which would be written as {text.strip()}")
+    return text
+
+
+def bulk_refused(order: Order, program: str, why: str) -> InputError:
+    """Return the error that a program would take another bulk modulus than that of the rubber.
+
+    Parameters
+    ----------
+    order : Order
+        With a rubber.
+    program : str
+        Name of the writer.
+    why : str
+        What the program does with the number, a predicate.
+    """
+    what = f"the program {why}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
+    return InputError(
+        Problem(f"--to {program}", what, "", "a rubber has some 2000: --set material.bulk_modulus=2000")
+    )
 
 
 def instantaneous_shares(one: ExportedRubber) -> list[tuple[float, float]]:

@@ -25,7 +25,7 @@ LAWS = {
 }
 
 
-def hyperelastic(order: Order, moduli: str = "") -> str:
+def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
     """Return the keyword with its data lines.
 
     Parameters
@@ -34,16 +34,18 @@ def hyperelastic(order: Order, moduli: str = "") -> str:
         With a rubber whose law is one of `LAWS`.
     moduli : str
         Further parameter of the keyword line, such as "MODULI=LONG TERM".
+    absent : float
+        D_i of the higher volumetric terms, which the law does not have.
     """
     law, values, D = rubber(order).law, stresses(order), incompressibility(order)
     keyword, numbers = LAWS[law], [*values.values(), D]
     if law == "yeoh":
-        numbers = [values["C10"], values["C20"], values["C30"], D, 0.0, 0.0]
+        numbers = [values["C10"], values["C20"], values["C30"], D, absent, absent]
     if law == "ogden":
         terms = ogden_terms(values)
         keyword += f", N={len(terms)}"
         numbers = [number for mu, alpha in terms for number in (mu * alpha / 2.0, alpha)]
-        numbers += [D] + [0.0] * (len(terms) - 1)
+        numbers += [D] + [absent] * (len(terms) - 1)
     line = f"{keyword}, {moduli}" if moduli else keyword
     return f"{line}\n{joined(numbers)}"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -107,4 +106,18 @@ def poisson_ratio(shear: float, bulk: float) -> float:
     bulk : float
         MPa.
     """
-    return 0.5 if math.isinf(bulk) else (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))
+    # As a difference from 0.5, so that a large bulk modulus neither overflows nor loses its digits.
+    return 0.5 - 1.5 * shear / (3 * bulk + shear)
+
+
+def bulk_modulus(shear: float, ratio: float) -> float:
+    """Return the bulk modulus in MPa of an initial shear modulus and Poisson's ratio below 0.5.
+
+    Parameters
+    ----------
+    shear : float
+        MPa.
+    ratio : float
+        Dimensionless.
+    """
+    return 2 * shear * (1 + ratio) / (3 * (1 - 2 * ratio))

@@ -2,7 +2,7 @@
 
 The law is the long-term law (`MODULI=LONG TERM`). The Prony series gives shares of the stiffness in a sudden step:
 g_i / (1 + sum g). The Mullins effect has the same formula as in bushcli, eta = 1 - (1/r) erf((Um - U) / (m
-+ beta Um)).
++ beta Um)); beside viscoelasticity it applies to the long-term law, as in bushcli.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ WRITER = Writer(
     laws=LAWS,
     series="*VISCOELASTIC, TIME=PRONY",
     softening="*MULLINS EFFECT",
-    remarks=("D1 = 0 is an incompressible rubber: use hybrid elements",),
+    remarks=(
+        "D1 = 0 is an incompressible rubber: use hybrid elements; Abaqus/Explicit takes a bulk modulus of 20 mu",
+    ),
     source="Abaqus Analysis User's Guide: Hyperelastic behavior of rubberlike materials; Time domain "
     "viscoelasticity; Mullins effect",
 )

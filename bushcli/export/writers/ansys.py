@@ -3,7 +3,8 @@
 TB,HYPER has the same energies as bushcli, with d = 2/kappa (1/d (J - 1)^2; Arruda-Boyce and Gent
 1/d ((J^2 - 1)/2 - ln J)). With TB,PRONY the law is that of a sudden step, so the energy is multiplied by 1 + sum g and
 the shares are g_i / (1 + sum g). d belongs to the bulk modulus, which does not relax. TB,CDM,,,,PSE2 is Ogden and
-Roxburgh's model with m + beta Wm.
+Roxburgh's model with m + beta Wm. Its energies are those of the virgin hyperelastic material, that is of TB,HYPER; with
+TB,PRONY they are 1 + sum g times the long-term ones that m belongs to, so m is multiplied by the same factor.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def write(order: Order) -> str:
     if one.softening is not None:
         soft = one.softening
         lines.append(f"TB,CDM,{_MATERIAL},1,3,PSE2")
-        lines += _data([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])
+        lines += _data([1.0 / soft.inverse_r, units.of_stress(one.instantaneous * soft.m), soft.beta])
     return "\n".join(lines)
 
 
@@ -79,7 +80,7 @@ WRITER = Writer(
     softening="TB,CDM,,,,PSE2",
     remarks=(
         "d = 0 is an incompressible rubber: use elements with mixed u-P formulation",
-        "with TB,PRONY the constants of TB,HYPER are the instantaneous ones",
+        "with TB,PRONY the constants of TB,HYPER, and m of TB,CDM, are the instantaneous ones",
     ),
     source="Ansys Mechanical APDL Material Reference: Hyperelasticity; Viscoelasticity; Mullins effect",
 )

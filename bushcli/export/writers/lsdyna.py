@@ -8,8 +8,7 @@ long-term law: shear moduli G_i and decay constants BETA_i = 1/tau_i.
 
 from __future__ import annotations
 
-from bushcli.export.card import DENSITY, field, ogden_terms, rubber, stresses
-from bushcli.export.units import poisson_ratio
+from bushcli.export.card import DENSITY, field, ogden_terms, poisson_field, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
 _H = ("c10", "c01", "c11", "c20", "c02", "c30")
@@ -24,18 +23,11 @@ def write(order: Order) -> str:
 
 def _head(order: Order) -> list[str]:
     """Return MID, RO, PR, N = 0 (constants are given) and NV."""
-    one = rubber(order)
-    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
     ro = order.units.of_density(order.density or DENSITY)
     return [
         "$      mid        ro        pr         n        nv         g      sigf       ref",
-        f"{1:10d}{field(ro)}{_ratio(ratio)}{0:10d}{0:10d}",
+        f"{1:10d}{field(ro)}{poisson_field(order, 'lsdyna', 10)}{0:10d}{0:10d}",
     ]
-
-
-def _ratio(ratio: float) -> str:
-    """Return Poisson's ratio with eight digits: the bulk modulus follows from its distance from 0.5."""
-    return f"{ratio:.8f}"[1:].rjust(10)
 
 
 def _polynomial(order: Order) -> list[str]:

@@ -5,13 +5,24 @@ with G_i and tau_i in addition. Neo-Hookean and Mooney-Rivlin are Ogden with exp
 mu_2 = -2 C01. LAW92 is the five-term series of Arruda and Boyce, LAW94 Yeoh's cubic, both with D = 2/kappa.
 /FAIL/MULLINS_OR, whose formula equals bushcli's, is documented for LAW92, LAW95 and LAW100: with it the polynomial
 laws become LAW100, which takes no Prony series.
+
+Zeros that the starter replaces (OpenRadioss, starter/source/materials/mat, hm_read_mat42.F, hm_read_mat92.F,
+hm_read_mat94.F): Poisson's ratio and D1 by a ratio of 0.495, so neither is written as zero; the cut-off stress by
+1e20 and the scale factors by 1, which is meant. D2 = D3 = 0 of LAW94 are terms that are absent.
 """
 
 from __future__ import annotations
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.card import DENSITY, field, incompressibility, ogden_terms, rubber, stresses
-from bushcli.export.units import poisson_ratio
+from bushcli.export.card import (
+    DENSITY,
+    field,
+    incompressibility,
+    ogden_terms,
+    poisson_field,
+    rubber,
+    stresses,
+)
 from bushcli.export.writer import Order, Writer
 
 # Law -> Flag_HE of LAW100.
@@ -57,11 +68,10 @@ def _ogden(order: Order) -> list[str]:
     if one.law == "mooney_rivlin":
         terms.append((-2.0 * values["C01"], -2.0))
     padded = terms + [(0.0, 0.0)] * (5 - len(terms))
-    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
     lines = _head(order, "LAW42")
     lines += [
         "#                 NU           SIGMA_CUT           FUNIDBULK         FSCALE_BULK         M",
-        f"{_row(ratio, 0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(one.series):10d}",
+        f"{poisson_field(order, 'radioss', 20)}{_row(0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(one.series):10d}",
         "#               MU_1                MU_2                MU_3                MU_4                MU_5",
         _row(*(mu for mu, _ in padded)),
         "",

@@ -15,6 +15,7 @@ from bushcli.case import Material
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
 from bushcli.export.rubber import ExportedRubber, OgdenRoxburgh, rubber_of
+from bushcli.export.units import SYSTEMS
 from cases.stability import nominal_stress
 from forms.law import law
 
@@ -39,10 +40,11 @@ class Read:
     """The material that a program reads from a card, in the card's units."""
 
     energy: object
-    bulk: float
+    bulk: float  # as the program uses it, after its own defaults
     series: list = field(default_factory=list)
     instantaneous: bool = False
     softening: tuple = ()
+    further: list = field(default_factory=list)  # D2, D3
 
     def stress(self, stretch):
         """Nominal stress in uniaxial tension without change of volume."""
@@ -125,6 +127,7 @@ def abaqus(text):
     else:
         energy, D = chains(numbers[0], numbers[1] ** 2), numbers[2]
     found = Read(energy, 2 / D)
+    found.further = numbers[-2:] if "YEOH" in head else numbers[2 * n + 1 :] if "OGDEN" in head else []
     prony = blocks.get("*VISCOELASTIC,TIME=PRONY", [])
     found.series = [(prony[i], prony[i + 2]) for i in range(0, len(prony), 3)]
     if found.series:
@@ -134,6 +137,16 @@ def abaqus(text):
         mu = found.shear_modulus()
         found.series = [(g * mu / rest, tau) for g, tau in found.series]
     found.softening = tuple(blocks.get("*MULLINSEFFECT", ()))
+    return found
+
+
+def calculix(text):
+    """hyperelastics.f of CalculiX: each D_i below 1e-10 becomes (0.1 / mu)^i, in any system of units."""
+    found = abaqus(text)
+    mu = found.shear_modulus()
+    if 2 / found.bulk < 1e-10:
+        found.bulk = 20 * mu
+    found.further = [(0.1 / mu) ** i if D < 1e-10 else D for i, D in enumerate(found.further, start=2)]
     return found
 
 
@@ -205,6 +218,7 @@ def radioss(text):
         assert lines[2][40:60].split() == ["0"]
         energy = powers([(m / a, a) for m, a in terms])
         mu = sum(m * a for m, a in terms) / 2
+        nu = nu or 0.495  # hm_read_mat42.F
         bulk = 2 * mu * (1 + nu) / (3 * (1 - 2 * nu))
         series = [*zip(real(7)[:count], real(8)[:count], strict=True)] if count else []
     elif head == "/MAT/LAW94":
@@ -320,7 +334,7 @@ def fields(line, width):
 
 READERS = {
     "abaqus": abaqus,
-    "calculix": abaqus,
+    "calculix": calculix,
     "ansys": ansys,
     "lsdyna": lsdyna,
     "radioss": radioss,
@@ -354,6 +368,36 @@ def test_a_card_has_the_stress_of_the_law(program, name, units):
     assert found == pytest.approx(expected, rel=DIGITS)
     # A card without a field for the bulk modulus has Poisson's ratio to eight digits.
     assert read.bulk * pascal / 1e6 == pytest.approx(BULK, rel=1e-4)
+
+
+@pytest.mark.parametrize("units", SYSTEMS)
+@pytest.mark.parametrize(("program", "name"), [pair for program in CARDS for pair in allowed(program)])
+def test_no_number_is_one_that_the_program_replaces(program, name, units):
+    """In all units, for all bulk moduli: the program uses that of the rubber, or the card is refused."""
+    written_once = False
+    shear = ExportedRubber(name, LAWS[name], BULK).shear_modulus
+    for bulk in (2.0 / 3.0 * shear, 1.0, 1000.0, 3000.0, 1e5, 1e9, 1e290):
+        one = unit_system(units)
+        try:
+            read = READERS[program](written(program, ExportedRubber(name, LAWS[name], bulk), units))
+        except InputError:
+            assert not 1.0 <= bulk <= 3000.0
+            continue
+        written_once = True
+        assert one.of_stress(bulk) == pytest.approx(read.bulk, rel=0.01)
+        if program == "calculix":
+            # The pressure of the further terms 1/D_i (J - 1)^(2 i) at J = 0.995, beside that of the first.
+            further = sum(2 * i / D * 0.005 ** (2 * i - 1) for i, D in enumerate(read.further, start=2))
+            assert further < 1e-6 * read.bulk * 0.005
+    assert written_once
+
+
+def test_mullins_of_ansys_refers_to_the_energy_of_the_instantaneous_law():
+    read = ansys(written("ansys", rubber_with("yeoh", series=SERIES, softening=SOFTENING)))
+    # The law is stiffer by 1 + sum g, and so are the energies that m is compared with.
+    assert read.softening == pytest.approx((1 / 0.4, 1.3 * 0.08, 0.15))
+    long_term = abaqus(written("abaqus", rubber_with("yeoh", series=SERIES, softening=SOFTENING)))
+    assert long_term.softening == pytest.approx((1 / 0.4, 0.08, 0.15))
 
 
 @pytest.mark.parametrize("units", ["N-mm-s", "kN-mm-ms"])
