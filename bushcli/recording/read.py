@@ -34,15 +34,12 @@ _FEWEST_PROGRAM = 2
 _SMALLEST = 1e-12
 
 
-def read_recording(source: Source, whole: bool = False, tables: TableCache | None = None) -> Recording:
+def read_recording(source: Source, tables: TableCache | None = None) -> Recording:
     """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
 
     Parameters
     ----------
     source : Source
-    whole : bool
-        Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends
-        on the path needs the earlier cycles.
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
 
@@ -52,6 +49,12 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         With file, line and column, when something cannot be read; with the reason when fewer than 5 points
         remain (3 of a coupon), the time does not increase, or displacement or force never change. A row that
         repeats the one before it in time, displacement and force is left out instead, see ``repeated``.
+
+    Returns
+    -------
+    Recording
+        The cycles that the source names; ``record`` has all of them, because a response that depends on the path needs
+        the earlier ones.
     """
     mode, tables = _mode(source), TableCache() if tables is None else tables
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
@@ -91,7 +94,7 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         unused=unused,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
-    return recording if whole else _used(recording, source)
+    return _used(recording, source)
 
 
 def _below(source: Source, table: Table, displacement: Array, fewest: int) -> NDArray[np.bool_]:
@@ -198,7 +201,7 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
         raise RecordingError(Problem(str(source.file), what, "", coupons))
-    return read_recording(source, tables=tables)
+    return read_recording(source, tables)
 
 
 def read_program(source: Source, tables: TableCache | None = None) -> RecordedProgram:
