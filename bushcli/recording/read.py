@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column, untaken_time
+from bushcli.recording.counted import counted
 from bushcli.recording.opened import open_table
 from bushcli.recording.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.recording.samples import timed, updated
@@ -78,7 +79,13 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     there |= _other_motions(table, source, moved)
+    count = counted(table, samples.rows[kept], displacement, time)
+    numbers = None if count is None else count[1]
     columns, unused, remarks = _used_columns(table, there, source)
+    if count is not None:
+        name = table.names[count[0]]
+        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
+        unused = tuple(one for one in unused if one != name)
     recording = Recording(
         mode.name,
         displacement,
@@ -92,6 +99,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
+        numbers=numbers,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return _used(recording, source)

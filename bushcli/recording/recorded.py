@@ -36,13 +36,13 @@ class ReadColumn:
 
     Attributes
     ----------
-    quantity : {"time", "displacement", "force"}
+    quantity : {"time", "displacement", "force", "cycle"}
     number : int
         From 1.
     name : str
         As in the file; empty without a header.
     unit : str
-        In which its numbers were read.
+        In which its numbers were read; empty for a count of cycles.
     assumed : bool
         Whether neither the file nor the case file gives the unit.
     """
