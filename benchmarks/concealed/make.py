@@ -26,7 +26,7 @@ from bushcli.effects.effect import effect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.recording import write_curve_csv
 from bushcli.recording.curve import Curve
-from bushcli.recording.segment import segment
+from bushcli.recording.segment import excursions
 from cases.march import NotConverged
 from cases.mode import modes
 from cases.stability import nominal_stress
@@ -341,7 +341,7 @@ def _look_alikes(
 def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, list[Array]]:
     """Conceal a stiffness that falls once, after the third cycle, which is not an effect of the catalogue."""
     channel, plain = bench.channels[0], bench.fine[0]
-    begin = next(b.start for b in segment(channel.displacement, channel.time) if b.cycle >= STEP_CYCLE)
+    begin = next(b.start for b in excursions(channel.displacement, channel.time) if b.cycle >= STEP_CYCLE)
     after = np.where(np.arange(len(plain)) >= begin, 1.0, 0.0)
     usual = strength(bench.weighed([-0.1 * after * bench.plain[0]]), bench.taken)
     wanted = float(np.exp(rng.uniform(np.log(2 * FAINT), np.log(LARGEST))))

@@ -29,7 +29,7 @@ from benchmarks.decks.drawing import (
 from benchmarks.decks.elastic import elastic
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.plan import Card
-from bushcli.recording.segment import segment
+from bushcli.recording.segment import excursions
 from cases.march import NotConverged
 from cases.mode import modes
 
@@ -195,7 +195,7 @@ def _step(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
 
 def step(formula: Formula, c: Channel, force: Array) -> Array:
     """Multiply by the factor from this cycle on."""
-    begin = next(b.start for b in segment(c.displacement, c.time) if b.cycle >= formula["cycle"])
+    begin = next(b.start for b in excursions(c.displacement, c.time) if b.cycle >= formula["cycle"])
     return force * np.where(np.arange(len(force)) >= begin, formula["factor"], 1.0)
 
 

@@ -17,19 +17,18 @@ from geometry.shape import Shape
 
 def with_effects(
     recording: Recording,
-    path: Recording,
     shape: Shape,
     rubber: Rubber,
     case: Case,
     comm: MPI.Comm,
     prepared: Prepare,
 ) -> Simulation | None:
-    """Return the simulation of a channel with its effects along the whole path; None where no effect acts on it.
+    """Return the simulation of a channel with its effects along the whole record; None where no effect acts on it.
 
     Parameters
     ----------
-    recording, path : Recording
-        The samples in use, and all samples.
+    recording : Recording
+        The samples in use.
     shape, rubber, case, comm, prepared
         Arguments of the finite-element model; the effects are the case's.
 
@@ -41,6 +40,7 @@ def with_effects(
     active = acting(case.effects, recording.name, recording.mode)
     if not active:
         return None
+    path = recording.record
     if path.time is None:
         require_time(active, recording.name, recording.mode, str(recording.source))
     return Simulation(

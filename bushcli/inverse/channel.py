@@ -24,7 +24,6 @@ from bushcli.recording import (
     Recording,
     displacement_noise,
     force_noise,
-    matching,
 )
 from bushcli.recording.curve import Curve
 from bushcli.recording.earlier import Earlier
@@ -109,7 +108,6 @@ class Channel:
         case: Case,
         weighting: Weighting,
         comm: MPI.Comm,
-        whole: Recording | None = None,
         prepared: Prepare = prepare,
         paths: dict[str, SixSimulation] | None = None,
         corrected: Corrected | None = None,
@@ -117,15 +115,12 @@ class Channel:
     ) -> None:
         self.recording, self.comm = recording, comm
         mode = modes()[recording.mode]
-        path = whole or recording
         body = (shape, rubber, case, comm, prepared)
         self.simulation: Simulation | Reaction | None
         if recording.six is not None:
             self.simulation = with_others(recording, recording.six, {} if paths is None else paths, *body)
         else:
-            self.simulation = with_effects(recording, path, *body)
-        # Samples of the cycles in use, among those of the whole path.
-        self._used = matching(recording if recording.six else path, recording)
+            self.simulation = with_effects(recording, *body)
         self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
@@ -187,7 +182,7 @@ class Channel:
                 raise unsolved(str(error)) from None
             patience.learn(answer.history)
             q = self.recording.displacement
-            return ChannelForces(q, answer.force[self._used], answer.slope[self._used])
+            return ChannelForces(q, answer.force[self.recording.places], answer.slope[self.recording.places])
         # The model has no parameters of effects that do not act on this channel.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         self.model.set_parameters(own)
@@ -257,7 +252,7 @@ class Channel:
     def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
         if self.simulation is not None:
-            path = self.simulation.path[self._used]
+            path = self.simulation.path[self.recording.places]
             return Curve(self.recording.mode, path, answer.force, self.recording.time)
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 

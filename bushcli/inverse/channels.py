@@ -75,7 +75,6 @@ def bushing_channels(
             case,
             "relative",
             comm,
-            measured.recording(source, whole=True) if case.effects else None,
             prepared,
             paths,
             corrected,

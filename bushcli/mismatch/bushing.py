@@ -26,8 +26,6 @@ from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.field import covariance, estimate, uniform, zoned
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
-from bushcli.recording import matching
-from bushcli.recording.curve import Curve
 from bushcli.recording.odd import unfolded
 from bushcli.simulate.six_simulation import Reaction
 from cases import local
@@ -154,9 +152,8 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
     # The rig's part in the curve is left out: it does not change which cells carry the force.
     steps, q = simulation.steps, simulation.displacement
     found = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
-    whole = Curve(channel.recording.mode, q, q, simulation.time)
     clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
-    return steps.interpolation(clock[matching(whole, channel.recording)]) @ found.slope, found.cells
+    return steps.interpolation(clock[channel.recording.places]) @ found.slope, found.cells
 
 
 def _interpolated(found: Local, channel: Channel) -> Array:

@@ -18,7 +18,6 @@ from bushcli.recording.signals import (
     departure,
     displacement_noise,
     force_noise,
-    matching,
     select_cycles,
 )
 
@@ -37,7 +36,6 @@ __all__ = [
     "departure",
     "displacement_noise",
     "force_noise",
-    "matching",
     "read_coupon",
     "read_program",
     "read_recording",

@@ -27,13 +27,14 @@ from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
 from bushcli.recording.segment import Segment
-from bushcli.recording.signals import departure, displacement_noise, force_noise
+from bushcli.recording.signals import branches, departure, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
 
 _CLOSED_NOISE = 8.0  # as `bushcli.recording.segment` distinguishes a turning point from noise
 _CLOSED_SHARE = 0.01
 _OVERSHOOT = 0.05  # as `bushcli.recording.segment` distinguishes an overshoot from an excursion
+_AWAY = 0.9  # as `bushcli.recording.segment` distinguishes the way to rest from half a cycle
 _END = 0.01  # as `Curve.secant_stiffness`
 
 
@@ -58,7 +59,7 @@ NO_NOISE = Noise()
 
 @dataclass(frozen=True)
 class Cycle:
-    """One excursion from zero.
+    """One full reversal, or one excursion to one side (`bushcli.recording.segment`).
 
     Attributes
     ----------
@@ -131,7 +132,7 @@ def cycles_along(
     tuple
         One entry per cycle of the path; None where the force is not known throughout the cycle.
     """
-    found = path.segments if found is None else found
+    found = branches(path) if found is None else found
     parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
     slack = _CLOSED_NOISE * displacement_noise(path)
     return tuple(
@@ -148,9 +149,16 @@ def _cycle(
     """Return a cycle that starts from the sample `begin`: the one before it, unless cycles between are left out."""
     end = part[-1].stop
     q = path.displacement[begin:end]
-    closed, q_loop, force_loop = _loop(
-        path.displacement, force, begin, end, max(slack, _CLOSED_SHARE * np.ptp(q))
-    )
+    near = max(slack, _CLOSED_SHARE * float(np.ptp(q)))
+    closed, q_loop, force_loop = _loop(path.displacement, force, begin, end, near)
+    if not closed:
+        # The way back to rest, or to a preload, may follow the loop.
+        way = np.abs(q - q[0])
+        for branch in part[-2::-1]:
+            rest = branch.stop - begin
+            if way[rest - 1] <= near and way[rest:].max() < _AWAY * way.max():
+                closed, q_loop, force_loop = _loop(path.displacement, force, begin, branch.stop, near)
+                break
     energy = _net_work(q_loop, force_loop, closed, noise)
     work = sum(_work(path.displacement, force, branch, begin) for branch in part if branch.kind == "loading")
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))

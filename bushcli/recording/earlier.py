@@ -62,8 +62,9 @@ def earlier(recording: Recording) -> Earlier | None:
     """Return the path before a recording that does not begin at rest; None if it begins at rest.
 
     The assumed path goes from zero to the first displacement at the mean rate of the recording, and then through the
-    recording's first cycle if that is closed.
+    recording's first cycle if that is closed. Where only some cycles are compared, the whole record counts.
     """
+    recording = recording.record
     q, n = recording.displacement, len(recording.displacement)
     clock = np.arange(float(n)) if recording.time is None else recording.time
     first, reach = float(q[0]), float(np.abs(q).max())

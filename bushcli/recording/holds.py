@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bushcli.recording.curve import Curve
 from bushcli.recording.cycles import NO_NOISE, Noise, Uncertain
 from bushcli.recording.segment import Segment
+from bushcli.recording.signals import branches
 
 Array = NDArray[np.float64]
 
@@ -105,7 +106,7 @@ def holds_along(
     tuple
         One entry per hold of the path; None where the force is not known throughout the hold.
     """
-    found = path.segments if found is None else found
+    found = branches(path) if found is None else found
     held = [branch for branch in found if branch.kind == "hold"]
     return tuple(
         _hold(i, branch.cycle, slice(branch.start, branch.stop), path, force, noise.force, least_force)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column, untaken_time
+from bushcli.recording.counted import counted
 from bushcli.recording.opened import open_table
 from bushcli.recording.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.recording.samples import timed, updated
@@ -34,15 +35,12 @@ _FEWEST_PROGRAM = 2
 _SMALLEST = 1e-12
 
 
-def read_recording(source: Source, whole: bool = False, tables: TableCache | None = None) -> Recording:
+def read_recording(source: Source, tables: TableCache | None = None) -> Recording:
     """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
 
     Parameters
     ----------
     source : Source
-    whole : bool
-        Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends
-        on the path needs the earlier cycles.
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
 
@@ -52,6 +50,12 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         With file, line and column, when something cannot be read; with the reason when fewer than 5 points
         remain (3 of a coupon), the time does not increase, or displacement or force never change. A row that
         repeats the one before it in time, displacement and force is left out instead, see ``repeated``.
+
+    Returns
+    -------
+    Recording
+        The cycles that the source names; ``record`` has all of them, because a response that depends on the path needs
+        the earlier ones.
     """
     mode, tables = _mode(source), TableCache() if tables is None else tables
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
@@ -75,7 +79,13 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     there |= _other_motions(table, source, moved)
+    count = counted(table, samples.rows[kept], displacement, time)
+    numbers = None if count is None else count[1]
     columns, unused, remarks = _used_columns(table, there, source)
+    if count is not None:
+        name = table.names[count[0]]
+        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
+        unused = tuple(one for one in unused if one != name)
     recording = Recording(
         mode.name,
         displacement,
@@ -89,9 +99,10 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
+        numbers=numbers,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
-    return recording if whole else _used(recording, source)
+    return _used(recording, source)
 
 
 def _below(source: Source, table: Table, displacement: Array, fewest: int) -> NDArray[np.bool_]:
@@ -198,7 +209,7 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
         coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
         what = f"mode {source.mode} is not a material test"
         raise RecordingError(Problem(str(source.file), what, "", coupons))
-    return read_recording(source, tables=tables)
+    return read_recording(source, tables)
 
 
 def read_program(source: Source, tables: TableCache | None = None) -> RecordedProgram:

@@ -36,13 +36,13 @@ class ReadColumn:
 
     Attributes
     ----------
-    quantity : {"time", "displacement", "force"}
+    quantity : {"time", "displacement", "force", "cycle"}
     number : int
         From 1.
     name : str
         As in the file; empty without a header.
     unit : str
-        In which its numbers were read.
+        In which its numbers were read; empty for a count of cycles.
     assumed : bool
         Whether neither the file nor the case file gives the unit.
     """
@@ -139,6 +139,13 @@ class Recording(Curve):
         Names of the file's other columns, those without a name left out.
     six : RecordedPath, optional
         The path of six motions; displacement and force are one of its motions and the reaction to it.
+    numbers : (n,) array of int, optional
+        Number of the cycle of each sample, as the rig or a selection counts them; None where they are counted from the
+        displacement (`bushcli.recording.segment`).
+    selected_from : Recording, optional
+        The whole record of which these samples were selected: its earlier cycles are their history.
+    selected : (n,) array of int, optional
+        Their indices in the whole record.
     """
 
     name: str = ""
@@ -151,6 +158,19 @@ class Recording(Curve):
     columns: tuple[ReadColumn, ...] = ()
     unused: tuple[str, ...] = ()
     six: RecordedPath | None = None
+    numbers: NDArray[np.int_] | None = None
+    selected_from: Recording | None = None
+    selected: NDArray[np.int_] | None = None
+
+    @property
+    def record(self) -> Recording:
+        """All samples of the file, those of cycles that are not compared included."""
+        return self.selected_from or self
+
+    @property
+    def places(self) -> NDArray[np.int_]:
+        """Indices (n,) of the samples in the whole record."""
+        return np.arange(len(self.displacement)) if self.selected is None else self.selected
 
     def bridged(self, used: NDArray[np.bool_]) -> Recording:
         """Return the recording with straight lines in place of samples that do not count; as it is if none counts.

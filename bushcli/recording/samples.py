@@ -27,6 +27,8 @@ class Samples:
     displacement, force : (n,) arrays
     time : (n,) array or None
         s.
+    rows : (n,) array of int
+        Row of each sample in the table, from 0.
     repeated : tuple of int
         Rows, from 0, that were left out because they repeat the row before them, time included.
     repairs : tuple of Repair
@@ -35,6 +37,7 @@ class Samples:
     displacement: Array
     force: Array
     time: Array | None
+    rows: NDArray[np.int_]
     repeated: tuple[int, ...] = ()
     repairs: tuple[Repair, ...] = ()
 
@@ -60,7 +63,8 @@ def timed(
     """
     if stamps is None:
         time, text = missing_time(source, table, displacement)
-        return Samples(displacement, force, time, (), (Repair("columns", text),) if text else ())
+        rows = np.arange(len(displacement))
+        return Samples(displacement, force, time, rows, (), (Repair("columns", text),) if text else ())
     for key in ("sample_rate", "rate"):
         if getattr(source, key) is not None:
             what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
@@ -72,7 +76,7 @@ def timed(
         raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
     repeated = tuple(int(i) for i in np.flatnonzero(~kept))
     repairs = tuple(Repair("time", text) for text in found.repairs)
-    return Samples(displacement[kept], force[kept], found.time, repeated, repairs)
+    return Samples(displacement[kept], force[kept], found.time, np.flatnonzero(kept), repeated, repairs)
 
 
 def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
@@ -100,5 +104,6 @@ def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewes
         )
         time = None if samples.time is None else samples.time[kept]
         repairs = (*samples.repairs, Repair("stuck", text))
-        return Samples(samples.displacement[kept], samples.force[kept], time, samples.repeated, repairs)
+        moved_, forced_, rows = samples.displacement[kept], samples.force[kept], samples.rows[kept]
+        return Samples(moved_, forced_, time, rows, samples.repeated, repairs)
     return samples

@@ -11,16 +11,20 @@ The rules, all relative to the noise of the displacement, which is estimated fro
   there.
 - An *overshoot* is not an excursion: where the motion passes zero by less than 5 % of the neighbouring excursions
   before it turns back, it is not cut there.
-- A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
-  are two. A recording that begins at a turning point is counted from there, in whole loops: 4, -4, 4 is one.
+- An *excursion* begins with a loading branch that follows an unloading one: 0, 4, 0, -4, 0 are two. A recording that
+  begins at a turning point is counted from there, in whole loops: 4, -4, 4 is one.
+- A *cycle* is a full reversal, as rigs count: two successive excursions to opposite sides are one, an excursion whose
+  successor goes to the same side is one by itself. 0, 4, 0, -4, 0 and 0, 4, 0 are one cycle each. Where an excursion
+  differs in size from the two after it, and these are alike, it is a ramp before their cycle: 0, 4, 0, -2, 0, 2, 0 are
+  two. What leads to a cycle or away from the last one without a reversal of its own belongs to that cycle.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby, pairwise
 from typing import Literal
 
 import numpy as np
@@ -41,6 +45,9 @@ _SHORTEST_HOLD = 5
 # noise and control error.
 _OVERSHOOT = 0.05
 _AT_THE_TURN = 0.9
+# Excursions are alike if they differ by less than this share of the larger one, as amplitudes of cycles are
+# (`bushcli.standards.observed`).
+_ALIKE = 0.1
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,20 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Segment, ..
     -------
     tuple of Segment
         At least one, covering all samples.
+    """
+    found = excursions(displacement, time)
+    numbers = _cycles(found, displacement)
+    return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
+
+
+def excursions(displacement: Array, time: Array | None = None) -> tuple[Segment, ...]:
+    """Return the branches of a displacement as `segment` does, but with the numbers of their excursions as cycles.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+    time : (n,) array, optional
+        Strictly increasing; without it, holds are judged by the number of samples.
     """
     span = float(np.ptp(displacement))
     if len(displacement) < 2 or span == 0.0:
@@ -241,6 +262,107 @@ def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float)
     furthest = float((side * q).max())
     away = side * (end - begin) < 0 and abs(begin) > threshold
     return side if away and abs(begin) >= _AT_THE_TURN * furthest else 0
+
+
+@dataclass(frozen=True)
+class _Excursion:
+    """Where an excursion begins and is furthest (mm, rad, stretch - 1), whether it comes back, whether it is a loop."""
+
+    number: int
+    begin: float
+    furthest: float
+    reverses: bool
+    loop: bool
+
+    @property
+    def height(self) -> float:
+        """Distance from the beginning to the furthest displacement."""
+        return abs(self.furthest - self.begin)
+
+
+def _cycles(found: Sequence[Segment], q: Array) -> dict[int, int]:
+    """Return the number of the cycle of each excursion; see the module for the rules."""
+    every = [_excursion(number, list(part), q) for number, part in groupby(found, lambda one: one.cycle)]
+    groups: list[list[_Excursion]] = []
+    while every:
+        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
+        groups.append(every[:size])
+        every = every[size:]
+    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
+    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
+        groups[:2] = [[*groups[0], *groups[1]]]
+    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
+        groups[-2:] = [[*groups[-2], *groups[-1]]]
+    return {one.number: i for i, group in enumerate(groups, 1) for one in group}
+
+
+def _excursion(number: int, part: Sequence[Segment], q: Array) -> _Excursion:
+    start, stop = part[0].start, part[-1].stop
+    before = max(start - 1, 0)
+    furthest = before + int(np.argmax(np.abs(q[before:stop])))
+    kinds = [branch.kind for branch in part if branch.kind != "hold"]
+    loop = kinds[:1] == ["unloading"]
+    return _Excursion(number, float(q[before]), float(q[furthest]), len(set(kinds)) == 2, loop)
+
+
+def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
+    """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
+    if len(every) < 2 or _same_side(*every[:2]):
+        return False
+    a = [abs(one.furthest) for one in every[:5]]
+    a = a[: next((i for i in range(2, len(a)) if _same_side(every[i - 1], every[i])), len(a))]
+    if len(a) == 2 or (len(before) == 2 and _repeat([abs(one.furthest) for one in before], a)):
+        return True
+    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(every[2], every[:2], 0.0)):
+        return True
+    ramp = not _alike(a[0], a[1]) and not _alike(a[0], a[2])
+    later = len(a) > 3 and _repeat(a[1:], a[3:])
+    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(every[0], every[1:3], 0.0))
+
+
+def _same_side(one: _Excursion, other: _Excursion) -> bool:
+    """Whether two successive excursions are no halves of one cycle: on one side of zero, or whole loops."""
+    return other.loop or one.furthest * other.furthest >= 0.0
+
+
+def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
+    """Whether both halves of a cycle are as large as those of a later one, as far as there are any."""
+    return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
+
+
+def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
+    """Whether an excursion turns at the middle of a cycle beside it, away from rest, which it meets at `turn`."""
+    ends = [each.furthest for each in cycle]
+    largest = max(map(abs, ends))
+    if len(cycle) == 1:
+        if abs(turn) <= _OVERSHOOT * largest:
+            return False
+        ends.append(turn)
+    preload, span = 0.5 * (max(ends) + min(ends)), max(ends) - min(ends)
+    return abs(preload) > _OVERSHOOT * largest and abs(one.furthest - preload) <= _ALIKE * span
+
+
+def _alike(one: float, other: float) -> bool:
+    return abs(one - other) <= _ALIKE * max(one, other)
+
+
+def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
+    """Whether what precedes a cycle is an overshoot, or only the way to it."""
+    one = first[0]
+    if len(first) > 1 or (one.loop and one.reverses):
+        return False
+    return one.height < _OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
+
+
+def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
+    """Whether what follows the last cycle has no reversal of its own: the way to a preload, or back to rest."""
+    one, largest = last[0], max(abs(each.furthest) for each in before)
+    if len(last) > 1 or (one.loop and one.reverses):
+        return False
+    if not one.reverses:
+        # A last loading as far as before is half a cycle more; a mere return to rest is not.
+        return abs(one.furthest) < _AT_THE_TURN * largest or one.height == 0.0
+    return _at_preload(one, before, one.begin)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +18,32 @@ from bushcli.recording.segment import displacement_noise as _displacement_noise
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
 _FEWEST = 3
+# A rig's counter changes some samples before or after the turn: an end of a cycle this near to an end of a branch, in
+# samples and as a share of the branch, is that end. Judgement.
+_LATE, _LATE_SHARE = 3, 0.1
 
 
 def branches(recording: Curve) -> tuple[Segment, ...]:
     """Return the loading, unloading and hold branches with their cycles; `bushcli.recording.segment` has the rules.
 
-    Where some of the cycles were selected, they have the numbers that they have in the file.
+    Where the rig counts the cycles, or some of them were selected, they have those numbers; a branch in which a cycle
+    ends is cut there.
     """
     found = recording.segments
-    numbers = getattr(recording, "cycles", ())
-    if len(numbers) != max(branch.cycle for branch in found):
+    numbers = getattr(recording, "numbers", None)
+    if numbers is None:
         return found
-    return tuple(replace(branch, cycle=numbers[branch.cycle - 1]) for branch in found)
+    return tuple(part for branch in found for part in _numbered(branch, numbers))
+
+
+def _numbered(branch: Segment, numbers: NDArray[np.int_]) -> Iterator[Segment]:
+    """Yield the parts of a branch that belong to different cycles."""
+    own = numbers[branch.start : branch.stop]
+    least = max(_LATE, _LATE_SHARE * len(own))
+    cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
+    for first, last in pairwise([0, *cuts, len(own)]):
+        middle = int(own[(first + last) // 2])
+        yield replace(branch, start=branch.start + first, stop=branch.start + last, cycle=middle)
 
 
 def departure(found: Sequence[Segment], i: int) -> int:
@@ -90,35 +105,12 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
         where = str(getattr(recording, "source", None) or recording.mode)
         what = f"cycles: there is no cycle {absent[0]}"
         raise RecordingError(
-            Problem(where, what, "", f"the recording has {last}; a cycle is an excursion from zero")
+            Problem(where, what, "", f"the recording has {last}; a cycle is a full reversal: 0, a, 0, -a, 0")
         )
     mask = np.zeros(len(recording.displacement), dtype=bool)
     for branch in found:
         mask[branch.start : branch.stop] = branch.cycle in wanted
     return mask
-
-
-def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
-    """Return the indices (n,) in a whole recording of the samples that are used; both are in recorded order.
-
-    Parameters
-    ----------
-    whole : Curve
-        The recording as in the file.
-    used : Curve
-        Those samples of the recording that are used.
-    """
-    if len(whole.displacement) == len(used.displacement):
-        return np.arange(len(used.displacement))
-    series = (whole.displacement, used.displacement)
-    if whole.time is not None and used.time is not None:
-        series = (whole.time, used.time)
-    found, at = [], 0
-    for value in series[1]:
-        at += int(np.argmax(series[0][at:] == value))
-        found.append(at)
-        at += 1
-    return np.array(found, dtype=np.intp)
 
 
 def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
@@ -147,6 +139,10 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     if np.ptp(recording.force[mask]) == 0.0:
         what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
         raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    numbers = np.zeros(len(mask), dtype=np.int_)
+    for branch in branches(recording):
+        numbers[branch.start : branch.stop] = branch.cycle
+    numbers[first] = numbers[first + 1]
     time = None if recording.time is None else recording.time[mask]
     return replace(
         recording,
@@ -154,4 +150,7 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
         force=recording.force[mask],
         time=time,
         cycles=tuple(sorted(set(cycles))),
+        numbers=numbers[mask],
+        selected_from=recording,
+        selected=np.flatnonzero(mask),
     )

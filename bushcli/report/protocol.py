@@ -47,9 +47,12 @@ def _observed(one: Observed) -> dict[str, Any]:
     shown = quantities(one.mode)
     return {
         "channel": one.channel,
-        "cycles": len(one.amplitudes),
+        "cycles": len(one.compared),
         "conditioning": one.conditioning,
-        "amplitudes": [shown.per_internal * value for value in one.amplitudes],
+        "amplitudes": [shown.per_internal * value for value in one.compared],
+        "conditioning_amplitudes": [
+            shown.per_internal * value for value in one.amplitudes[: one.conditioning]
+        ],
         "rates": [shown.per_internal * rate for rate in one.rates],
         "holds_s": list(one.holds),
         "rests_s": list(one.rests),
@@ -87,6 +90,9 @@ def _file(one: Recording | RecordedProgram) -> str:
         quantity = _COUPON.get(column.quantity, column.quantity) if coupon else column.quantity
         name = f" ({column.name[:SHOWN]})" if column.name else ""
         assumed = ", assumed because no unit is given" if column.assumed else ""
+        if not column.unit:
+            words.append(f"{quantity} = column {column.number}{name}")
+            continue
         unit = f"as a {column.unit}" if column.unit in ("strain", "stretch") else f"in {column.unit}"
         words.append(f"{quantity} = column {column.number}{name} {unit}{assumed}")
     if all(column.quantity != "time" for column in one.columns):
@@ -101,7 +107,7 @@ def _file(one: Recording | RecordedProgram) -> str:
 def _line(one: Observed) -> str:
     shown = quantities(one.mode)
     unit = f"{shown.displacement_unit}/s" if shown.displacement_unit else "1/s"
-    cycles = len(one.amplitudes)
+    cycles = len(one.compared)
     words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
     if one.conditioning:
         words[0] += f" after {one.conditioning} for conditioning"

@@ -25,7 +25,7 @@ def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tu
     InputError
         There is nothing to simulate, or a travel or a free play is not admissible.
     """
-    recordings, wholes, faults = measured(case)
+    recordings, faults = measured(case)
     if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
@@ -33,7 +33,7 @@ def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tu
     channels = [
         prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
     ]
-    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
+    channels += [recorded(case, one) for one in recordings]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

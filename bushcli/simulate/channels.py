@@ -40,8 +40,8 @@ class SimulatedChannel:
         s, of the whole path.
     displacement : shape (n,)
         mm or rad, of the whole path; s of a path of six motions.
-    recording, whole : Recording or None
-        The samples in use, and all samples.
+    recording : Recording or None
+        The samples in use.
     six : SixPath or None
         Path of six motions that is prescribed.
     path : SixPath or None
@@ -55,7 +55,6 @@ class SimulatedChannel:
     time: Array | None
     displacement: Array
     recording: Recording | None = None
-    whole: Recording | None = None
     six: SixPath | None = None
     path: SixPath | None = None
 
@@ -93,7 +92,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     )
 
 
-def recorded(case: Case, recording: Recording, whole: Recording) -> SimulatedChannel:
+def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     """Return the channel of a recording.
 
     Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
@@ -101,8 +100,8 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> SimulatedCha
     Parameters
     ----------
     case : Case
-    recording, whole : Recording
-        The samples in use, and all samples.
+    recording : Recording
+        The samples in use.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     odd = is_odd(case.geometry, modes()[recording.mode])
@@ -111,7 +110,7 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> SimulatedCha
     targets = even_targets(low, high, RECORDED)
     furthest = high if high >= -low else low
     program = Program(np.linspace(0.0, furthest, RECORDED // 2 + 1, dtype=np.float64))
-    followed = None
+    followed, whole = None, recording.record
     if whole.six is not None:
         followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)
     return SimulatedChannel(
@@ -122,6 +121,5 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> SimulatedCha
         whole.time,
         whole.displacement,
         recording,
-        whole,
         path=followed,
     )

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.recording import matching
 from bushcli.recording.curve import Curve, ExactCurve
 from bushcli.recording.odd import unfolded
 from bushcli.simulate.channels import SimulatedChannel
@@ -35,11 +34,10 @@ def curve_of(case: Case, channel: SimulatedChannel, history: History, answer: An
 
 def _along(channel: SimulatedChannel, answer: Answer) -> Curve:
     """Return the force at the samples of the channel."""
-    if channel.recording is None or channel.whole is None:
+    if channel.recording is None:
         return ExactCurve(channel.mode, channel.displacement, answer.force, channel.time)
     recording = channel.recording
-    used = matching(channel.whole, recording)
-    return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
+    return Curve(channel.mode, recording.displacement, answer.force[recording.places], recording.time)
 
 
 def _curve(case: Case, channel: SimulatedChannel, history: History) -> Curve:

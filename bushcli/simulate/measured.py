@@ -18,7 +18,7 @@ from bushcli.recording import Recording
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 
-# Largest number of recordings kept: those of a case, whole and in part, and of some more cases.
+# Largest number of recordings kept: those of a case, and of some more cases.
 CACHED_RECORDINGS = 64
 
 
@@ -48,8 +48,8 @@ class Measured:
         self.tables = TableCache() if tables is None else tables
         self._kept: OrderedDict[Hashable, _Read] = OrderedDict()
 
-    def __call__(self, case: Case) -> tuple[list[Recording], list[Recording], tuple[DataFault, ...]]:
-        """Return the samples of each recording that are compared, those that are simulated, and faults of the data.
+    def __call__(self, case: Case) -> tuple[list[Recording], tuple[DataFault, ...]]:
+        """Return the samples of each recording that are compared, and faults of the data.
 
         Parameters
         ----------
@@ -62,32 +62,28 @@ class Measured:
         """
         require_values(case.effects, case.path.name)
         if not case.recordings:
-            return [], [], ()
+            return [], ()
         from bushcli.faults import find_faults
 
-        used = [self.recording(source, False) for source in case.recordings]
-        # Effects that depend on the path need the cycles before those that are compared.
-        whole = [self.recording(source, True) for source in case.recordings] if case.effects else used
-        return used, whole, find_faults(case, used, self.faults)
+        used = [self.recording(source) for source in case.recordings]
+        return used, find_faults(case, used, self.faults)
 
-    def recording(self, source: Source, whole: bool = False) -> Recording:
+    def recording(self, source: Source) -> Recording:
         """Read a recording, as `bushcli.recording.read_recording` does, unless the file has been read before.
 
         Parameters
         ----------
         source : Source
-        whole : bool
-            Read all cycles even when the source names those to use.
         """
         from bushcli.recording import read_recording
 
         try:
             state = source.file.stat()
         except OSError:
-            return read_recording(source, whole, self.tables)  # which says what is wrong
-        key = (repr(source), whole, state.st_mtime_ns, state.st_size, state.st_ino)
+            return read_recording(source, self.tables)  # which says what is wrong
+        key = (repr(source), state.st_mtime_ns, state.st_size, state.st_ino)
         if key not in self._kept:
-            self._kept[key] = _Read(read_recording(source, whole, self.tables))
+            self._kept[key] = _Read(read_recording(source, self.tables))
             if len(self._kept) > CACHED_RECORDINGS:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)

@@ -313,12 +313,13 @@ class _Prediction:
 
     def simulation(self, channel: SimulatedChannel, factor: float = 1.0) -> Simulation | Reaction | None:
         """Return the channel with the effects that act on it; None if no effect does."""
-        if channel.recording is not None and channel.recording.six is not None:
-            return self._reaction(channel, channel.recording.six, factor)
+        recording = channel.recording
+        if recording is not None and recording.six is not None:
+            return self._reaction(channel, recording.six, factor)
         active = acting(self.case.effects, channel.name, channel.mode)
         if not active or channel.six is not None:
             return None
-        where = self.case.path.name if channel.recording is None else str(channel.recording.source)
+        where = self.case.path.name if recording is None else str(recording.source)
         if channel.time is None:
             require_time(active, channel.name, channel.mode, where)
         return Simulation(
@@ -329,10 +330,10 @@ class _Prediction:
             active,
             channel.time,
             channel.displacement,
-            None if channel.whole is None else displacement_noise(channel.whole),
+            None if recording is None else displacement_noise(recording.record),
             self.comm,
             self.kept.prepared,
-            None if channel.whole is None else earlier(channel.whole),
+            None if recording is None else earlier(recording),
         )
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:

@@ -28,15 +28,17 @@ _PAUSE, _MOVED = 10.0, 0.01
 
 @dataclass(frozen=True)
 class Observed:
-    """Contents of a recording.
+    """Contents of a recording: of its whole record, the cycles that are not compared included.
 
     Attributes
     ----------
     channel, mode : str
     amplitudes : tuple of float
-        Largest distance from rest of each cycle that is compared: mm, rad, or stretch - 1.
+        Largest distance from rest of each cycle: mm, rad, or stretch - 1.
+    compared : tuple of float
+        The same of the cycles that are compared.
     conditioning : int
-        Number of earlier cycles, which condition the specimen.
+        Number of first cycles, which condition the specimen.
     rates : tuple of float
         Speeds of the ramps, mm/s, rad/s or 1/s, the slowest first; speeds that differ by less than a factor of
         `DIFFERENT_RATE` are represented by their median. Empty without time.
@@ -57,6 +59,7 @@ class Observed:
     channel: str
     mode: str
     amplitudes: tuple[float, ...]
+    compared: tuple[float, ...]
     conditioning: int
     rates: tuple[float, ...]
     holds: tuple[float, ...]
@@ -70,22 +73,25 @@ class Observed:
     def alike(self) -> int:
         """Number of cycles as large as the largest, those of the conditioning included."""
         largest = max(self.amplitudes, default=0.0)
-        return self.conditioning + sum(a >= (1.0 - ALIKE) * largest for a in self.amplitudes)
+        return sum(a >= (1.0 - ALIKE) * largest for a in self.amplitudes)
 
 
 def observe(recording: Recording) -> Observed:
-    """Return the contents of a recording."""
+    """Return the contents of a recording, those that are not compared included."""
+    selected, recording = recording.cycles, recording.record
     q, found = recording.displacement, branches(recording)
     span = float(np.ptp(q))
-    amplitudes = tuple(
-        float(max(np.abs(q[branch.start : branch.stop]).max() for branch in group))
-        for _, group in groupby(found, lambda branch: branch.cycle)
-    )
+    by_cycle = {
+        cycle: float(max(np.abs(q[branch.start : branch.stop]).max() for branch in group))
+        for cycle, group in groupby(found, lambda branch: branch.cycle)
+    }
+    amplitudes = tuple(by_cycle.values())
     held, paused = list(_holds(recording, found)), _paused(recording)
     return Observed(
         channel=recording.name,
         mode=recording.mode,
         amplitudes=amplitudes,
+        compared=tuple(by_cycle[cycle] for cycle in selected) if selected else amplitudes,
         conditioning=recording.conditioning,
         rates=_distinct(list(_speeds(recording, found, paused, _RAMP * max(amplitudes)))),
         holds=tuple(seconds for seconds, at in held if abs(at) > _AT_REST * span),

@@ -90,7 +90,7 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
             "no travel is reached twice",
             "record two or more cycles to the same travel, the first one of a new part included",
         )
-    known = tuple(one.channel for one in seen if one.conditioning and not _grows(one))
+    known = tuple(one.channel for one in seen if one.conditioning and not _grows_beyond(one))
     if known:
         yield Lack(
             known,
@@ -107,6 +107,11 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
 def _grows(one: Observed) -> bool:
     """Whether a later cycle goes further than the first."""
     return bool(one.amplitudes) and max(one.amplitudes) > (1.0 + ALIKE) * one.amplitudes[0]
+
+
+def _grows_beyond(one: Observed) -> bool:
+    """Whether a cycle that is compared goes further than those that condition the specimen."""
+    return max(one.compared) > (1.0 + ALIKE) * max(one.amplitudes[: one.conditioning])
 
 
 def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:

@@ -36,16 +36,15 @@ def ramps(*corners, rate=0.1, step=0.05):
 
 @pytest.mark.parametrize("samples", [81, 83, 87, 91, 4001])
 def test_an_ellipse_takes_pi_a_b_a_turn(samples):
-    """In two excursions, whether or not there are samples at zero and at the turning points."""
+    """Whether or not there are samples at zero and at the turning points."""
     found = cycles(sine(samples))
-    assert [cycle.number for cycle in found] == [1, 2, 3, 4]
+    assert [cycle.number for cycle in found] == [1, 2]
     assert all(cycle.closed for cycle in found)
     # The trapezoidal rule gives the polygon inscribed in the ellipse, with sin(x) / x of its area at 2 pi / x points a
     # turn.
     x = 2 * np.pi / ((samples - 1) / 2)
     polygon = np.pi * 4.0 * 30.0 * np.sin(x) / x
-    assert found[0].energy.value + found[1].energy.value == pytest.approx(polygon)
-    assert found[2].energy.value + found[3].energy.value == pytest.approx(polygon)
+    assert [cycle.energy.value for cycle in found] == pytest.approx([polygon, polygon])
 
 
 def test_the_other_way_round_energy_is_negative():
@@ -55,15 +54,13 @@ def test_the_other_way_round_energy_is_negative():
 
 
 def test_secant_rate_and_peak_of_an_ellipse():
-    first, second = cycles(sine(4001, turns=1))
-    assert (first.lowest, first.highest) == pytest.approx((0.0, 4.0), abs=0.01)
-    assert (second.lowest, second.highest) == pytest.approx((-4.0, 0.0), abs=0.01)
-    # Near the peak the ellipse's force is the spring's, near zero the two branches are averaged.
-    assert first.secant.value == pytest.approx(100.0, rel=0.005)
+    (found,) = cycles(sine(4001, turns=1))
+    assert (found.lowest, found.highest) == pytest.approx((-4.0, 4.0), abs=0.01)
+    # Near the peaks the ellipse's force is the spring's.
+    assert found.secant.value == pytest.approx(100.0, rel=0.005)
     # 4 mm there and back in half a period of 2 pi s.
-    assert first.rate == pytest.approx(8.0 / np.pi, rel=0.01)
-    assert first.peak_force.value == pytest.approx(np.hypot(400.0, 30.0), rel=1e-3)
-    assert second.peak_force.value == pytest.approx(-np.hypot(400.0, 30.0), rel=1e-3)
+    assert found.rate == pytest.approx(8.0 / np.pi, rel=0.01)
+    assert abs(found.peak_force.value) == pytest.approx(np.hypot(400.0, 30.0), rel=1e-3)
 
 
 def test_loss_is_the_share_of_the_work_done_while_loading():
@@ -112,7 +109,7 @@ def test_an_open_cycle_says_so_and_has_the_net_work():
 
 
 def test_a_motion_in_one_direction_has_no_loss():
-    _, q = ramps(0.0, 4.0, 0.0, -4.0)
+    _, q = ramps(0.0, 4.0, 0.0, 4.0)
     closed, one_way = cycles(Curve("axial", q, 100.0 * q))
     assert closed.loss.value == pytest.approx(0.0, abs=1e-9)
     assert np.isnan(one_way.loss.value)
@@ -140,8 +137,8 @@ def test_what_relaxes_in_a_hold_is_no_secant_stiffness():
 
 def test_where_the_force_is_unknown_there_is_no_cycle():
     curve = sine(401)
-    force = np.where(np.arange(401) < 150, curve.force, np.nan)
-    assert [found is None for found in cycles_along(curve, force)] == [False, True, True, True]
+    force = np.where(np.arange(401) < 250, curve.force, np.nan)
+    assert [found is None for found in cycles_along(curve, force)] == [False, True]
 
 
 # -- noise -----------------------------------------------------------------------------------------------------------
@@ -159,7 +156,7 @@ def test_standard_errors_are_the_scatter_of_repeated_recordings():
     noise = Noise(4.0, 0.003)
     drawn = [cycles(noisy(seed, curve), noise) for seed in range(200)]
     for name in ("energy", "secant", "loss"):
-        for k in range(3):
+        for k in range(2):
             values = [getattr(found[k], name) for found in drawn]
             scatter, said = np.std([v.value for v in values], ddof=1), np.mean([v.std for v in values])
             assert said == pytest.approx(scatter, rel=0.2), (name, k)
@@ -175,9 +172,9 @@ def test_a_linear_spring_takes_nothing_beyond_its_noise():
     for seed in range(30):
         measured = noisy(seed, Curve("axial", *_spring()))
         off += [found.energy.value / found.energy.std for found in cycles(measured, noise_of(measured))]
-    # 90 values of a standard normal: none beyond 4 (1 in 16,000), and their rms 1 within four of its errors.
+    # 60 values of a standard normal: none beyond 4 (1 in 16,000), and their rms 1 within four of its errors.
     assert np.abs(off).max() < 4.0
-    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 90))
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 60))
 
 
 # -- holds -----------------------------------------------------------------------------------------------------------
@@ -262,19 +259,19 @@ def sure(found):
 
 def test_an_elastic_recording_has_no_loops(practice):
     found = cycles(practice["elastic"], noise_of(practice["elastic"]))
-    assert len(found) == 9
+    assert len(found) == 8
     assert not any(sure(cycle.energy) for cycle in found)
     held, _ = holds(practice["elastic"], noise_of(practice["elastic"]))
     assert not sure(held.relaxation)
 
 
 def test_mullins_takes_energy_only_where_the_amplitude_is_new(practice):
-    """0-2 mm three times, 0-4 mm three times, 0-6 mm, -5 mm and 4 mm."""
+    """0-2 mm three times, 0-4 mm three times, once from 6 to -5 mm, and 4 mm."""
     found = cycles(practice["mullins"], noise_of(practice["mullins"]))
     assert [cycle.number for cycle in found if sure(cycle.energy)] == [1, 4, 7]
-    # The ninth cycle goes to 4 mm after the seventh has softened the rubber to 6 mm; the sixth, to 4 mm, came before
+    # The eighth cycle goes to 4 mm after the seventh has softened the rubber to 6 mm; the sixth, to 4 mm, came before
     # that.
-    assert found[8].secant.value < 0.75 * found[5].secant.value
+    assert found[7].secant.value < 0.75 * found[5].secant.value
     held, _ = holds(practice["mullins"], noise_of(practice["mullins"]))
     assert not sure(held.relaxation)
 
@@ -298,7 +295,7 @@ def test_without_noise_there_are_no_errors():
 
 def test_the_work_of_a_cycle_does_not_depend_on_which_others_are_selected():
     time = np.linspace(0.0, 24.0, 121)
-    q = np.interp(time, [0, 2, 4, 6, 8, 11, 14, 19, 24], [0, 2, 0, -2, 0, 3, 0, -3, 0])
+    q = np.interp(time, [0, 2, 4, 6, 8, 11, 14, 19, 24], [0, 2, 0, 2, 0, 3, 0, -3, 0])
     force = 100.0 * q + 20.0 * np.sign(np.gradient(q, time))
     whole = Recording("axial", q, force, time, name="axial")
     (own,), expected = cycles(select_cycles(whole, [3])), cycles(whole)[2]

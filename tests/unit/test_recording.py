@@ -289,8 +289,8 @@ def test_damaged_files_are_read_or_refused_but_never_crash(tmp_path, seed):
 
 
 def cyclic():
-    """0, 2, 0, 4, 0, -3, 0 mm in steps of 0.1 mm, 1 mm/s."""
-    corners = [0, 2, 0, 4, 0, -3, 0]
+    """0, 2, 0, 4, 0, 3, 0, -3, 0 mm in steps of 0.1 mm, 1 mm/s."""
+    corners = [0, 2, 0, 4, 0, 3, 0, -3, 0]
     q = [0.0]
     for a, b in pairwise(corners):
         q.extend(np.linspace(a, b, 10 * abs(b - a) + 1)[1:])
@@ -300,7 +300,7 @@ def cyclic():
 def test_cycles_are_selected(tmp_path):
     t, q = cyclic()
     content = HEAD + table((t, q, 100 * q))
-    whole = read_recording(source(tmp_path, content, cycles=(2,)), whole=True)
+    whole = read_recording(source(tmp_path, content, cycles=(2,))).record
     assert len(whole.force) == len(q)
     part = read_recording(source(tmp_path, content, cycles=(2,)))
     assert part.displacement.max() == 4.0
@@ -309,7 +309,7 @@ def test_cycles_are_selected(tmp_path):
     mask = cycle_mask(whole, [1, 3])
     # The sample between two cycles ends the one and begins the other.
     assert mask.sum() == len(q) - len(part.force) + 1
-    assert [b.cycle for b in branches(whole)] == [1, 1, 2, 2, 3, 3]
+    assert [b.cycle for b in branches(whole)] == [1, 1, 2, 2, 3, 3, 3, 3]
     with pytest.raises(RecordingError, match=r"there is no cycle 4 \(the recording has 3"):
         select_cycles(whole, [4])
     with pytest.raises(RecordingError, match="cycles 2: the force is 0 throughout"):

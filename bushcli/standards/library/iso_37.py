@@ -19,7 +19,7 @@ SPEEDS = ((500.0, 50.0), (200.0, 20.0))
 
 
 def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
-    count = len(seen.amplitudes) + seen.conditioning
+    count = len(seen.amplitudes)
     yield Clause("one pull, without conditioning", f"{count} cycle{'s' if count != 1 else ''}", count == 1)
     yield speed_clause(seen, source, SPEEDS, practice=True)
     begun = "at rest" if seen.from_rest else "away from rest"

@@ -96,7 +96,7 @@ def test_a_loop_is_said_to_be_wider():
         ),
         (
             LAW * (1.0 + 0.06 * np.sin(9.0 * TIME / TIME[-1])),
-            "the stiffness differs from cycle to cycle",
+            "the stiffness varies with time",
             (-6.0, 6.0),
         ),
     ],

@@ -74,8 +74,7 @@ def reads(in_this_process, monkeypatch):
 def test_channels_of_several_files_read_each_of_them_once(case, reads):
     tables = TableCache()
     for _ in range(2):
-        for whole in (False, True):
-            found = [read_recording(source, whole, tables) for source in case.recordings]
+        found = [read_recording(source, tables) for source in case.recordings]
     assert [one.force[-1] for one in found] == pytest.approx([300.0, 320.0])
     assert reads == ["axial.tdms", "again.tdms"]
     # Nothing is left in the module.

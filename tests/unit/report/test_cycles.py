@@ -47,7 +47,7 @@ def histories(found):
 
 
 def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
-    """Two cycles of 4 mm with a loop of `loss` (N) on either side of a line, and noise."""
+    """Two cycles of 4 mm to both sides with a loop of `loss` (N) around a line, and noise."""
     phase = np.linspace(0.0, 4 * np.pi, 401)
     noise = sigma * np.random.default_rng(0).standard_normal(401)
     q = 4.0 * np.sin(phase)
@@ -61,10 +61,10 @@ def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured
     )
     (entry,) = result["load_cases"]
     assert entry["units"]["energy"] == "N mm"
-    assert [cycle["number"] for cycle in entry["cycles"]] == list(range(1, 10))
+    assert [cycle["number"] for cycle in entry["cycles"]] == list(range(1, 9))
     seventh = entry["cycles"][6]
     assert seventh["closed"]
-    assert seventh["displacement"] == pytest.approx([0.0, 6.0], abs=0.02)
+    assert seventh["displacement"] == pytest.approx([-5.0, 6.0], abs=0.02)
     assert seventh["rate"] == pytest.approx(0.15, rel=0.01)
     assert seventh["recorded"]["energy"] > 50 * seventh["recorded"]["energy_std"] > 0
     assert seventh["simulated"]["energy"] == pytest.approx(0.0, abs=1e-6)
@@ -86,7 +86,7 @@ def test_one_way_has_neither_cycles_nor_holds(answer, channel):
 def test_cycles_that_the_simulation_did_not_reach_are_null(simulated, measured):
     found = simulated(measured, reach=(-2.5, 2.5), stopped="DIVERGED_MAX_IT")
     (history,) = histories(found)
-    assert [s is not None for s in history.simulated] == [True] * 3 + [False] * 6
+    assert [s is not None for s in history.simulated] == [True] * 3 + [False] * 5
     assert [s is not None for s in history.simulated_holds] == [False, True]
     assert all(recorded is not None for recorded in history.recorded)
 
@@ -120,12 +120,10 @@ def test_rotations_are_in_degrees(answer, channel):
     q = np.linspace(-0.5, 0.5, 21)
     found = answer(channel("torsional", curve=Curve("torsional", q, 2600.0 * q), recording=recording))
     (entry,) = report.direct_json(found.response, found.misfits, None, {})["load_cases"]
-    first, second = (entry["cycles"][i] for i in (0, 1))
+    first, _ = entry["cycles"]
     assert first["displacement"][1] == pytest.approx(np.degrees(0.4), rel=1e-3)
     assert first["simulated"]["secant_stiffness"] == pytest.approx(np.radians(2600.0))
-    assert first["recorded"]["energy"] + second["recorded"]["energy"] == pytest.approx(
-        np.pi * 0.4 * 30.0, rel=1e-3
-    )
+    assert first["recorded"]["energy"] == pytest.approx(np.pi * 0.4 * 30.0, rel=1e-3)
     assert entry["units"]["energy"] == "N mm"
 
 
@@ -169,10 +167,10 @@ def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
     recording = Recording("axial", 4 * np.sin(phase), elastic(4 * np.sin(phase)), phase, name="axial")
     (history,) = histories(simulated(recording))
     (brief,), (whole,) = (history_tables([history], brief=brief) for brief in (True, False))
-    assert len(whole.rows) == 40
-    assert "40 in all" in brief.title
+    assert len(whole.rows) == 20
+    assert "20 in all" in brief.title
     numbers = [row[0] for row in brief.rows]
-    assert numbers == ["1", "2", "3", "4", "5", "6", "7", "8", "...", "38", "39", "40"]
+    assert numbers == ["1", "2", "3", "4", "5", "6", "7", "8", "...", "18", "19", "20"]
 
 
 def test_the_terminal_shows_cycles_and_holds(simulated, measured):
