@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, printable
-from bushcli.recording.clock_times import clock_times, is_short
+from bushcli.recording.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
 from bushcli.recording.fields import is_number, only_numbers, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
@@ -44,6 +44,8 @@ class Table(ABC):
         What a user should know about how the table was made.
     preamble : tuple of (int, str)
         Lines of a text above the header, with their numbers.
+    origin : Instant, optional
+        Where the times that are numbers count from, if the file says it.
     """
 
     path: Path
@@ -53,6 +55,7 @@ class Table(ABC):
     header_line: int = 0
     remarks: tuple[str, ...] = ()
     preamble: tuple[tuple[int, str], ...] = ()
+    origin: Instant | None = None
 
     def __post_init__(self) -> None:
         # Control characters would act on the terminal that shows them.
@@ -96,8 +99,8 @@ class Table(ABC):
             At the first field that is not a finite number or looks like a code for a missing value.
         """
 
-    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
-        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns.
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
+        """Return a column of dates, times of day or durations as seconds since the first; None for other columns.
 
         Parameters
         ----------
@@ -191,7 +194,8 @@ class ArrayTable(Table):
             raise RecordingError(
                 Problem(self.where, what, "", "name the column in `columns` of the case file")
             )
-        values = raw.astype(np.float64)
+        dated = self.clock(column)
+        values = raw.astype(np.float64) if dated is None else dated.seconds
         bad = ~(np.abs(values) <= LARGEST)
         if bad.any():
             row = int(np.argmax(bad))
@@ -208,6 +212,25 @@ class ArrayTable(Table):
         if code is not None:
             raise self.refuse_code(code, column, float(values[code]))
         return values
+
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
+        """Return a column of dates or durations as seconds since the first; see `Table.clock`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        form : str
+            Without a meaning here.
+        """
+        raw = self.columns[column]
+        if raw is None or raw.dtype.kind not in "mM":
+            return None
+        if np.isnat(raw).any():
+            row = int(np.argmax(np.isnat(raw)))
+            what = f"{self.label(column)}: the date is missing"
+            raise RecordingError(Problem(self.place(row), what, "", "export the file without these samples"))
+        return times_of(raw, UTC if self.units[column] == UTC else "date")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -282,7 +305,7 @@ class TextTable(Table):
             if abs(values[i]) > LARGEST:
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
 
-    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`.
 
         Parameters

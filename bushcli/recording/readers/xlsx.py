@@ -41,9 +41,9 @@ def _sheets(book: Any) -> list[FilePart]:
         # The extent stated in the file may be wrong.
         sheet.reset_dimensions()
         cells: list[tuple[int, list[str]]] = []
-        empty, stamps = 0, dict[int, datetime.datetime]()
+        empty = 0
         for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST), start=1):
-            fields = [_field(value, column, stamps) for column, value in enumerate(row)]
+            fields = [_field(value) for value in row]
             left -= 1 + _filled(fields)
             if left < 0:
                 raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
@@ -62,8 +62,8 @@ def _filled(fields: Sequence[str]) -> int:
     return max((i + 1 for i, field in enumerate(fields) if field), default=0)
 
 
-def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str:
-    """Return a cell as text; a date or a time becomes seconds since the first one of its column."""
+def _field(value: Any) -> str:
+    """Return a cell as text; a date or a time as text files have it."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -72,10 +72,8 @@ def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str
         return repr(value)
     if isinstance(value, datetime.timedelta):
         return repr(value.total_seconds())
-    if isinstance(value, datetime.time):
-        value = datetime.datetime.combine(datetime.date(1970, 1, 1), value)
-    if isinstance(value, datetime.datetime):
-        return repr((value - stamps.setdefault(column, value)).total_seconds())
+    if isinstance(value, (datetime.datetime, datetime.time)):
+        return value.isoformat()
     return " ".join(str(value).split())
 
 
