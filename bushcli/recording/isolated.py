@@ -13,7 +13,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -147,7 +147,10 @@ def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any]
 
 def _table(path: Path, part: FilePart, columns: Sequence[NDArray[Any] | None]) -> Table:
     if part.cells is not None:
-        return table_of_fields(path, part.name, part.cells)
+        table = table_of_fields(path, part.name, part.cells)
+        # A date above the header is none of the column.
+        dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(table)}
+        return replace(table, dates=dates)
     names = tuple(" ".join(name.split()) for name in part.names)
     return ArrayTable(
         path=path,
@@ -250,6 +253,7 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                     "units": list(part.units),
                     "samples": part.samples,
                     "cells": part.cells,
+                    "dates": part.dates,
                     "origin": part.origin,
                     "remarks": list(part.remarks),
                     "kinds": [None if column is None else column.dtype.str for column in columns],

@@ -336,7 +336,7 @@ def own_clocks(
         others = {i for i in clocks if i != own.stamps.index} if chosen is None else set()
         names = tuple("" if i in others else name for i, name in enumerate(table.names))
         return replace(_first_rows(table, len(own.time)), names=names)
-    if any(_shift(own, one, True) is None for one in every):
+    if any((one.stamps.begin is None) != (own.stamps.begin is None) for one in every):
         return table  # one is a date and the other is not: a logger's two ways to write the time of a row
     if chosen is not None:
         labels = " and ".join(dict.fromkeys(table.label(one.stamps.index) for one in every))

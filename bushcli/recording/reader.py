@@ -39,6 +39,9 @@ class FilePart:
         Index of a column from 0 -> its values (n,), as the file stores them. The file is open only while the part is.
     cells : sequence of (int, sequence of str), optional
         Instead of columns: number from 1 and fields of each row of a sheet, the header included.
+    dates : sequence of (int, int, Instant)
+        Columns of cells, from 0, in which dates or times of day are written as seconds since the first; the number of
+        these; and the first.
     origin : Instant, optional
         Where its times count from, if the file says it: times of parts with the same reference are compared.
     remarks : sequence of str
@@ -51,6 +54,7 @@ class FilePart:
     samples: int = 0
     load: Callable[[int], NDArray[Any]] | None = None
     cells: Sequence[tuple[int, Sequence[str]]] | None = None
+    dates: Sequence[tuple[int, int, Instant]] = ()
     origin: Instant | None = None
     remarks: Sequence[str] = ()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -244,11 +244,14 @@ class TextTable(Table):
     lines : list of int
         Line number of each row, from 1.
     decimal : str
+    dates : mapping of int to Instant
+        Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
     """
 
     rows: list[list[str]] = field(repr=False)
     lines: list[int] = field(repr=False)
     decimal: str
+    dates: Mapping[int, Instant] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -315,6 +318,8 @@ class TextTable(Table):
         form : str
             What the case file says of its form, such as "mm:ss".
         """
+        if column in self.dates:
+            return ClockTimes(self.numbers(column), self.dates[column])
         fields = [row[column] if column < len(row) else "" for row in self.rows]
         return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
 

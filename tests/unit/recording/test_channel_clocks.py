@@ -1,7 +1,7 @@
 """Channels of one file with clocks of their own: compared for every format, interpolated and said, or refused.
 
-The specimen is a spring of 100 N/mm without loss: a force read beside a travel of another instant has another stiffness,
-and a loop. Linear interpolation of the travel of 0.02 s is within 2e-4 mm of its sine.
+The specimen is a spring of 100 N/mm without loss: a force read beside a travel of another instant has another
+stiffness, and a loop. Linear interpolation of the travel of 0.02 s is within 2e-4 mm of its sine.
 """
 
 from __future__ import annotations
@@ -353,7 +353,8 @@ def test_each_channel_has_the_time_beside_it(tmp_path, head, columns, samples):
     path = csv(tmp_path, head, *columns)
     found = read(path)
     assert_spring(found, samples)
-    assert "(Weg [mm]) every 0.02 s" in said(found) and "(Kraft [N]) every" in said(found)
+    assert "(Weg [mm]) every 0.02 s" in said(found)
+    assert "(Kraft [N]) every" in said(found)
     names = head.split(",")
     by_number = {
         "displacement": names.index("Weg [mm]") + 1,
@@ -392,7 +393,7 @@ def test_times_of_day_and_zones_are_compared(tmp_path):
 def test_a_time_that_the_case_names_does_not_hide_another(tmp_path):
     path = csv(tmp_path, "Time A [s],Weg [mm],Time B [s],Kraft [N]", TIME, travel(TIME), LATE, force(LATE))
     for named in ("Time A", 1, "Time B"):
-        with pytest.raises(RecordingError, match="are different times.*leave `time` out of `columns`"):
+        with pytest.raises(RecordingError, match=r"are different times.*leave `time` out of `columns`"):
             read(path, columns={"time": named})
 
 
