@@ -229,11 +229,7 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
     """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
     name = format_of(source.file)
-    found = (
-        [table for table, _ in tables.tables(source.file, name, ()).tables]
-        if name
-        else [read_table(source.file)]
-    )
+    found = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
     fitting: list[Table] = [t for t in found if has_columns(t, source, mode, ("displacement", "force"))]
     if not fitting:
         return source, ()

@@ -79,7 +79,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     if not wrong:
         return Clock(time, kept)
     label = table.label(stamps.index)
-    even = _coarse(stamps.values)
+    even = even_stamps(stamps.values)
     if even is not None:
         # Equal rows may be samples of a rig that holds: with the stamps repaired all are kept.
         step = float(even[1] - even[0])
@@ -100,8 +100,8 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     raise _refused(table, stamps.index, stamps.values, ~kept)
 
 
-def _coarse(stamps: Array) -> Array | None:
-    """Return times at equal intervals that explain stamps with too few digits, or None."""
+def even_stamps(stamps: Array) -> Array | None:
+    """Return times (n,) at equal intervals that explain stamps (n,) with too few digits, or None."""
     steps = np.diff(stamps)
     if (steps < 0).any() or not (steps > 0).any():
         return None

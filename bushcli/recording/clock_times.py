@@ -1,10 +1,15 @@
-"""Times of day and durations -> seconds since the first: ``2026-03-01T10:15:03``, ``3:04:05 PM``, ``02:07.5``."""
+"""Times of day and durations -> seconds since the first: ``2026-03-01T10:15:03``, ``3:04:05 PM``, ``02:07.5``.
+
+The instant of the first is kept, so that the stamps of two columns, or of two groups of a file, can be compared.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import date, datetime
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +19,7 @@ Array = NDArray[np.float64]
 #: An optional date, and a time of day with seconds: 12:34 could be hours and minutes, or minutes and seconds.
 _STAMP = re.compile(
     r"(?:(?P<date>[\d./-]{6,10})[ T]\s*)?(?P<hours>\d{1,3}):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d(?:[.,]\d{1,9})?)"
-    r"(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?",
+    r"(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?(?P<zone>Z|[+-]\d\d:?\d\d)?",
     re.ASCII,
 )
 #: Minutes and seconds; without a fraction they may be hours and minutes, unless the column or the case file says which.
@@ -25,15 +30,50 @@ _SHORT_FORMS = (
 )
 _DATES = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y")
 _DAY = 86400.0
+#: Unit that readers give to dates in that zone, and what these count from.
+UTC = "UTC"
+_EPOCH = date(1970, 1, 1).toordinal()
 #: Seconds in an hour, and minutes in a day, by the seconds of the unit.
 _ROUND = {1.0: 3600.0, 60.0: 1440.0}
 
 
-def clock_times(fields: Sequence[str], form: str = "") -> Array | None:
+class Instant(NamedTuple):
+    """A point in time: what it counts from (``UTC``, ``date``, ``time of day``, or as a format says), and ns since."""
+
+    reference: str
+    nanoseconds: int
+
+
+@dataclass(frozen=True)
+class ClockTimes:
+    """Stamps of a column: s since the first, (n,), and the instant of the first, None where it is not stated."""
+
+    seconds: Array
+    begin: Instant | None = None
+
+
+def times_of(values: NDArray[Any], reference: str = "date") -> ClockTimes | None:
+    """Return dates or durations that a file holds as such; None for other values.
+
+    Parameters
+    ----------
+    values : (n,) array
+    reference : str
+        `UTC` for dates in that zone, "date" where the zone is not known.
+    """
+    if values.dtype.kind == "m":
+        return ClockTimes(np.asarray(values / np.timedelta64(1, "s"), dtype=np.float64))
+    if values.dtype.kind != "M":
+        return None
+    begin = Instant(reference, int(values[0].astype("M8[ns]").astype(np.int64))) if len(values) else None
+    return ClockTimes(np.asarray((values - values[:1]) / np.timedelta64(1, "s"), dtype=np.float64), begin)
+
+
+def clock_times(fields: Sequence[str], form: str = "") -> ClockTimes | None:
     """Return the seconds since the first of several stamps, shape (n,); None if any field is no stamp.
 
-    Stamps without a date may pass midnight. A date whose order of day and month is not certain (03/04/2026) counts only
-    where all stamps have the same one.
+    Zones, as in ``10:15:03+01:00``, count where all stamps have one. Stamps without a date may pass midnight. A date
+    whose order of day and month is not certain (03/04/2026) counts only where all stamps have the same one.
 
     Parameters
     ----------
@@ -43,18 +83,27 @@ def clock_times(fields: Sequence[str], form: str = "") -> Array | None:
         A text that says which numbers they are, such as "Time [mm:ss]"; needed for ``12:34``, see `is_short`.
     """
     if fields and is_short(fields[0]):
-        return _short(fields, form)
+        short = _short(fields, form)
+        return None if short is None else ClockTimes(short)
     stamps = []
     for field in fields:
         stamp = _STAMP.fullmatch(field.strip())
         if stamp is None:
             return None
         stamps.append(stamp)
-    if not stamps:
+    zoned = {stamp["zone"] is not None for stamp in stamps}
+    if len(zoned) != 1:
         return None
     seconds = np.array([_seconds(stamp) for stamp in stamps])
-    days = _days([stamp["date"] or "" for stamp in stamps], seconds)
-    return None if days is None else np.asarray(seconds - seconds[0] + _DAY * (days - days[0]))
+    dates = [stamp["date"] or "" for stamp in stamps]
+    days, reference = _days(dates, seconds)
+    if days is None:
+        return None
+    if zoned.pop():
+        seconds = seconds - [_shift(stamp["zone"]) for stamp in stamps]
+        reference = UTC if reference == "date" else f"{reference} {UTC}"
+    whole = round(float(seconds[0]) * 1e9) + int(days[0]) * int(_DAY) * 10**9
+    return ClockTimes(seconds - seconds[0] + _DAY * (days - days[0]), Instant(reference, whole))
 
 
 def is_short(field: str) -> bool:
@@ -90,20 +139,26 @@ def _seconds(stamp: re.Match[str]) -> float:
     return 3600.0 * hours + 60.0 * int(stamp["minutes"]) + float(stamp["seconds"].replace(",", "."))
 
 
-def _days(dates: Sequence[str], seconds: Array) -> Array | None:
-    """Return the number of the day of each stamp; None for dates that cannot be read."""
-    if len(set(dates)) == 1:
-        if dates[0]:
-            return np.zeros(len(dates))
+def _shift(zone: str) -> float:
+    """Return the difference of a zone to UTC, s."""
+    if zone == "Z":
+        return 0.0
+    digits = zone[1:].replace(":", "")
+    return (-60.0 if zone[0] == "-" else 60.0) * (60 * int(digits[:2]) + int(digits[2:]))
+
+
+def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:
+    """Return the number of the day of each stamp, None for dates that cannot be read, and what the days count from."""
+    if not any(dates):
         # Without a date, a clock that goes back by most of a day has passed midnight.
-        return np.concatenate([[0.0], np.cumsum(np.diff(seconds) < -0.5 * _DAY)])
+        return np.concatenate([[0.0], np.cumsum(np.diff(seconds) < -0.5 * _DAY)]), "time of day"
     for form in _DATES:
         try:
             known = {text: _day(text, form) for text in set(dates)}
         except ValueError:
             continue
-        return np.array([float(known[text].toordinal()) for text in dates])
-    return None
+        return np.array([float(known[text].toordinal() - _EPOCH) for text in dates]), "date"
+    return (np.zeros(len(dates)), dates[0]) if len(set(dates)) == 1 else (None, "")
 
 
 def _day(text: str, form: str) -> date:

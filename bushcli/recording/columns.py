@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
+from bushcli.recording.clock_times import Instant
 from bushcli.recording.column_units import given_unit, unit_of
 from bushcli.recording.doubts import ranges_of, refuse_compression, refuse_date, refuse_other_strain
 from bushcli.recording.header import heading
@@ -56,6 +57,8 @@ class Column:
         What a user should know about how the column was found.
     assumed : bool
         Whether the unit is the default one, because neither the file nor the case file gives one.
+    begin : Instant, optional
+        Of times: the instant from which they count, if the file says it.
     """
 
     index: int
@@ -63,6 +66,7 @@ class Column:
     unit: str
     remarks: tuple[str, ...] = ()
     assumed: bool = False
+    begin: Instant | None = None
 
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
@@ -93,7 +97,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
     clock = table.clock(index, source.units.get("time", "")) if quantity == "time" else None
     if clock is not None:
-        return Column(index, clock, "s", remarks)
+        return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
     known = given_unit(table, wanted, index, wanted.given) if wanted.given else unit_of(table, wanted, index)
     if not wanted.given:
         refuse_factor(table, source, wanted, index)
@@ -115,7 +119,29 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
             raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
     values = -values if quantity in source.reverse else values
-    return Column(index, values, read.name, remarks, known.assumed)
+    begin = table.origin if quantity == "time" else None
+    return Column(index, values, read.name, remarks, known.assumed, begin)
+
+
+def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int | None:
+    """Return the column of a quantity, from 0; None for a time that the file lacks; see `column`.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    mode : Mode
+    quantity : Quantity
+
+    Raises
+    ------
+    RecordingError
+        When the column is missing or ambiguous.
+    """
+    chosen = source.columns.get(quantity)
+    if chosen is not None:
+        return chosen_index(table, chosen)
+    return _found(table, WantedColumn.of(source, mode, quantity))[0]
 
 
 def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, ...]]:

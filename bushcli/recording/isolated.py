@@ -13,7 +13,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.clock_times import Instant
 from bushcli.recording.header import heading, named_columns
 from bushcli.recording.reader import FilePart, Reader, readers
 from bushcli.recording.table import ArrayTable, Table
@@ -47,22 +48,18 @@ class FileContents:
 
     Attributes
     ----------
-    tables : tuple of (Table, bool)
-        Tables, and whether each joins others.
+    tables : tuple of Table
     failed : mapping of str to RecordingError
         Errors of the sheets without a valid table, by name.
-    one_clock : bool
-        Whether the time stamps of all groups count from the same instant.
     """
 
-    tables: tuple[tuple[Table, bool], ...]
+    tables: tuple[Table, ...]
     failed: Mapping[str, RecordingError]
-    one_clock: bool = False
 
     @property
     def numbers(self) -> int:
         """Number of numbers in all tables."""
-        return sum(len(table) * len(table.names) for table, _ in self.tables)
+        return sum(len(table) * len(table.names) for table in self.tables)
 
 
 def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
@@ -100,10 +97,10 @@ def _found(
     made, failed = [], {}
     for part, columns in parts:
         try:
-            made.append((_table(path, part, columns), part.joined))
+            made.append(_table(path, part, columns))
         except RecordingError as error:
             failed[part.name] = error
-    return FileContents(tuple(made), failed, reader.one_clock)
+    return FileContents(tuple(made), failed)
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -150,9 +147,20 @@ def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any]
 
 def _table(path: Path, part: FilePart, columns: Sequence[NDArray[Any] | None]) -> Table:
     if part.cells is not None:
-        return table_of_fields(path, part.name, part.cells)
+        table = table_of_fields(path, part.name, part.cells)
+        # A date above the header is none of the column.
+        dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(table)}
+        return replace(table, dates=dates)
     names = tuple(" ".join(name.split()) for name in part.names)
-    return ArrayTable(path=path, names=names, units=tuple(part.units), part=part.name, columns=tuple(columns))
+    return ArrayTable(
+        path=path,
+        names=names,
+        units=tuple(part.units),
+        part=part.name,
+        columns=tuple(columns),
+        remarks=tuple(part.remarks),
+        origin=None if part.origin is None else Instant(*part.origin),
+    )
 
 
 def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
@@ -162,7 +170,7 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
         values = None
         if part.load and (all_of_them or i + 1 in wanted or name in wanted or _meant(name, part.units[i])):
             values = part.load(i)
-            if values.dtype.kind not in "iufb" or values.ndim != 1:
+            if values.dtype.kind not in "iufbmM" or values.ndim != 1:
                 values = None
         found.append(values)
     return found
@@ -245,13 +253,15 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
                     "units": list(part.units),
                     "samples": part.samples,
                     "cells": part.cells,
-                    "joined": part.joined,
+                    "dates": part.dates,
+                    "origin": part.origin,
+                    "remarks": list(part.remarks),
                     "kinds": [None if column is None else column.dtype.str for column in columns],
                 }
             )
     output.write(json.dumps(shown).encode() + b"\n")
     for array in arrays:
-        output.write(np.ascontiguousarray(array).data)
+        output.write(np.ascontiguousarray(array).view(np.uint8).data)
     output.flush()
 
 

@@ -102,6 +102,17 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     return (own or neutral or best) if len(best) > 1 else best
 
 
+def named_as(table: Table, wanted: WantedColumn) -> list[int]:
+    """Return all columns, from 0, whose names may mean a quantity, however surely.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : WantedColumn
+    """
+    return [i for i, name in enumerate(table.names) if _rank(table, i, heading(name), wanted)]
+
+
 def _is_understood(table: Table, index: int, wanted: WantedColumn) -> bool:
     """Whether a column has units, and all of them are known."""
     written = written_units(table, index, heading(table.names[index]))

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError, nearest
+from bushcli.recording.columns import found_index
 from bushcli.recording.isolated import FileContents
 from bushcli.recording.match import has_columns
-from bushcli.recording.rasters import on_one_raster
+from bushcli.recording.rasters import clock_columns, joined, on_one_raster, own_clocks
 from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
@@ -46,10 +47,20 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     Raises
     ------
     RecordingError
-        When the file cannot be read, or it is not clear which of its tables is meant.
+        When the file cannot be read, it is not clear which of its tables is meant, or its channels have clocks that
+        cannot be compared.
     """
     found = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
-    return found if isinstance(found, Table) else _meant(source, mode, quantities, found)
+    table = found if isinstance(found, Table) else _meant(source, mode, quantities, found)
+    if len(clock_columns(table, source, mode)) < 2:
+        return table
+    at: dict[Quantity, int] = {}
+    for quantity in quantities:
+        index = found_index(table, source, mode, quantity)
+        assert index is not None  # a quantity that is missing is refused
+        at[quantity] = index
+    forced = [at["force"]] if "force" in at else []
+    return own_clocks(table, forced, [at["displacement"]], source, mode)
 
 
 def opened(
@@ -113,9 +124,9 @@ def format_of(path: Path) -> str:
     return ""
 
 
-def _named(source: Source, inside: FileContents) -> Table:
-    """Return the table that the case file names."""
-    found = [table for table, _ in inside.tables]
+def _named(source: Source, inside: FileContents) -> Table | FileContents:
+    """Return the table that the case file names, or the pieces of the group."""
+    found = inside.tables
     names = [table.part for table in found]
     wanted = source.group
     if isinstance(wanted, int):
@@ -124,9 +135,14 @@ def _named(source: Source, inside: FileContents) -> Table:
         what = f"has no group {wanted}"
         raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
     assert wanted is not None
-    hits = [table for table in found if table.part.strip("/ ").casefold() == wanted.strip("/ ").casefold()]
+    key = wanted.strip("/ ").casefold()
+    hits = [table for table in found if table.part.strip("/ ").casefold() == key]
     if hits:
         return hits[0]
+    # Channels of the group have clocks of their own, or other lengths: `bushcli.recording.waveforms` names the pieces.
+    pieces = tuple(table for table in found if table.part.strip("/ ").casefold().startswith(f"{key}, "))
+    if pieces:
+        return FileContents(pieces, {})
     if wanted in inside.failed:
         raise inside.failed[wanted]
     what = f'has no sheet or group "{wanted}"'
@@ -142,22 +158,16 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
             RecordingError(Problem(str(source.file), "holds no table of numbers")),
         )
     if len(found) == 1 and not inside.failed:
-        return found[0][0]
-    fitting: list[Table] = []
-    for joined in (False, True):
-        fitting = [
-            table
-            for table, joins in found
-            if joins == joined and has_columns(table, source, mode, quantities)
-        ]
-        if fitting:
-            break
-    if len(fitting) == 1:
-        return fitting[0]
-    if not fitting and inside.one_clock and len(quantities) > 1:
-        common = on_one_raster((table for table, joins in found if not joins), source, mode)
+        return found[0]
+    fitting = [table for table in found if has_columns(table, source, mode, quantities)]
+    if not fitting and len(quantities) > 1:
+        together = joined(found, source, mode)
+        fitting = [table for table in together if has_columns(table, source, mode, quantities)]
+        common = None if fitting else on_one_raster(together, source, mode)
         if common is not None:
             return common
+    if len(fitting) == 1:
+        return fitting[0]
     if not fitting:
         # A sheet with a bad row may be the sheet that is meant; a sheet without numbers is not.
         for error in inside.failed.values():
@@ -169,21 +179,11 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
             f"{len(fitting)} sheets or groups have columns for {needed}: {listed([t.part for t in fitting])}"
         )
     else:
-        single = [table.part for table, joins in found if not joins]
-        what = f"no sheet or group has columns for {needed}; there are {listed(single)}"
-        widest = max((table for table, joins in found if not joins), key=lambda table: len(table.names))
+        what = f"no sheet or group has columns for {needed}; there are {listed([t.part for t in found])}"
+        widest = max(found, key=lambda table: len(table.names))
         what += (
             f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'
         )
-        split = [
-            quantity
-            for quantity in quantities
-            if any(has_columns(table, source, mode, [quantity]) for table, _ in found)
-        ]
-        if len(split) == len(quantities) > 1:
-            what += ": they are in groups with different time stamps"
-            expected = "export the channels with one common raster"
-            raise RecordingError(Problem(str(source.file), what, "", expected))
     key = 'group = "..." (or sheet)' if fitting else "columns = {...}, by name"
     raise RecordingError(Problem(str(source.file), what, "", f"choose in the case file: {key}"))
 

@@ -16,8 +16,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
+
+from bushcli.recording.clock_times import Instant
 
 #: Bytes at the beginning of a file by which its format is recognised.
 HEAD = 8192
@@ -38,8 +39,13 @@ class FilePart:
         Index of a column from 0 -> its values (n,), as the file stores them. The file is open only while the part is.
     cells : sequence of (int, sequence of str), optional
         Instead of columns: number from 1 and fields of each row of a sheet, the header included.
-    joined : bool
-        Whether it joins other parts with the same time stamps; it is used if none of these has all needed columns.
+    dates : sequence of (int, int, Instant)
+        Columns of cells, from 0, in which dates or times of day are written as seconds since the first; the number of
+        these; and the first.
+    origin : Instant, optional
+        Where its times count from, if the file says it: times of parts with the same reference are compared.
+    remarks : sequence of str
+        What a user should know about how the part was read.
     """
 
     name: str
@@ -48,7 +54,9 @@ class FilePart:
     samples: int = 0
     load: Callable[[int], NDArray[Any]] | None = None
     cells: Sequence[tuple[int, Sequence[str]]] | None = None
-    joined: bool = False
+    dates: Sequence[tuple[int, int, Instant]] = ()
+    origin: Instant | None = None
+    remarks: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -66,15 +74,12 @@ class Reader:
         file.
     library : str
         Module that it needs; empty where it needs none.
-    one_clock : bool
-        Whether the time stamps of all its groups count from the same instant.
     """
 
     name: str
     recognises: Callable[[bytes, str], bool]
     opened: Callable[[Path], AbstractContextManager[Sequence[FilePart]]]
     library: str = ""
-    one_clock: bool = False
 
 
 @cache
@@ -85,15 +90,6 @@ def readers() -> dict[str, Reader]:
         module.name: importlib.import_module(f"{package.__name__}.{module.name}").READER
         for module in pkgutil.iter_modules(package.__path__)
     }
-
-
-def seconds(values: NDArray[Any]) -> NDArray[Any]:
-    """Return stamps of date and time as seconds since the first of them, other values (n,) unchanged."""
-    if values.dtype.kind == "M":
-        values = values - values[:1]
-    if values.dtype.kind == "m":
-        return np.asarray(values / np.timedelta64(1, "s"))
-    return values
 
 
 def unit_of(values: Any) -> str:

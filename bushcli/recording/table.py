@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, printable
-from bushcli.recording.clock_times import clock_times, is_short
+from bushcli.recording.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
 from bushcli.recording.fields import is_number, only_numbers, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
@@ -44,6 +44,8 @@ class Table(ABC):
         What a user should know about how the table was made.
     preamble : tuple of (int, str)
         Lines of a text above the header, with their numbers.
+    origin : Instant, optional
+        Where the times that are numbers count from, if the file says it.
     """
 
     path: Path
@@ -53,6 +55,7 @@ class Table(ABC):
     header_line: int = 0
     remarks: tuple[str, ...] = ()
     preamble: tuple[tuple[int, str], ...] = ()
+    origin: Instant | None = None
 
     def __post_init__(self) -> None:
         # Control characters would act on the terminal that shows them.
@@ -96,8 +99,8 @@ class Table(ABC):
             At the first field that is not a finite number or looks like a code for a missing value.
         """
 
-    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
-        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns.
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
+        """Return a column of dates, times of day or durations as seconds since the first; None for other columns.
 
         Parameters
         ----------
@@ -191,7 +194,8 @@ class ArrayTable(Table):
             raise RecordingError(
                 Problem(self.where, what, "", "name the column in `columns` of the case file")
             )
-        values = raw.astype(np.float64)
+        dated = self.clock(column)
+        values = raw.astype(np.float64) if dated is None else dated.seconds
         bad = ~(np.abs(values) <= LARGEST)
         if bad.any():
             row = int(np.argmax(bad))
@@ -209,6 +213,25 @@ class ArrayTable(Table):
             raise self.refuse_code(code, column, float(values[code]))
         return values
 
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
+        """Return a column of dates or durations as seconds since the first; see `Table.clock`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        form : str
+            Without a meaning here.
+        """
+        raw = self.columns[column]
+        if raw is None or raw.dtype.kind not in "mM":
+            return None
+        if np.isnat(raw).any():
+            row = int(np.argmax(np.isnat(raw)))
+            what = f"{self.label(column)}: the date is missing"
+            raise RecordingError(Problem(self.place(row), what, "", "export the file without these samples"))
+        return times_of(raw, UTC if self.units[column] == UTC else "date")
+
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable(Table):
@@ -221,11 +244,14 @@ class TextTable(Table):
     lines : list of int
         Line number of each row, from 1.
     decimal : str
+    dates : mapping of int to Instant
+        Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
     """
 
     rows: list[list[str]] = field(repr=False)
     lines: list[int] = field(repr=False)
     decimal: str
+    dates: Mapping[int, Instant] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -282,7 +308,7 @@ class TextTable(Table):
             if abs(values[i]) > LARGEST:
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
 
-    def clock(self, column: int, form: str = "") -> NDArray[np.float64] | None:
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`.
 
         Parameters
@@ -292,6 +318,8 @@ class TextTable(Table):
         form : str
             What the case file says of its form, such as "mm:ss".
         """
+        if column in self.dates:
+            return ClockTimes(self.numbers(column), self.dates[column])
         fields = [row[column] if column < len(row) else "" for row in self.rows]
         return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
 

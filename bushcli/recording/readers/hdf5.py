@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.reader import FilePart, Reader, unit_of
+from bushcli.recording.waveforms import WaveChannel, parts_by_clock, sampling_of
 
 _UNIT, _UNITS = (
     ("unit", "units", "Unit", "Units", "unit_string", "UNITS"),
@@ -42,7 +42,7 @@ def _collect(item: Any, found: list[Any]) -> bool | None:
 
 
 def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
-    vectors: dict[tuple[str, int], list[Any]] = {}
+    vectors: dict[str, list[WaveChannel]] = {}
     for data in datasets:
         if data.shape is None or data.is_virtual or data.external:
             continue
@@ -52,15 +52,11 @@ def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
         elif data.dtype.kind not in "iuf" or not shape:
             continue
         elif len(shape) == 1:
-            vectors.setdefault((data.parent.name, shape[0]), []).append(data)
+            vectors.setdefault(data.parent.name, []).append(_vector(data, shape[0]))
         elif len(shape) == 2 and min(shape) <= _WIDEST:
             yield _matrix(data, shape)
-    groups = [parent for parent, _ in vectors]
-    for (parent, samples), members in vectors.items():
-        name = parent if groups.count(parent) == 1 else f"{parent}, {samples} samples"
-        names = [member.name.rsplit("/", 1)[-1] for member in members]
-        units = [_unit(member.attrs) for member in members]
-        yield FilePart(name, names, units, samples, partial(_vector, members))
+    for parent, members in vectors.items():
+        yield from parts_by_clock(parent, members)
 
 
 def _unit(attributes: Mapping[str, Any]) -> str:
@@ -98,8 +94,16 @@ def _side(data: Any, shape: tuple[int, ...], index: int, along: bool) -> NDArray
     return np.asarray(whole[:, index] if along else whole[index, :])
 
 
-def _vector(members: Sequence[Any], index: int) -> NDArray[Any]:
-    return np.asarray(members[index][...]).reshape(-1)
+def _vector(data: Any, samples: int) -> WaveChannel:
+    name, attributes = data.name.rsplit("/", 1)[-1], data.attrs
+    return WaveChannel(
+        name,
+        _unit(attributes),
+        samples,
+        False,
+        lambda: np.asarray(data[...]).reshape(-1),
+        sampling_of(attributes),
+    )
 
 
 READER = Reader(

@@ -2,8 +2,8 @@
 
 The header of the file gives the decimal sign, and whether the x values, usually the time, have no column, one, or one
 for each channel (``X_Columns``). The header of a segment has a field for each column: unit, start and interval of the x
-values, date and time of day. Segments with the same channels, as LabVIEW appends them while it measures, are one table
-if their times increase.
+values, date and time of day. Channels that differ in these or in their x values are tables of their own. Segments with
+the same channels, as LabVIEW appends them while it measures, are one table if their times increase.
 
 References
 ----------
@@ -15,17 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.recording.clock_times import Instant
 from bushcli.recording.decode import decoded
 from bushcli.recording.fields import is_number, to_float
-from bushcli.recording.reader import FilePart, Reader
+from bushcli.recording.reader import FilePart, Reader, numbered
 
 Array = NDArray[np.float64]
 
@@ -34,13 +36,18 @@ _SPECIAL = ("***Start_Special***", "***End_Special***")
 _KEY = "Separator"
 #: Channels of a file; more are a slip.
 _MOST = 10_000
+#: LabVIEW's instant zero, from which absolute times count; begins of segments are counted from it too, in local time.
+_ZERO, _ZERO_DATE = Instant("UTC", 0), datetime(1904, 1, 1)
 #: Forms of the date and of the time of day; seconds have up to 19 digits.
 _DATES = ("%Y/%m/%d", "%Y-%m-%d", "%m/%d/%Y", "%d.%m.%Y")
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """Channels of a segment: names and units, x values (n,), values (channels, n), and its begin as written."""
+    """Channels of a segment with one clock: names and units, x values (n,), values (channels, n), begin as written.
+
+    The x values count from the begin, or without one as the file says (`origin`).
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -48,6 +55,7 @@ class _Segment:
     x_unit: str
     values: Array
     begin: datetime | None
+    origin: Instant | None
 
 
 @contextmanager
@@ -55,15 +63,27 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     segments = list(_segments(decoded(path).splitlines()))
     if not segments:
         raise ValueError("holds no segment with channels")
-    joined = _joined(segments)
-    if joined is not None:
-        yield [_part("", joined)]
+    # The first clock of a segment continues that of the segment before.
+    joined = [_joined(one) for one in zip(*segments, strict=False)]
+    if len({len(one) for one in segments}) == 1 and None not in joined:
+        named = [("", one) for one in joined if one is not None]
     else:
-        yield [_part(f"segment {i + 1}", segment) for i, segment in enumerate(segments)]
+        named = [(f"segment {i + 1}", one) for i, clocks in enumerate(segments) for one in clocks]
+    yield _parts(named)
 
 
-def _segments(lines: Sequence[str]) -> Iterator[_Segment]:
-    """Yield the segments of a file, its lines given."""
+def _parts(segments: Sequence[tuple[str, _Segment]]) -> list[FilePart]:
+    """Return segments as parts; several clocks of one segment are distinguished by the names of their channels."""
+    labels = [label for label, _ in segments]
+    names = [
+        label if labels.count(label) == 1 else ", ".join(filter(None, (label, *one.names)))[:80]
+        for label, one in segments
+    ]
+    return [_part(name, one) for name, (_, one) in zip(numbered(names), segments, strict=True)]
+
+
+def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
+    """Yield the segments of a file, its lines given, each by clock."""
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
     if not ends:
         raise ValueError(f"the line {_END} is missing")
@@ -75,13 +95,14 @@ def _segments(lines: Sequence[str]) -> Iterator[_Segment]:
     columns = ("".join(file.get("x_columns", ())[:1]) or "One").lower()
     if columns not in ("no", "one", "multi") or decimal not in (".", ","):
         raise ValueError(f"X_Columns = {columns[:20]} with Decimal_Separator = {decimal[:5]} is not read")
+    absolute = "".join(file.get("time_pref", ())[:1]).lower() == "absolute"
     begin = ends[0] + 1
     for i, end in enumerate(ends[1:], start=1):
         # The next segment's header begins after the last row of this one, at its line "Channels".
         last = ends[i + 1] if i + 1 < len(ends) else len(lines)
         stop = next((n for n in range(end + 1, last) if lines[n].startswith("Channels")), len(lines))
         head = _header(lines[begin:end], separator)
-        yield _segment(lines, end + 1, stop, head, (separator, decimal, columns))
+        yield _segment(lines, end + 1, stop, head, _Form(separator, decimal, columns, absolute))
         begin = stop
 
 
@@ -100,10 +121,19 @@ def _plain(lines: Sequence[str]) -> Iterator[str]:
             yield line
 
 
+class _Form(NamedTuple):
+    """Separator, decimal sign, X_Columns in lower case, and whether times count from LabVIEW's instant zero."""
+
+    separator: str
+    decimal: str
+    columns: str
+    absolute: bool
+
+
 def _segment(
-    lines: Sequence[str], start: int, stop: int, head: Mapping[str, list[str]], form: tuple[str, str, str]
-) -> _Segment:
-    """Return a segment.
+    lines: Sequence[str], start: int, stop: int, head: Mapping[str, list[str]], form: _Form
+) -> list[_Segment]:
+    """Return the channels of a segment, by clock.
 
     Parameters
     ----------
@@ -113,36 +143,81 @@ def _segment(
         Index of the line with the names, and of the line below the last row.
     head : mapping of str to list of str
         Fields of its header by keyword.
-    form : tuple of str
-        Separator, decimal sign and X_Columns.
+    form : _Form
     """
-    separator, decimal, columns = form
     number = _number((head.get("channels") or [""])[0], "Channels")
     if not number <= _MOST:
         raise ValueError(f"Channels: {number:g} are too many")
-    count = int(number)
-    body = [(n + 1, lines[n].split(separator)) for n in range(start, stop) if lines[n].strip()]
-    at = range(1, 2 * count, 2) if columns == "multi" else range(1, count + 1)
+    count, multi = int(number), form.columns == "multi"
+    body = [(n + 1, lines[n].split(form.separator)) for n in range(start, stop) if lines[n].strip()]
+    at = range(1, 2 * count, 2) if multi else range(1, count + 1)
     titles = body.pop(0)[1] if body else []
     if count < 1 or not body or len(titles) <= at[-1]:
         raise ValueError(f"line {start + 1}: there are no names and values of {count} channels")
-    values = np.array([_column(body, i, decimal) for i in at])
-    x = [_column(body, i - 1, decimal) for i in (at if columns == "multi" else at[:1]) if columns != "no"]
-    if columns == "no":
-        step = {(_get(head, "x0", i, decimal), _get(head, "delta_x", i, decimal)) for i in range(count)}
-        x = [begin + interval * np.arange(values.shape[1]) for begin, interval in step]
-    if any(not np.array_equal(x[0], other) for other in x[1:]):
-        raise ValueError("its channels have different x values; write them with one column of time")
-    dimension = (head.get("x_dimension") or ["Time"])[0] or "Time"
     units = [*head.get("y_unit_label", []), *[""] * count]
-    return _Segment(
-        tuple(titles[i].strip() for i in at),
-        tuple(units[:count]),
-        x[0],
-        "s" if dimension.lower() == "time" else dimension,
-        values,
-        _begin(head),
+    clocks: dict[tuple[object, ...], list[int]] = {}
+    x: list[Array] = []
+    for i, place in enumerate(at):
+        x.append(_x_values(_filled(body, place), head, i, place - 1 if multi else 0, form))
+        if not len(x[i]):
+            continue
+        # Of channels with equal x values the begin may differ, or what the values are.
+        key = (x[i].tobytes(), _x_unit(head, i), None if form.absolute else _begin(head, i))
+        clocks.setdefault(key, []).append(i)
+    return [
+        _Segment(
+            tuple(titles[at[i]].strip() for i in members),
+            tuple(units[i] for i in members),
+            x[members[0]],
+            _x_unit(head, members[0]),
+            np.array([_column(body[: len(x[i])], at[i], form.decimal) for i in members]),
+            None if form.absolute else _begin(head, members[0]),
+            _ZERO if form.absolute else None,
+        )
+        for members in clocks.values()
+    ]
+
+
+def _x_values(
+    body: Sequence[tuple[int, list[str]]], head: Mapping[str, list[str]], channel: int, at: int, form: _Form
+) -> Array:
+    """Return the x values (n,) of a channel.
+
+    Parameters
+    ----------
+    body : sequence of (int, list of str)
+        Its n rows, with the numbers of their lines.
+    head : mapping of str to list of str
+        Fields of the segment's header by keyword.
+    channel : int
+        From 0.
+    at : int
+        Column of x values, if there is one; if there is one for all channels, it has those of the first.
+    form : _Form
+    """
+    stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
+    if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
+        first, step = (_get(head, key, channel, form.decimal) for key in ("x0", "delta_x"))
+        return np.asarray(first + step * np.arange(len(body)))
+    return _column(body, at, form.decimal)
+
+
+def _filled(body: Sequence[tuple[int, list[str]]], index: int) -> Sequence[tuple[int, list[str]]]:
+    """Return the rows to the last one that has a value in a column: a slower channel has fewer."""
+    last = max(
+        (i + 1 for i, (_, row) in enumerate(body) if index < len(row) and row[index].strip()), default=0
     )
+    return body[:last]
+
+
+def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:
+    dimension = _field(head, "x_dimension", channel) or _field(head, "x_dimension", 0) or "Time"
+    return "s" if dimension.lower() == "time" else dimension
+
+
+def _field(head: Mapping[str, list[str]], keyword: str, channel: int) -> str:
+    """Return the field of a channel in a header; an empty text where there is none."""
+    return "".join(head.get(keyword, [])[channel : channel + 1])
 
 
 def _column(body: Sequence[tuple[int, list[str]]], index: int, decimal: str) -> Array:
@@ -152,10 +227,9 @@ def _column(body: Sequence[tuple[int, list[str]]], index: int, decimal: str) -> 
     )
 
 
-def _get(head: Mapping[str, list[str]], keyword: str, index: int, decimal: str) -> float:
+def _get(head: Mapping[str, list[str]], keyword: str, channel: int, decimal: str) -> float:
     """Return the number of a channel in a header."""
-    fields = head.get(keyword, [])
-    return _number(fields[index] if index < len(fields) else "", keyword, decimal)
+    return _number(_field(head, keyword, channel), keyword, decimal)
 
 
 def _number(text: str, where: str, decimal: str = ".") -> float:
@@ -167,9 +241,10 @@ def _number(text: str, where: str, decimal: str = ".") -> float:
     return to_float(text, decimal)
 
 
-def _begin(head: Mapping[str, list[str]]) -> datetime | None:
-    """Return the date and time of day at which a segment begins, or None."""
-    written = " ".join((head.get(key) or [""])[0] for key in ("date", "time")).replace(",", ".")
+def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
+    """Return the date and time of day at which a channel of a segment begins, or None."""
+    fields = [_field(head, key, channel) or _field(head, key, 0) for key in ("date", "time")]
+    written = " ".join(fields).replace(",", ".")
     whole, _, fraction = written.partition(" ")[2].partition(".")
     for date in _DATES:
         try:
@@ -197,14 +272,18 @@ def _joined(segments: Sequence[_Segment]) -> _Segment | None:
     if (np.diff(x) <= 0).any() and len(segments) > 1:
         return None
     values = np.concatenate([one.values for one in segments], axis=1)
-    return _Segment(first.names, first.units, x, first.x_unit, values, first.begin)
+    return replace(first, x=x, values=values)
 
 
 def _part(name: str, segment: _Segment) -> FilePart:
     columns = [segment.x, *segment.values]
     title = "time" if segment.x_unit == "s" else "x"
     names, units = [title, *segment.names], [segment.x_unit, *segment.units]
-    return FilePart(name, names, units, len(segment.x), columns.__getitem__)
+    origin = segment.origin
+    if segment.begin is not None and segment.x_unit == "s":
+        since = segment.begin - _ZERO_DATE
+        origin = Instant("date", (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000)
+    return FilePart(name, names, units, len(segment.x), columns.__getitem__, origin=origin)
 
 
 READER = Reader(

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.recording.clock_times import Instant
 from bushcli.recording.reader import FilePart, Reader, numbered
 
-#: Largest number of groups whose time stamps are compared, to join groups with the same stamps.
-_MOST_COMPARED = 200
+#: The stamps of all groups count from the beginning of the measurement.
+_BEGIN = Instant("beginning of the measurement", 0)
 
 
 @contextmanager
@@ -25,8 +26,7 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     with path.open("rb") as stream, MDF(stream) as file:
         found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
         names = numbered([_name(group, i) for i, group in found])
-        parts = [_part(file, i, group, name) for (i, group), name in zip(found, names, strict=True)]
-        yield [*parts, *_joined(file, [i for i, _ in found], parts)]
+        yield [_part(file, i, group, name) for (i, group), name in zip(found, names, strict=True)]
 
 
 def _name(group: Any, index: int) -> str:
@@ -44,7 +44,7 @@ def _part(file: Any, index: int, group: Any, name: str) -> FilePart:
         # Loggers call this channel t, timestamps or by the name of the bus; the format itself marks it as the time.
         names[master], units[master] = "time", units[master] or "s"
     load = partial(_load, file, index)
-    return FilePart(name, names, units, int(group.channel_group.cycles_nr), load)
+    return FilePart(name, names, units, int(group.channel_group.cycles_nr), load, origin=_BEGIN)
 
 
 def _is_time(channel: Any) -> bool:
@@ -63,49 +63,9 @@ def _load(file: Any, group: int, index: int) -> NDArray[Any]:
     return np.where(np.asarray(invalid, dtype=bool), np.nan, values)
 
 
-def _joined(file: Any, groups: Sequence[int], parts: Sequence[FilePart]) -> Iterator[FilePart]:
-    """Yield groups with the same time stamps as one group: some loggers write one group per channel."""
-    alike: list[tuple[NDArray[Any], list[int]]] = []
-    for place, group in list(enumerate(groups))[:_MOST_COMPARED]:
-        if "time" not in parts[place].names:
-            continue
-        stamps = np.asarray(file.get_master(group))
-        for other, members in alike:
-            if np.array_equal(other, stamps):
-                members.append(place)
-                break
-        else:
-            alike.append((stamps, [place]))
-    for _, members in alike:
-        if len(members) < 2:
-            continue
-        columns = [
-            (place, i)
-            for order, place in enumerate(members)
-            for i, name in enumerate(parts[place].names)
-            if name != "time" or order == 0
-        ]
-        yield FilePart(
-            " + ".join(parts[place].name for place in members)[:200],
-            [parts[place].names[i] for place, i in columns],
-            [parts[place].units[i] for place, i in columns],
-            parts[members[0]].samples,
-            partial(_load_joined, parts, columns),
-            joined=True,
-        )
-
-
-def _load_joined(parts: Sequence[FilePart], columns: Sequence[tuple[int, int]], index: int) -> NDArray[Any]:
-    place, column = columns[index]
-    load = parts[place].load
-    assert load is not None
-    return load(column)
-
-
 READER = Reader(
     name="an MDF file",
     recognises=lambda head, suffix: head.startswith((b"MDF     ", b"UnFinMF ")),
     opened=_opened,
     library="asammdf",
-    one_clock=True,
 )

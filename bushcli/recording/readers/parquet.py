@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.reader import FilePart, Reader, seconds, unit_of
+from bushcli.recording.clock_times import UTC
+from bushcli.recording.reader import FilePart, Reader, unit_of
 
 
 @contextmanager
@@ -38,7 +39,7 @@ def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
 
 def _unit(field: Any, common: dict[str, Any]) -> str:
     if str(field.type).startswith(("timestamp", "duration")):
-        return "s"  # `seconds` converts the stamps
+        return UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
     own = field.metadata or {}
     return unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
 
@@ -49,7 +50,7 @@ def _load(file: Any, names: Sequence[str], index: int) -> NDArray[Any]:
     column = table.column(
         0 if names.count(names[index]) == 1 else list(names[: index + 1]).count(names[index]) - 1
     )
-    return seconds(np.asarray(column.to_numpy()))
+    return np.asarray(column.to_numpy())
 
 
 READER = Reader(

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from bushcli.recording.clock_times import Instant
 from bushcli.recording.reader import FilePart, Reader
 
 #: Largest number of cells of a workbook: two million rows of three columns, as in a text file.
@@ -41,7 +42,7 @@ def _sheets(book: Any) -> list[FilePart]:
         # The extent stated in the file may be wrong.
         sheet.reset_dimensions()
         cells: list[tuple[int, list[str]]] = []
-        empty, stamps = 0, dict[int, datetime.datetime]()
+        empty, stamps = 0, dict[int, _Stamps]()
         for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST), start=1):
             fields = [_field(value, column, stamps) for column, value in enumerate(row)]
             left -= 1 + _filled(fields)
@@ -54,15 +55,34 @@ def _sheets(book: Any) -> list[FilePart]:
                 break
         if cells:
             width = max(_filled(fields) for _, fields in cells)
-            parts.append(FilePart(sheet.title, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+            padded = [(n, (f + [""] * width)[:width]) for n, f in cells]
+            dates = [(column, one.count, one.instant) for column, one in stamps.items()]
+            parts.append(FilePart(sheet.title, cells=padded, dates=dates))
     return parts
+
+
+class _Stamps:
+    """The first date or time of day in a column, and how many there are."""
+
+    def __init__(self, value: datetime.datetime | datetime.time) -> None:
+        self.first, self.count = _dated(value), 0
+        since = self.first - datetime.datetime(1970, 1, 1)
+        nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
+        self.instant = Instant("time of day" if isinstance(value, datetime.time) else "date", nanoseconds)
+
+
+def _dated(value: datetime.datetime | datetime.time) -> datetime.datetime:
+    """Return a date, or a time of day on the first day of 1970."""
+    if isinstance(value, datetime.datetime):
+        return value
+    return datetime.datetime.combine(datetime.date(1970, 1, 1), value)
 
 
 def _filled(fields: Sequence[str]) -> int:
     return max((i + 1 for i, field in enumerate(fields) if field), default=0)
 
 
-def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str:
+def _field(value: Any, column: int, stamps: dict[int, _Stamps]) -> str:
     """Return a cell as text; a date or a time becomes seconds since the first one of its column."""
     if value is None:
         return ""
@@ -72,10 +92,10 @@ def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str
         return repr(value)
     if isinstance(value, datetime.timedelta):
         return repr(value.total_seconds())
-    if isinstance(value, datetime.time):
-        value = datetime.datetime.combine(datetime.date(1970, 1, 1), value)
-    if isinstance(value, datetime.datetime):
-        return repr((value - stamps.setdefault(column, value)).total_seconds())
+    if isinstance(value, (datetime.datetime, datetime.time)):
+        one = stamps.setdefault(column, _Stamps(value))
+        one.count += 1
+        return repr((_dated(value) - one.first).total_seconds())
     return " ".join(str(value).split())
 
 

@@ -1,0 +1,136 @@
+"""Channels of a group -> parts of a file with one clock each, for formats whose channels state their own sampling.
+
+TDMS, and HDF5 files converted from it, describe the samples of a channel by its start, offset and interval: properties
+``wf_start_time``, ``wf_start_offset`` and ``wf_increment``. Channels that differ in one of them are not side by side.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.clock_times import UTC, Instant, clock_times, times_of
+from bushcli.recording.header import match_quality
+from bushcli.recording.reader import FilePart, numbered, unit_of
+from bushcli.recording.units import tabulated_unit
+
+#: LabVIEW's instant zero, which a waveform has whose start was never set.
+_NEVER = np.datetime64("1904-01-01", "ns").astype(np.int64)
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """The clock of a waveform: its start, where it is stated, the first sample after it, and the interval, s."""
+
+    start: Instant | None
+    first: float
+    step: float
+
+
+@dataclass(frozen=True)
+class WaveChannel:
+    """A channel of a group: name, unit, number of samples, whether they are times, how to load them, its sampling."""
+
+    name: str
+    unit: str
+    samples: int
+    is_time: bool
+    load: Callable[[], NDArray[Any]]
+    sampling: Sampling | None = None
+
+
+def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
+    """Return the sampling that the properties of a channel state; None where they state no interval of time."""
+    step, first = (_number(properties.get(key)) for key in ("wf_increment", "wf_start_offset"))
+    unit = tabulated_unit(unit_of(properties.get("wf_xunit_string")) or "s")
+    if not step > 0.0 or unit is None or unit.measured != "time":
+        return None
+    first = 0.0 if math.isnan(first) else first
+    return Sampling(_start(properties.get("wf_start_time")), unit.factor * first, unit.factor * step)
+
+
+def _number(value: Any) -> float:
+    """Return a property as a number; not a number where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+def _start(value: Any) -> Instant | None:
+    """Return the instant of a property; files count it in UTC."""
+    if isinstance(value, np.datetime64):
+        times = times_of(np.array([value])) if not np.isnat(value) else None
+    else:
+        times = clock_times([unit_of(value)])
+    if times is None or times.begin is None or times.begin.nanoseconds == _NEVER:
+        return None
+    return Instant(UTC, times.begin.nanoseconds)
+
+
+def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[FilePart]:
+    """Yield the channels of a group, in parts of one clock each.
+
+    A channel without a clock is beside those of its length with one: if they have the same clock, a remark says that it
+    is taken to have it too. If they have several, the channel is a part of its own.
+
+    Parameters
+    ----------
+    group : str
+        Name of the group, and of a part that has all its channels.
+    channels : sequence of WaveChannel
+    """
+    found: list[tuple[Sampling | None, list[WaveChannel]]] = []
+    lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
+    for samples in lengths:
+        alike = [channel for channel in channels if channel.samples == samples]
+        clocks = list(dict.fromkeys(channel.sampling for channel in alike if channel.sampling))
+        if len(clocks) < 2:
+            found.append((next(iter(clocks), None), alike))
+            continue
+        stated = [(clock, [one for one in alike if one.sampling == clock]) for clock in (*clocks, None)]
+        found += [(clock, members) for clock, members in stated if members]
+    names = [group]
+    if len(found) > 1:
+        # Several parts of a length are distinguished by their channels.
+        sizes = [members[0].samples for _, members in found]
+        names = [
+            f"{group}, {samples} samples" if sizes.count(samples) == 1 else f"{group}, {_listed(members)}"
+            for samples, (_, members) in zip(sizes, found, strict=True)
+        ]
+    for name, (sampling, members) in zip(numbered(names), found, strict=True):
+        yield _part(name, sampling, members)
+
+
+def _listed(channels: Sequence[WaveChannel]) -> str:
+    return ", ".join(channel.name for channel in channels[:5])[:80]
+
+
+def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) -> FilePart:
+    names, units = [one.name for one in members], [one.unit for one in members]
+    samples = members[0].samples
+    # A channel of times is more exact than an interval.
+    if sampling is None or any(one.is_time or match_quality(one.name, "time") for one in members):
+        return FilePart(name, names, units, samples, lambda i: members[i].load())
+    time = sampling.first + sampling.step * np.arange(samples)
+    without = [one for one in members if one.sampling is None]
+    remarks = []
+    if without:
+        remarks.append(
+            f"no sampling interval is stated of {_listed(without)}; as many samples as the other channels of the group "
+            f"are read at their times, every {sampling.step:.6g} s"
+        )
+    return FilePart(
+        name,
+        ["time", *names],
+        ["s", *units],
+        samples,
+        lambda i: members[i - 1].load() if i else time,
+        origin=sampling.start,
+        remarks=remarks,
+    )
