@@ -24,7 +24,7 @@ from bushcli.recording.unit_in_name import (
     unit_within,
     with_second_unit,
 )
-from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
+from bushcli.recording.units import NO_UNIT, certain_unit, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
     EXCLUDING,
     FOREIGN_BEGINNINGS,
@@ -228,7 +228,7 @@ def _doubtful(words: Sequence[str], rest: str) -> list[str]:
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line above a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = [tabulated_unit(field) is not None for field in fields]
+    known = [certain_unit(field) for field in fields]
     blank = [plain_unit(field) in NO_UNIT for field in fields]
     bracketed = [field.startswith(("[", "(")) or field.endswith(("]", ")")) for field in fields]
     # To exclude "t;F;s", all fields must be known units; in brackets, unknown units are permitted.
