@@ -35,6 +35,10 @@ _LONGEST_UNIT = 4
 #: Names of a column that holds the units of the one before it, and its largest number of different texts.
 _UNIT_NAMES = frozenset({"unit", "units", "einheit", "unité", "unidad", "unità", "eenheid", "单位", "単位"})
 _MOST_UNITS = 5
+#: What a column without a name may say of each sample, and what is no unit.
+_STATES = frozenset(
+    "ok nok io nio i.o. n.i.o. pass passed fail failed yes no ja nein true false on off valid invalid load unload".split()
+)
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,7 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
         named = len(rest) < len(plain_name(name).split())
         own = named and " ".join(rest) == plain_name(" ".join(heading(table.names[index]).words))
         behind = at == index + 1 and not (named and rest and not own)
-        if not (own or behind) or not re.match(r"[^\W\d_]|[%‰°\[(\"'#]|[\d.,/]+\s*[^\W\d_]", table.text(0, at)):
+        if not (own or behind) or table.text(0, at).lower() in _STATES or not re.match(r"[^\W\d_]|[%‰°\[(\"'′″#]|[\d.,/]+\s*[^\W\d_%°]", table.text(0, at)):
             continue
         fields = [table.text(row, at) for row in range(len(table))]
         written = list(dict.fromkeys(field for field in fields if field))

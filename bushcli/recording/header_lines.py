@@ -222,11 +222,14 @@ def _are_units_above(fields: list[str]) -> bool:
         re.fullmatch(r"(units?|einheit|unité|values?|werte|data|daten)\W*", field.lower()) for field in fields
     ):
         return False
-    singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in fields]
+    certain = sum(map(certain_unit, fields))
+    # Beside two units, "t" is no time, but tonnes.
+    words = [field for field in fields if certain < 2 or field not in ("t", "T")]
+    singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in words]
     return is_units_row(fields) or (
-        not named_columns(fields)
+        not named_columns(words)
         and not named_columns(singular)
-        and any(map(certain_unit, fields))
+        and (certain > 0 or (len(fields) == 1 and is_unit(fields[0])))
         and all(len(field.split()) < 2 or certain_unit(field) or is_unit(field) for field in fields)
     )
 

@@ -112,7 +112,7 @@ _PREFIXES = {
 _ALSO = {"deca": "deka", "hecto": "hekto", "deci": "dezi", "centi": "zenti", "micro": "mikro"}
 #: Numbers in words before a unit, "pi rad", "Mio N".
 COUNTED = {"pi": math.pi, "π": math.pi, "mio": 1e6, "mio.": 1e6, "tsd": 1e3, "tsd.": 1e3, "mega": 1e6, "kilo": 1e3}
-_COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
+_COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
 _OF_FORCE = {
@@ -432,8 +432,9 @@ def _foreign(bare: str, measured: str) -> Unit | None:
     found = _judged(bare, known, quantity)
     if found is None or found.measured == OTHER:
         return found
-    has_prefix = any(prefix for prefix, _, _ in parsed)
-    return None if has_prefix or (found.measured == "angle" and measured == "angle") else found
+    if found.measured in ("angle", "strain"):
+        return Unit(OTHER, bare, 0.0)  # mV/V, the angle "mil" of gunners
+    return None if any(prefix for prefix, _, _ in parsed) else found
 
 
 def _judged(text: str, known: str, quantity: Any) -> Unit | None:
