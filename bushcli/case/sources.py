@@ -62,12 +62,12 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
         Source in a known mode.
     """
     from bushcli.recording.clock_times import is_form
-    from bushcli.recording.units import find_unit  # its tables of spellings serve recordings alone
+    from bushcli.recording.units import scaled_unit  # its tables of spellings serve recordings alone
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
         measured = source.measured(quantity, mode.specimen, mode.rotational)
-        found = find_unit(unit, measured)
+        found = scaled_unit(unit, measured)
         if quantity == "time" and is_form(unit):
             continue
         if found is None or found.measured != measured:

@@ -12,8 +12,19 @@ from bushcli.recording.hints import KIND
 from bushcli.recording.match import WantedColumn, written_units
 from bushcli.recording.source import UNITS, Quantity
 from bushcli.recording.stated import stated_system, stated_units, stated_unknown
-from bushcli.recording.table import Table, TextTable
-from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
+from bushcli.recording.table import SHOWN, Table, TextTable
+from bushcli.recording.quality import plain_name
+from bushcli.recording.units import (
+    AMBIGUOUS,
+    NO_UNIT,
+    Unit,
+    certain_unit,
+    find_unit,
+    plain_unit,
+    scaled_unit,
+    slip,
+    tabulated_unit,
+)
 
 _DEFAULT_UNIT = {
     "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm",
@@ -24,6 +35,10 @@ _LONGEST_UNIT = 4
 #: Names of a column that holds the units of the one before it, and its largest number of different texts.
 _UNIT_NAMES = frozenset({"unit", "units", "einheit", "unité", "unidad", "unità", "eenheid", "单位", "単位"})
 _MOST_UNITS = 5
+#: What a column without a name may say of each sample, and what is no unit.
+_STATES = frozenset(
+    "ok nok io nio i.o. n.i.o. pass passed fail failed yes no ja nein true false on off valid invalid load unload".split()
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +67,7 @@ def given_unit(table: Table, wanted: WantedColumn, index: int, text: str) -> Kno
     RecordingError
         It is not a unit of the quantity.
     """
-    unit = find_unit(text, wanted.measured)
+    unit = scaled_unit(text, wanted.measured)
     if unit is None or unit.measured != wanted.measured:
         what = f'{table.label(index)}: "{text}" is not a unit of {KIND[wanted.measured]}'
         raise _refused(table, wanted.quantity, index, what)
@@ -110,7 +125,10 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
 
 
 def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
-    """Return the unit in the column behind another one, if each of its fields is a unit: ``12.5;N``.
+    """Return the unit in the column behind another one, ``12.5;N``, or in a column "Force unit" anywhere.
+
+    A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit, or the
+    file is refused. In a column with another name, ``Phase``, one text in all rows counts if it is surely a unit.
 
     Parameters
     ----------
@@ -122,26 +140,37 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
     Raises
     ------
     RecordingError
-        The fields differ, or are units of another quantity.
+        The fields differ, or are no unit of the quantity.
     """
-    if not isinstance(table, TextTable) or index + 1 >= len(table.names):
+    if not isinstance(table, TextTable):
         return []
-    if not re.match(r"[^\W\d_]|[%°\[(]", table.text(0, index + 1)):
-        return []
-    fields = [table.text(row, index + 1) for row in range(len(table))]
-    written = list(dict.fromkeys(field for field in fields if field))
-    known = [tabulated_unit(text) for text in written[: _MOST_UNITS + 1]]
-    named = heading(table.names[index + 1]).name in _UNIT_NAMES
-    # "h" in a column "Phase" is no unit of the force before it.
-    is_own = all(unit is not None and unit.measured == wanted.measured for unit in known)
-    if len(written) > _MOST_UNITS or not (named or is_own):
-        return []
-    if len(written) > 1 or "" in fields:
-        row = next(i for i, field in enumerate(fields) if field != fields[0])
-        what = f'{table.label(index)}: the unit behind it is "{fields[0]}" at first and "{fields[row]}" here'
-        expected = f'one unit; or units = {{{wanted.quantity} = "..."}} in the table of the case file'
-        raise RecordingError(Problem(table.place(row), what, "", expected))
-    return [_read(table, wanted, index, written[0])]
+    found = []
+    for at, name in enumerate(table.names):
+        words = set(heading(name).words) or set(plain_name(name).split())
+        rest = [word for word in plain_name(name).split() if word not in _UNIT_NAMES]
+        named = len(rest) < len(plain_name(name).split())
+        own = named and " ".join(rest) == plain_name(" ".join(heading(table.names[index]).words))
+        behind = at == index + 1 and not (named and rest and not own)
+        if not (own or behind) or table.text(0, at).lower() in _STATES or not re.match(r"[^\W\d_]|[%‰°\[(\"'′″#]|[\d.,/]+\s*[^\W\d_%°]", table.text(0, at)):
+            continue
+        fields = [table.text(row, at) for row in range(len(table))]
+        written = list(dict.fromkeys(field for field in fields if field))
+        stands = own or named or not words
+        sure = len(written) == 1 and len(plain_unit(written[0])) > 1 and certain_unit(written[0])
+        known = [find_unit(text, wanted.measured) for text in written[: _MOST_UNITS + 1]]
+        is_own = all(unit is not None and unit.measured == wanted.measured for unit in known)
+        if not (stands or sure or (is_own and len(written) <= _MOST_UNITS)):
+            continue  # "h" in a column "Phase" is no unit of the force before it
+        if len(written) > 1 or "" in fields:
+            row = next(i for i, field in enumerate(fields) if field != fields[0])
+            what = (
+                f'{table.label(index)}: the unit behind it is "{fields[0][:SHOWN]}" at first and '
+                f'"{fields[row][:SHOWN]}" here'
+            )
+            expected = f'one unit; or units = {{{wanted.quantity} = "..."}} in the table of the case file'
+            raise RecordingError(Problem(table.place(row), what, "", expected))
+        found.append(_read(table, wanted, index, written[0]))
+    return found
 
 
 def _unit_above(table: Table, wanted: WantedColumn, index: int) -> KnownUnit | None:

@@ -24,7 +24,7 @@ from bushcli.recording.unit_in_name import (
     unit_within,
     with_second_unit,
 )
-from bushcli.recording.units import NO_UNIT, find_unit, plain_unit, tabulated_unit
+from bushcli.recording.units import NO_UNIT, certain_unit, find_unit, plain_unit, tabulated_unit
 from bushcli.recording.vocabulary import (
     EXCLUDING,
     FOREIGN_BEGINNINGS,
@@ -118,9 +118,10 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     if inch:
         rest, written = rest[: inch.start()], ["in"]
     if not written:
-        rest, unit = unit_within(rest, timed)
+        named, unit = unit_within(rest.rstrip(" ?"), timed)
         if unit:
-            rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
+            doubt = "?" if rest.rstrip().endswith("?") else ""
+            rest, written = re.sub(r"\s+in\s*$", "", named), [unit + doubt]
     rest, written = with_second_unit(rest, written, timed)
     scaled = factor_in(without_ranges(rest)) or _prefix(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
@@ -133,9 +134,9 @@ def heading(text: str, has_unit: bool = False) -> Heading:
         written, doubtful = _with_number(shown, rest, doubtful, has_unit)
     if ranges or any(re.match(r"\d", text) for text in written):
         shown = without_range_words(shown)
-    if timed and not written and any(word.lower() == "min" for word in shown):
-        doubtful += [word for word in shown if word.lower() == "min"]
-        shown = [word for word in shown if word.lower() != "min"]
+    if timed and not written:  # minutes or the smallest value, Stunden or a standard deviation
+        doubtful += [word for word in shown if word.lower() in ("min", "std")]
+        shown = [word for word in shown if word.lower() not in ("min", "std")]
     end = _AFTER_SIGN.search(rest) if doubtful else None
     at_end = end[1] if end and end[1] in doubtful else ""
     lower, formula = tuple(word.lower() for word in shown), is_formula(text, rest)
@@ -228,7 +229,7 @@ def _doubtful(words: Sequence[str], rest: str) -> list[str]:
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line above a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = [tabulated_unit(field) is not None for field in fields]
+    known = [certain_unit(field) for field in fields]
     blank = [plain_unit(field) in NO_UNIT for field in fields]
     bracketed = [field.startswith(("[", "(")) or field.endswith(("]", ")")) for field in fields]
     # To exclude "t;F;s", all fields must be known units; in brackets, unknown units are permitted.

@@ -12,7 +12,7 @@ from bushcli.recording.factors import factor_in
 from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
 from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
 from bushcli.recording.table import SHOWN
-from bushcli.recording.units import NO_UNIT, plain_unit, tabulated_unit
+from bushcli.recording.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
 
 #: The number of a channel or test in a comment.
 _NUMBERED = re.compile(
@@ -168,10 +168,16 @@ def _units_above(
     above : sequence of (Line, list of str)
         Lines with a field for each column, the lowest first.
     """
-    strict = any(heading(name).written for name in names)
+    own = [[tabulated_unit(text) for text in heading(name).written] for name in names]
     for line, row in above:
-        if is_units_row(row) if strict else _are_units_above(row):
-            return tuple(_without_label(row)), line.number
+        bare = _without_label(row)
+        # Where the names have units too, a row with other words is one of units if it repeats a unit or adds one.
+        fits = not any(own) or any(
+            certain_unit(field) and (not said or tabulated_unit(field) in said)
+            for field, said in zip(bare, own, strict=True)
+        )
+        if is_units_row(row) or (fits and _are_units_above(row)):
+            return tuple(bare), line.number
     return None
 
 
@@ -216,12 +222,15 @@ def _are_units_above(fields: list[str]) -> bool:
         re.fullmatch(r"(units?|einheit|unité|values?|werte|data|daten)\W*", field.lower()) for field in fields
     ):
         return False
-    singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in fields]
+    certain = sum(map(certain_unit, fields))
+    # Beside two units, "t" is no time, but tonnes.
+    words = [field for field in fields if certain < 2 or field not in ("t", "T")]
+    singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in words]
     return is_units_row(fields) or (
-        not named_columns(fields)
+        not named_columns(words)
         and not named_columns(singular)
-        and any(tabulated_unit(field) is not None for field in fields)
-        and all(len(field.split()) < 2 for field in fields)
+        and (certain > 0 or (len(fields) == 1 and is_unit(fields[0])))
+        and all(len(field.split()) < 2 or certain_unit(field) or is_unit(field) for field in fields)
     )
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from bushcli.recording.quality import name_quality, plain_name
-from bushcli.recording.units import tabulated_unit
+from bushcli.recording.units import COUNTED, tabulated_unit
 from bushcli.recording.vocabulary import NUMBERED_WORDS, POWER, known_word
 
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
@@ -31,11 +31,12 @@ def unit_within(text: str, timed: bool) -> tuple[str, str]:
     last = re.search(r"(?<=[\s_,;:|=])[^\W\d_]+-[^\W\d_]+$", text)
     if last and _are_units(last[0].split("-")):  # ft-lb
         return text[: last.start()], last[0]
-    foot = re.fullmatch(r"(.*\w)[\s_]*['′]", text)
+    foot = re.fullmatch(r"(.*\w)[\s_,;:.=-]*['′]", text)
     if foot:
         return foot[1], "'"
-    if "%" in text:
-        return text.replace("%", " "), "%"
+    for sign in "%‰":
+        if sign in text:
+            return text.replace(sign, " "), sign
     absent = re.search(r"(?<![^\W_])n\s*/\s*a\.?$", text, re.IGNORECASE)
     if absent:
         return text[: absent.start()], absent[0]
@@ -94,8 +95,10 @@ def prefix_apart(words: Sequence[str], unit: str) -> str:
     """
     found = tabulated_unit(unit)
     last = words[-1] if words else ""
-    if found is None or len(last) > 1:
-        return ""
+    if last.lower() in COUNTED:
+        return last
+    if found is None or len(last) > 2 or (last == "M" and found.measured == "moment"):
+        return ""  # M is the symbol of a moment
     joined = tabulated_unit(last + unit) if last else None
     scaled = joined is not None and joined.measured == found.measured and joined.factor != found.factor
     return last if last == "k" or scaled else ""
