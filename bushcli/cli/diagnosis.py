@@ -143,12 +143,11 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
     """Print and save a diagnosis, and return the exit code."""
     from bushcli import report
 
-    result = report.diagnosis_json(found, run.timings())
-    run.show(report.diagnosis_text(found))
-    run.emit(result)
-    if run.output:
-        report.write_diagnosis(run.output, result, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.diagnosis_json(found, run.timings()),
+        lambda: report.diagnosis_text(found),
+        lambda output, result: report.write_diagnosis(output, result, found),
+    )
     if any(condition.name == "interrupted" for condition in found.conditions):
         return INTERRUPTED
     if any(condition.name == "not_converged" for condition in found.conditions):

@@ -16,7 +16,6 @@ from bushcli.cli.run import (
     NEGATIVE,
     NOT_CONVERGED,
     Run,
-    is_first_rank,
     on_a_case,
     wait_for_ranks,
 )
@@ -49,12 +48,11 @@ def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
 
     case = run.load()
     found = fit_to_coupons(run, case, model, weighting)
-    result = report.fit_json(case, found, run.timings())
-    run.show(report.fit_text(found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_fit(run.output, result, case, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.fit_json(case, found, run.timings()),
+        lambda: report.fit_text(found),
+        lambda output, result: report.write_fit(output, result, case, found),
+    )
     return NEGATIVE if strict and found.conditions else DONE
 
 
@@ -237,12 +235,11 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
 
     interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
     fits.sort(key=report.rank)
-    result = report.inverse_json(case, fits, run.timings())
-    run.show(report.inverse_text(fits))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_inverse(run.output, result, case, fits)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.inverse_json(case, fits, run.timings()),
+        lambda: report.inverse_text(fits),
+        lambda output, result: report.write_inverse(output, result, case, fits),
+    )
     return _exit_code(fits[0], strict, interrupted)
 
 

@@ -36,6 +36,8 @@ AGAIN = 0.02
 
 # Signals that were received and not raised yet.
 _remembered: list[int] = []
+# Not empty while signals are held back.
+_holding: list[bool] = []
 
 
 def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = None) -> None:
@@ -51,6 +53,7 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
     last, several = -SAME, ranks_started() > 1
     waits = several if together is None else together
     _remembered.clear()
+    _holding.clear()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal last
@@ -60,7 +63,7 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
             _send_again(number)
             return
         last = clock()
-        if waits and not _remembered:
+        if (waits or _holding) and not _remembered:
             _remembered.append(number)
             return
         abandon_compilation(frame)
@@ -106,6 +109,24 @@ def _send_again(number: int) -> None:
     again = threading.Timer(AGAIN, signal.raise_signal, [number])
     again.daemon = True
     again.start()
+
+
+def hold() -> None:
+    """Hold the next signal back until `let_go`: what was calculated is written first, which takes a moment.
+
+    A further signal is raised at once. Under `mpirun` nothing is held back, because the ranks stop together.
+    """
+    if ranks_started() == 1:
+        _holding.append(True)
+
+
+def let_go() -> None:
+    """Raise KeyboardInterrupt if a signal has been held back, and hold no more."""
+    held = bool(_holding and _remembered)
+    _holding.clear()
+    if held:
+        _remembered.clear()
+        raise KeyboardInterrupt
 
 
 def meet(comm: Any) -> None:
