@@ -21,7 +21,7 @@ from bushcli.cli.run import (
     on_a_case,
     ranks_there_are,
 )
-from bushcli.cli.shared import elsewhere, scheduled
+from bushcli.cli.shared import elsewhere, resumes, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 from cases.interrupt import is_interrupt
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     help="Processes that share the work; the answer does not depend on their number.",
 )
 @scheduled
-@click.option("--resume", is_flag=True, help="Continue from the fits that the last run saved in -o DIR.")
+@resumes("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
@@ -78,7 +78,7 @@ def diagnose(
     budget: float | None,
     workers: int,
     scheduler: str | None,
-    resume: bool,
+    resume: bool | None,
     no_maps: bool,
     strict: bool,
 ) -> int:

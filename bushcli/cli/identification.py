@@ -19,7 +19,7 @@ from bushcli.cli.run import (
     on_a_case,
     wait_for_ranks,
 )
-from bushcli.cli.shared import pool, scheduled
+from bushcli.cli.shared import pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -145,9 +145,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
 )
-@click.option(
-    "--resume", is_flag=True, help="Continue from the evaluations that the last run saved in -o DIR."
-)
+@resumes("evaluations")
 @click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
 @on_a_case
 def inverse(
@@ -163,7 +161,7 @@ def inverse(
     workers: int,
     scheduler: str | None,
     seed: int,
-    resume: bool,
+    resume: bool | None,
     strict: bool,
 ) -> int:
     """Identify the law of CASE from its recordings.
@@ -207,7 +205,7 @@ def inverse(
     return _reported(run, case, fits, strict)
 
 
-def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
+def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 

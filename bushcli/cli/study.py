@@ -12,7 +12,7 @@ import click
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
-from bushcli.cli.shared import pool, shares_work
+from bushcli.cli.shared import pool, resumes, shares_work
 from bushcli.errors import InputError, Problem
 from cases.interrupt import is_interrupt
 
@@ -65,7 +65,7 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
-@click.option("--resume", is_flag=True, help="Continue from the designs that the last run saved in -o DIR.")
+@resumes("designs")
 @click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
 @shares_work
 @on_a_case
@@ -79,7 +79,7 @@ def study(
     limited: tuple[str, ...],
     seed: int,
     no_curves: bool,
-    resume: bool,
+    resume: bool | None,
     strict: bool,
     workers: int | None,
     scheduler: str | None,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -277,11 +276,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
 
 
 def inputs_of(case: Case | None) -> list[Path]:
-    """Return the files that a case reads."""
-    if case is None:
-        return []
-    inputs = [case.path, *(source.file for source in (*case.recordings, *case.coupons))]
-    return inputs + [load.source.file for load in case.load_cases if load.source is not None]
+    """Return the files that a case reads, the case file first."""
+    return [] if case is None else [case.path, *case.files]
 
 
 def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
@@ -296,12 +292,10 @@ def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
     """
     asked = {name: value for name, value in options.items() if name not in _HOW}
     shown = {key: value for key, value in resolved(case).items() if key != "path"}
-    text = json.dumps([command, shown, asked, code_revision()], sort_keys=True, default=str)
-    digest = hashlib.sha256(text.encode())
-    named = [shown["geometry"].get("file"), *(value for value in asked.values() if isinstance(value, Path))]
-    files = [case.path.parent / one for one in named if isinstance(one, str)]
-    files += [one for one in named if isinstance(one, Path)]
-    for file in (*inputs_of(case)[1:], *files):
-        with suppress(OSError), file.open("rb") as opened:
-            digest.update(hashlib.file_digest(opened, "sha256").digest())
-    return digest.hexdigest()[:32]
+    read = [
+        value.read_text(errors="replace")
+        for value in asked.values()
+        if isinstance(value, Path) and value.is_file()
+    ]
+    data = [command, shown, case.data_digest(), asked, read, code_revision()]
+    return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
