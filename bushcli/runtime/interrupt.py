@@ -32,7 +32,7 @@ _COMPILER = ("compile_forms", "compile_expressions")
 # python_error has no handler, Open MPI dumps its stack): a signal waits, and is sent again after so many seconds.
 _NATIVE = ("basix", "dolfinx", "gmsh", "mpi4py", "petsc4py")
 AGAIN = 0.02
-
+_NO_HANDLERS = "-no_signal_handler"
 
 # Signals that were received and not raised yet.
 _remembered: list[int] = []
@@ -78,9 +78,19 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
     sys.unraisablehook = _Dropped(hook.before if isinstance(hook, _Dropped) else hook, once_more)
     for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
         signal.signal(one, interrupt)
+    _keep_signals()
     # Under nohup a run goes on when its terminal is closed.
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         signal.signal(signal.SIGHUP, interrupt)
+
+
+def _keep_signals() -> None:
+    """Have native libraries leave SIGHUP alone when they are loaded: PETSc would abort on it, and UCX swallow it."""
+    given = os.environ.get("PETSC_OPTIONS", "")
+    if _NO_HANDLERS not in given.split():
+        os.environ["PETSC_OPTIONS"] = f"{given} {_NO_HANDLERS}".strip()
+    # UCX, the transport of Open MPI, enters its debug mode on this signal, SIGHUP by default.
+    os.environ.setdefault("UCX_DEBUG_SIGNO", "0")
 
 
 class _Dropped:
