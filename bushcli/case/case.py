@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -144,6 +146,22 @@ class Case:
         named = load_case_names(self.load_cases, self.recordings)
         prescribed = zip(named, (load.mode for load in self.load_cases), strict=True)
         return (*prescribed, *((source.label, source.mode) for source in self.recordings))
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Files that the case reads, besides the case file itself."""
+        part = getattr(self.geometry, "file", None)
+        programs = (load.source for load in self.load_cases if load.source is not None)
+        sources = (*self.recordings, *self.coupons, *programs)
+        return (*(source.file for source in sources), *([Path(part)] if part else []))
+
+    def data_digest(self) -> str:
+        """Return a digest of the present contents of `files`; one that cannot be read does not count."""
+        digest = hashlib.sha256()
+        for file in self.files:
+            with suppress(OSError), file.open("rb") as opened:
+                digest.update(hashlib.file_digest(opened, "sha256").digest())
+        return digest.hexdigest()
 
     @property
     def needs_fit(self) -> bool:

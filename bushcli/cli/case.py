@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -60,15 +61,14 @@ def check(run: Run, strict: bool) -> int:
     result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
     result |= report.protocol_json(tests)
-    if run.shows:
+
+    def text() -> tuple[Any, ...]:
         from bushcli.report.text import problem_parts
 
         said = report.case_text(case, records, materials, faults, programs)
-        run.show(said, *report.protocol_parts(tests), *problem_parts(found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_check(run.output, result, case)
-        run.say(f"wrote {run.output}")
+        return (said, *report.protocol_parts(tests), *problem_parts(found))
+
+    run.deliver(lambda: result, text, lambda output, found: report.write_check(output, found, case))
     return NEGATIVE if strict and (faults or tests.violated) else DONE
 
 
@@ -84,27 +84,23 @@ def mesh(run: Run) -> int:
     from bushcli.case import starter_case
     from bushcli.simulate.meshes import meshes
 
-    output = run.output or Path("out")
+    output = run.write_into(Path("out"))
     try:
         case = run.load(parts=True)
-        report.check_output(output, case, run.command)
         with run.timed("mesh"):
-            built = meshes(case, output)
+            built = meshes(case, output / report.STAGING)
     except GeometryError as error:
         if is_first_rank() and report.write_refused(output, error):
             run.say(f"see the picture {output / 'geometry.png'}")
         raise
-    if run.shows:
-        run.show(report.mesh_text(built, case.geometry))
-    result = report.mesh_json(case, built, run.timings())
-    run.emit(result)
-    if is_first_rank():
-        report.write_meshes(output, built, result, case.geometry)
-        if case.path.suffix != ".toml" and report.write_starter_case(output, starter_case(case, output)):
-            run.say(
-                f"wrote {output / report.BEGINNING}: a case file to start from; enter your rubber and loads"
-            )
-        run.say(f"wrote {output}")
+    run.deliver(
+        lambda: report.mesh_json(case, built, run.timings()),
+        lambda: report.mesh_text(built, case.geometry),
+        lambda output, found: report.write_meshes(output, built, found, case.geometry),
+    )
+    part = case.path.suffix != ".toml"
+    if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
+        run.say(f"wrote {output / report.BEGINNING}: a case file to start from; enter your rubber and loads")
     return DONE
 
 
@@ -165,7 +161,7 @@ def direct(
                 case,
                 found.material if found else None,
                 mesh_check=mesh_check,
-                fields=run.output if run.output and not no_fields else None,
+                fields=None if no_fields else run.staged,
                 pictures=run.output is not None,
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
@@ -175,13 +171,11 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    result = report.direct_json(response, compared, found, run.timings())
-    if run.shows:
-        run.show(report.direct_text(response, compared, found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_direct(run.output, result, response, compared, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.direct_json(response, compared, found, run.timings()),
+        lambda: report.direct_text(response, compared, found),
+        lambda output, result: report.write_direct(output, result, response, compared, found),
+    )
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete:

@@ -8,7 +8,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
-from bushcli.cli.run import DONE, NEGATIVE, Run, is_first_rank, on_a_case
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
 from bushcli.cli.shared import pool, shares_work
 from bushcli.errors import InputError, Problem
 
@@ -105,12 +105,11 @@ def design(
                 notify=progress,
                 tables=run.tables,
             )
-    result = report.design_json(found, run.timings())
-    run.show(report.design_text(found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_design(run.output, result, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.design_json(found, run.timings()),
+        lambda: report.design_text(found),
+        lambda output, result: report.write_design(output, result, found),
+    )
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 
 

@@ -21,7 +21,7 @@ from bushcli.cli.run import (
     on_a_case,
     ranks_there_are,
 )
-from bushcli.cli.shared import elsewhere, scheduled
+from bushcli.cli.shared import elsewhere, resumes, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 from cases.interrupt import is_interrupt
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     help="Processes that share the work; the answer does not depend on their number.",
 )
 @scheduled
-@click.option("--resume", is_flag=True, help="Continue from the fits that the last run saved in -o DIR.")
+@resumes("fits")
 @click.option("--no-maps", is_flag=True, help="Do not compute the maps of the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
@@ -78,7 +78,7 @@ def diagnose(
     budget: float | None,
     workers: int,
     scheduler: str | None,
-    resume: bool,
+    resume: bool | None,
     no_maps: bool,
     strict: bool,
 ) -> int:
@@ -143,12 +143,11 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
     """Print and save a diagnosis, and return the exit code."""
     from bushcli import report
 
-    result = report.diagnosis_json(found, run.timings())
-    run.show(report.diagnosis_text(found))
-    run.emit(result)
-    if run.output:
-        report.write_diagnosis(run.output, result, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.diagnosis_json(found, run.timings()),
+        lambda: report.diagnosis_text(found),
+        lambda output, result: report.write_diagnosis(output, result, found),
+    )
     if any(condition.name == "interrupted" for condition in found.conditions):
         return INTERRUPTED
     if any(condition.name == "not_converged" for condition in found.conditions):

@@ -16,11 +16,10 @@ from bushcli.cli.run import (
     NEGATIVE,
     NOT_CONVERGED,
     Run,
-    is_first_rank,
     on_a_case,
     wait_for_ranks,
 )
-from bushcli.cli.shared import pool, scheduled
+from bushcli.cli.shared import pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -49,12 +48,11 @@ def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
 
     case = run.load()
     found = fit_to_coupons(run, case, model, weighting)
-    result = report.fit_json(case, found, run.timings())
-    run.show(report.fit_text(found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_fit(run.output, result, case, found)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.fit_json(case, found, run.timings()),
+        lambda: report.fit_text(found),
+        lambda output, result: report.write_fit(output, result, case, found),
+    )
     return NEGATIVE if strict and found.conditions else DONE
 
 
@@ -147,9 +145,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the start points."
 )
-@click.option(
-    "--resume", is_flag=True, help="Continue from the evaluations that the last run saved in -o DIR."
-)
+@resumes("evaluations")
 @click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
 @on_a_case
 def inverse(
@@ -165,7 +161,7 @@ def inverse(
     workers: int,
     scheduler: str | None,
     seed: int,
-    resume: bool,
+    resume: bool | None,
     strict: bool,
 ) -> int:
     """Identify the law of CASE from its recordings.
@@ -209,7 +205,7 @@ def inverse(
     return _reported(run, case, fits, strict)
 
 
-def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
+def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
@@ -237,12 +233,11 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
 
     interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
     fits.sort(key=report.rank)
-    result = report.inverse_json(case, fits, run.timings())
-    run.show(report.inverse_text(fits))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_inverse(run.output, result, case, fits)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.inverse_json(case, fits, run.timings()),
+        lambda: report.inverse_text(fits),
+        lambda output, result: report.write_inverse(output, result, case, fits),
+    )
     return _exit_code(fits[0], strict, interrupted)
 
 

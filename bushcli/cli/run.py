@@ -9,7 +9,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from bushcli.errors import InputError, Problem, printable
-from bushcli.runtime.interrupt import listen, ranks_started
+from bushcli.runtime.interrupt import hold, let_go, listen, ranks_started
 from cases.interrupt import is_interrupt
 from geometry.errors import GeometryError
 
@@ -42,7 +42,10 @@ class Run:
         json: bool,
         quiet: bool,
         verbose: bool,
+        options: Mapping[str, Any] | None = None,
     ) -> None:
+        self.options = options or {}
+        self.question = ""
         self.command, self.path, self.overrides, self.output = command, case, overrides, output
         self.json, self.quiet, self.verbose = json, quiet, verbose
         self.begin = time.perf_counter()
@@ -58,18 +61,103 @@ class Run:
             else:
                 case = load_case(self.path, self.overrides, self.tables)
         if self.output is not None:
-            from bushcli.report import check_output
-
-            check_output(self.output, case, self.command)
-            self._occupy(self.output)
+            self._prepare(self.output, case)
         return case
 
-    def _occupy(self, output: Path) -> None:
-        """Refuse a folder into which another run writes; not for the ranks of `mpirun`, which share one."""
-        from bushcli.report import occupy
+    def _prepare(self, output: Path, case: Case) -> None:
+        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result."""
+        from bushcli import report
 
-        if ranks_started() == 1:
-            click.get_current_context().call_on_close(occupy(output))
+        report.check_output(output, case, self.command)
+        several, ends = ranks_there_are() > 1, click.get_current_context()
+        if is_first_rank():
+            refused = None
+            try:
+                ends.call_on_close(report.occupy(output))
+                ends.with_resource(report.staging(output))
+            except InputError as error:
+                refused = error
+        if several:
+            from mpi4py import MPI
+
+            refused = MPI.COMM_WORLD.bcast(refused if is_first_rank() else None)
+        if refused is not None:
+            raise refused
+        self.question = report.question_of(self.command, case, self.options)
+        moved = report.moves_to(output, self.command, self.question)
+        if moved is not None:
+            _complain(
+                f"{output} holds a result of `bushcli {moved[0]}`; it moves to {moved[1]} when this run has a result"
+            )
+
+    def write_into(self, folder: Path) -> Path:
+        """Write into this folder unless the user has given one, and return the folder."""
+        self.output = self.output or folder
+        return self.output
+
+    @property
+    def staged(self) -> Path | None:
+        """Folder for files that are written while the command calculates; None without -o."""
+        from bushcli.report import STAGING
+
+        return None if self.output is None else self.output / STAGING
+
+    def deliver(
+        self,
+        result: Callable[[], dict[str, Any]],
+        text: Callable[[], Any],
+        write: Callable[[Path, dict[str, Any]], Sequence[Path]],
+    ) -> None:
+        """Write the result into the folder of -o, then print it.
+
+        An interruption waits until the numbers are on disk. Whatever prevents the writing is raised after the printing.
+
+        Parameters
+        ----------
+        result : callable
+            Returns the result as JSON-ready data.
+        text : callable
+            Returns the result as text for the terminal, or a sequence of its parts.
+        write : callable
+            Writes the result into a folder, and returns the files written.
+        """
+        failure: BaseException | None = None
+        if self.output is not None and is_first_rank():
+            hold()
+        found = result()
+        if self.output is not None and is_first_rank():
+            from bushcli import report
+
+            try:
+                written = write(self.output, {**found, report.QUESTION: self.question})
+                self._say_where(self.output, written[0].parent)
+                let_go()
+            except report.NotDrawn as error:
+                self._say_where(self.output, error.place)
+                _complain(
+                    f"{error.place} holds the numbers of the result, but not all of its pictures, nor its page: "
+                    "the same command again draws them"
+                )
+                failure = error.cause
+            except (InputError, OSError, KeyboardInterrupt) as error:
+                failure = error
+        if self.shows:
+            self.show(*(parts if isinstance(parts := text(), tuple) else (parts,)))
+        self.emit(found)
+        if failure is not None:
+            raise failure
+
+    def _say_where(self, output: Path, place: Path) -> None:
+        if place == output:
+            self.say(f"wrote {output}")
+            return
+        from bushcli.report import earlier_result
+
+        kept = (earlier_result(output) or {}).get("command", "")
+        _complain(
+            f"interrupted before the end: {output} keeps the finished result of `bushcli {kept}`; "
+            f"the unfinished one is in {place}"
+        )
 
     @functools.cached_property
     def tables(self) -> TableCache:
@@ -206,7 +294,7 @@ def on_a_case(
         debug: bool,
         **options: Any,
     ) -> None:
-        run = Run(command.__name__, case, overrides, output, json, quiet, verbose)
+        run = Run(command.__name__, case, overrides, output, json, quiet, verbose, options)
         finish(lambda: command(run, **options), debug)
 
     return wrapper

@@ -39,6 +39,22 @@ def scheduled(command: F) -> F:
     )(command)
 
 
+def resumes(what: str) -> Callable[[F], F]:
+    """Give a command the option ``--resume/--fresh``.
+
+    Parameters
+    ----------
+    what : str
+        What a run saves, in the plural.
+    """
+    return click.option(
+        "--resume/--fresh",
+        default=None,
+        help=f"Continue from the {what} that an earlier run of the same question saved in -o DIR: this is the default "
+        "where there are any; --resume refuses to begin anew beside those of another question. --fresh deletes them.",
+    )
+
+
 @contextmanager
 def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     """Yield the pool of workers; None on the ranks of `mpirun` that work for the first one.

@@ -11,8 +11,8 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
-from bushcli.cli.run import DONE, NEGATIVE, Run, is_first_rank, on_a_case
-from bushcli.cli.shared import pool, shares_work
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
+from bushcli.cli.shared import pool, resumes, shares_work
 from bushcli.errors import InputError, Problem
 from cases.interrupt import is_interrupt
 
@@ -65,7 +65,7 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
 )
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
-@click.option("--resume", is_flag=True, help="Continue from the designs that the last run saved in -o DIR.")
+@resumes("designs")
 @click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
 @shares_work
 @on_a_case
@@ -79,7 +79,7 @@ def study(
     limited: tuple[str, ...],
     seed: int,
     no_curves: bool,
-    resume: bool,
+    resume: bool | None,
     strict: bool,
     workers: int | None,
     scheduler: str | None,
@@ -196,10 +196,9 @@ def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
     """Print and save a study, and return the exit code."""
     from bushcli import report
 
-    result = report.study_json(found, run.timings())
-    run.show(report.study_text(found))
-    run.emit(result)
-    if run.output and is_first_rank():
-        report.write_study(run.output, result, found, rows.write)
-        run.say(f"wrote {run.output}")
+    run.deliver(
+        lambda: report.study_json(found, run.timings()),
+        lambda: report.study_text(found),
+        lambda output, result: report.write_study(output, result, found, rows.write),
+    )
     return NEGATIVE if strict and found.failed else DONE

@@ -35,7 +35,8 @@ from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
-from bushcli.runtime.store import Store
+from bushcli.runtime.history import history_of
+from bushcli.runtime.store import Store, holds_results
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
@@ -88,7 +89,7 @@ def diagnose(
     workers: int = 1,
     executor: Executor | None = None,
     journal: Path | None = None,
-    resume: bool = False,
+    resume: bool | None = False,
     maps: bool = True,
     progress: Progress | None = None,
     tables: TableCache | None = None,
@@ -108,7 +109,8 @@ def diagnose(
     workers, executor
         Number of processes, or existing ones such as the ranks of `mpirun`; the answer does not depend on them.
     journal, resume
-        Folder in which every fit is saved, untouched if the input is refused; whether to use the fits that it holds.
+        Folder in which every fit is saved, untouched if the input is refused; whether to use the fits that it holds,
+        or None: to use them if there are any.
     maps
         Whether to map the misfit in the bushing, too.
     progress
@@ -261,21 +263,28 @@ def _ended(said: Diagnosis, store: Store | None, begin: float, notify: Progress)
     return replace(said, conditions=tuple(found), seconds=time.perf_counter() - begin)
 
 
-def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:
-    """Open the folder of results, and say whether those of an earlier run are used, deleted, or missing."""
+def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
+    """Open the folder of results, and say whether those of an earlier run are used, deleted, or missing.
+
+    Parameters
+    ----------
+    journal : Path or None
+    resume : bool or None
+        None as True, without a word if there are none.
+    notify : callable
+    """
     if journal is None:
         return None
-    store = Store(journal, FitCodec(), resume)
-    if not (resume or store.there):
-        return store
+    # Fits of any question share a folder, because each has the name of its own question.
+    store = Store(history_of(journal, holds_results, resume)[0], FitCodec(), resume is not False)
     fits = f"{store.there} result{'s' * (store.there != 1)}"
-    if not resume:
+    if store.there and resume is False:
         notify(
             "begin", store.folder.name, f"deleted {fits} of an earlier run, which --resume would have kept"
         )
     elif store.there:
         notify("resume", store.folder.name, f"{fits} found; those of the same case and revision are used")
-    else:
+    elif resume:
         notify("resume", str(store.folder), "there are no saved results: starting from the beginning")
     return store
 

@@ -20,7 +20,7 @@ from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.first import first_minimum
-from bushcli.inverse.journal import Journal
+from bushcli.inverse.journal import opened
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
@@ -82,7 +82,7 @@ def identify(
     task: Task,
     *,
     journal: Path | None = None,
-    resume: bool = False,
+    resume: bool | None = False,
     progress: Progress | None = None,
     pool: Pool | None = None,
     tables: TableCache | None = None,
@@ -95,7 +95,7 @@ def identify(
     task
         Definition of the identification.
     journal, resume
-        Folder in which every evaluation is saved; whether to continue from those that it holds.
+        Folder in which every evaluation is saved; whether to continue from those that it holds (`journal.opened`).
     progress
         Called after each evaluation.
     pool
@@ -118,9 +118,10 @@ def identify(
     begin, tables = time.perf_counter(), TableCache() if tables is None else tables
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start = (task.law, task.vectors())[1][0]
-    saved = Journal(journal, task.identity(), resume) if journal is not None else None
+    saved = opened(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
-    run = _Searches(task, problem, held_out, start, journal, resume, progress, pool, tables)
+    place = None if saved is None else saved.folder
+    run = _Searches(task, problem, held_out, start, place, resume, progress, pool, tables)
     run.check(told)
     interrupted = False
     try:
@@ -156,7 +157,7 @@ class _Searches:
     held_out: list[Channel]
     start: Array
     journal: Path | None
-    resume: bool
+    resume: bool | None
     progress: Progress | None
     pool: Pool | None
     tables: TableCache

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.channel import ChannelForces
 from bushcli.runtime.bounded import read_bounded
+from bushcli.runtime.history import history_of
 from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
@@ -63,6 +64,35 @@ class AnswersCodec:
         ]
 
 
+def opened(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
+    """Return the saved evaluations of an identification, in the folder that holds them or may hold them.
+
+    Parameters
+    ----------
+    folder : Path
+        Its first name; see `bushcli.runtime.history`.
+    identity : mapping
+        As of `Journal`.
+    resume : bool or None
+        Use the evaluations of an earlier run, which then have to be there if the folder is, begin anew, or use them if
+        there are any.
+    """
+
+    def is_of(one: Path) -> bool:
+        try:
+            return bool(json.loads(read_bounded(one / RUN, _LARGEST))["identity"] == digest(identity))
+        except (ValueError, LookupError, TypeError, RecursionError, OSError):
+            return False
+
+    chosen, used = history_of(folder, is_of, resume)
+    return Journal(chosen, identity, used)
+
+
+def digest(identity: Mapping[str, Any]) -> str:
+    """Return a digest of what determines the answers of an identification."""
+    return hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
+
+
 class Journal:
     """Saved evaluations of one identification.
 
@@ -83,7 +113,7 @@ class Journal:
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
         self.folder = folder
-        self.identity = hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
+        self.identity = digest(identity)
         self._index = folder / RUN
         if resume and self._index.exists():
             self._check()
@@ -97,7 +127,7 @@ class Journal:
             identity = json.loads(read_bounded(self._index, _LARGEST))["identity"]
         except (ValueError, LookupError, TypeError, RecursionError, OSError) as error:
             what = f"is damaged ({str(error)[:200]})"
-            expected = "restore the file, or run without --resume, which starts again"
+            expected = "restore the file, or run without --resume, which begins a history of its own"
             raise InputError(Problem(str(self._index), what, "", expected)) from None
         if identity != self.identity:
             what = "was saved by a run of another case, law or options"

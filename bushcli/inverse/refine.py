@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.channel import Channel, ChannelForces
-from bushcli.inverse.journal import Journal
+from bushcli.inverse.journal import Journal, opened
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
@@ -67,7 +67,7 @@ class Assignment:
     patience: tuple[Patience, ...]
     reference: float
     journal: Path | None
-    resume: bool
+    resume: bool | None
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
         return None
     folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
     identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-    return Journal(folder, identity, given.resume)
+    return opened(folder, identity, None if given.resume else given.resume)
 
 
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:

@@ -296,9 +296,7 @@ class Task:
         return {
             "case": resolved(self.case),
             "start": dict(self.start),
-            "recordings": [
-                source.file.read_bytes().hex() for source in (*self.case.recordings, *self.case.coupons)
-            ],
+            "data": self.case.data_digest(),
             **options,
             "starts": self.starts,
             "globally": self.globally,

@@ -14,10 +14,12 @@ if TYPE_CHECKING:
     from bushcli.report.diagnosis import diagnosis_text
     from bushcli.report.diagnosis_document import diagnosis_json
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
+    from bushcli.report.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
     from bushcli.report.identification import inverse_json, inverse_text
     from bushcli.report.occupied import occupy
     from bushcli.report.output import (
         check_output,
+        question_of,
         write_check,
         write_diagnosis,
         write_direct,
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BEGINNING",
+    "QUESTION",
+    "STAGING",
+    "NotDrawn",
     "case_json",
     "case_text",
     "check_output",
@@ -43,6 +48,7 @@ __all__ = [
     "diagnosis_text",
     "direct_json",
     "direct_text",
+    "earlier_result",
     "fit_json",
     "fit_text",
     "inverse_json",
@@ -50,10 +56,13 @@ __all__ = [
     "judge",
     "mesh_json",
     "mesh_text",
+    "moves_to",
     "occupy",
     "protocol_json",
     "protocol_parts",
+    "question_of",
     "rank",
+    "staging",
     "study_json",
     "study_text",
     "write_check",
@@ -74,10 +83,12 @@ _MODULES = {
     "diagnosis": ("diagnosis_text",),
     "diagnosis_document": ("diagnosis_json",),
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
+    "folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
     "identification": ("inverse_json", "inverse_text"),
     "occupied": ("occupy",),
     "output": (
         "check_output",
+        "question_of",
         "write_check",
         "write_diagnosis",
         "write_direct",

@@ -1,15 +1,18 @@
 """Results -> files in a folder: result.json, curves as CSV, pictures, report.html. Only these modules write results.
 
-A folder of results may be written again, for parameter sweeps; files with other names are left alone. A file that
-bushcli did not write is never replaced; the command is refused (`bushcli.report.folder`).
+The numbers are written before anything is drawn. What becomes of an earlier result in the folder, and of files that
+bushcli did not write, is decided in `bushcli.report.folder`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bushcli.case import resolved
 from bushcli.report.contents import (
     comparison_table,
     curve_table,
@@ -21,6 +24,7 @@ from bushcli.report.contents import (
 from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
+from bushcli.runtime.store import code_revision
 
 if TYPE_CHECKING:
     from bushcli.case import Case
@@ -34,6 +38,8 @@ REPORT = "report.html"
 DESIGNS = "designs.parquet"
 #: Endings of field files.
 FIELDS = (".xdmf", ".h5")
+# Options that change how a command works, but not what it finds.
+_HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
 # Ending of the name of a curve's file, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
@@ -57,10 +63,10 @@ def write_check(directory: Path, result: Mapping[str, Any], case: Case) -> tuple
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
-    return _write(directory, {RESULT: result}, case)
+    return write_files(directory, {RESULT: result}, inputs_of(case))
 
 
 def write_direct(
@@ -90,10 +96,9 @@ def write_direct(
     ------
     InputError
         The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
+    NotDrawn
+        Everything is written but the pictures and the page.
     """
-    from bushcli.report.figures import direct_figures
-    from bushcli.report.html import direct_html
-
     names = file_names([channel.name for channel in response.channels])
     files: dict[str, Content] = {RESULT: result}
     for channel in response.channels:
@@ -101,12 +106,16 @@ def write_direct(
         files[f"{name}.csv"] = curve_table(channel)
         if channel.name in misfits:
             files[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
-    pictures = direct_figures(response, misfits, fit, names)
-    files |= drawn(pictures)
-    files[REPORT] = text_file(direct_html(result, response, misfits, fit, pictures))
-    return _write(
-        directory, files, response.case, [f"{name}{end}" for name in names.values() for end in FIELDS]
-    )
+
+    def draw() -> dict[str, Content]:
+        from bushcli.report.figures import direct_figures
+        from bushcli.report.html import direct_html
+
+        pictures = direct_figures(response, misfits, fit, names)
+        return drawn(pictures) | {REPORT: text_file(direct_html(result, response, misfits, fit, pictures))}
+
+    fields = [f"{name}{end}" for name in names.values() for end in FIELDS]
+    return write_files(directory, files, inputs_of(response.case), fields, draw)
 
 
 def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) -> tuple[Path, ...]:
@@ -125,12 +134,9 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
-    from bushcli.report.figures import fit_figures
-    from bushcli.report.html import fit_html
-
     names = file_names([curve.name for curve in fit.curves])
     files: dict[str, Content] = {RESULT: result}
     for curve in fit.curves:
@@ -140,10 +146,15 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
             (q, f"recorded_{force}", f"fitted_{force}"),
             (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
         )
-    pictures = fit_figures(fit)
-    files |= drawn(pictures)
-    files[REPORT] = text_file(fit_html(result, case, fit, pictures))
-    return _write(directory, files, case)
+
+    def draw() -> dict[str, Content]:
+        from bushcli.report.figures import fit_figures
+        from bushcli.report.html import fit_html
+
+        pictures = fit_figures(fit)
+        return drawn(pictures) | {REPORT: text_file(fit_html(result, case, fit, pictures))}
+
+    return write_files(directory, files, inputs_of(case), drawn=draw)
 
 
 def write_inverse(
@@ -164,14 +175,10 @@ def write_inverse(
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
     from bushcli.inverse.file_units import in_file_units
-    from bushcli.report.cycles import fit_histories
-    from bushcli.report.figures.cycles import history_figures
-    from bushcli.report.figures.identification import inverse_figures
-    from bushcli.report.identification_html import inverse_html
 
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
@@ -186,10 +193,17 @@ def write_inverse(
             heads.append(f"started_{force}")
             columns.append(curve.started.force)
         files[f"{names[curve.name]}-identified.csv"] = number_table(heads, columns)
-    pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
-    files |= drawn(pictures)
-    files[REPORT] = text_file(inverse_html(result, case, fits, pictures))
-    return _write(directory, files, case)
+
+    def draw() -> dict[str, Content]:
+        from bushcli.report.cycles import fit_histories
+        from bushcli.report.figures.cycles import history_figures
+        from bushcli.report.figures.identification import inverse_figures
+        from bushcli.report.identification_html import inverse_html
+
+        pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
+        return drawn(pictures) | {REPORT: text_file(inverse_html(result, case, fits, pictures))}
+
+    return write_files(directory, files, inputs_of(case), drawn=draw)
 
 
 def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis) -> tuple[Path, ...]:
@@ -206,12 +220,10 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
     from bushcli.report.diagnosis_field import map_vtu
-    from bushcli.report.diagnosis_html import diagnosis_html
-    from bushcli.report.figures.diagnosis import diagnosis_figures
 
     names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
     files: dict[str, Content] = {RESULT: result}
@@ -220,10 +232,15 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
         files[f"{names[channel.name]}-diagnosis.csv"] = diagnosed_table(channel, missing)
     for one in found.maps:
         files[f"{names[one.name]}-bushing-map.vtu"] = text_file(map_vtu(one))
-    pictures = diagnosis_figures(found, names)
-    files |= drawn(pictures)
-    files[REPORT] = text_file(diagnosis_html(result, found, pictures))
-    return _write(directory, files, found.case)
+
+    def draw() -> dict[str, Content]:
+        from bushcli.report.diagnosis_html import diagnosis_html
+        from bushcli.report.figures.diagnosis import diagnosis_figures
+
+        pictures = diagnosis_figures(found, names)
+        return drawn(pictures) | {REPORT: text_file(diagnosis_html(result, found, pictures))}
+
+    return write_files(directory, files, inputs_of(found.case), drawn=draw)
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
@@ -259,14 +276,26 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
 
 
 def inputs_of(case: Case | None) -> list[Path]:
-    """Return the files that a case reads."""
-    if case is None:
-        return []
-    inputs = [case.path, *(source.file for source in (*case.recordings, *case.coupons))]
-    return inputs + [load.source.file for load in case.load_cases if load.source is not None]
+    """Return the files that a case reads, the case file first."""
+    return [] if case is None else [case.path, *case.files]
 
 
-def _write(
-    directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
-) -> tuple[Path, ...]:
-    return write_files(directory, files, inputs_of(case), beside)
+def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
+    """Return a digest of what determines the result of a command: case, contents of its files, options, program.
+
+    Parameters
+    ----------
+    command : str
+    case : Case
+    options : mapping of str to object
+        Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
+    """
+    asked = {name: value for name, value in options.items() if name not in _HOW}
+    shown = {key: value for key, value in resolved(case).items() if key != "path"}
+    read = [
+        value.read_text(errors="replace")
+        for value in asked.values()
+        if isinstance(value, Path) and value.is_file()
+    ]
+    data = [command, shown, case.data_digest(), asked, read, code_revision()]
+    return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]

@@ -24,7 +24,7 @@ BEGINNING = "case.toml"
 def write_meshes(
     directory: Path,
     meshes: Sequence[Meshed],
-    result: Mapping[str, Any] | None = None,
+    result: Mapping[str, Any],
     shape: Shape | None = None,
 ) -> tuple[Path, ...]:
     """Write pictures of the meshes and of the interpretation of a geometry file, and result.json.
@@ -35,8 +35,8 @@ def write_meshes(
         Folder for the result; created if necessary.
     meshes : sequence of Meshed
         The meshes that were built.
-    result : mapping of str to object or None
-        What `mesh_json` returned; None writes no result.json.
+    result : mapping of str to object
+        What `mesh_json` returned.
     shape : Shape or None
         Shape of the case; a picture of its interpretation is written if it was read from a file.
 
@@ -45,14 +45,17 @@ def write_meshes(
     InputError
         The folder cannot be written.
     """
-    from bushcli.report.figures import mesh_figures
 
-    files: dict[str, Content] = {} if result is None else {RESULT: result}
-    if shape is not None and shape.view is not None:
-        files |= geometry_pictures(shape.view, "How the file was interpreted", shape.measures())
-    files |= drawn(mesh_figures(meshes))
-    fields = [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS]
-    return write_files(directory, files, [], fields)
+    def draw() -> dict[str, Content]:
+        from bushcli.report.figures import mesh_figures
+
+        seen = None if shape is None else shape.view
+        known = {} if seen is None or shape is None else shape.measures()
+        shown = {} if seen is None else geometry_pictures(seen, "How the file was interpreted", known)
+        return shown | drawn(mesh_figures(meshes))
+
+    fields = [f"mesh-{one.name}{end}" for one in meshes for end in FIELDS]
+    return write_files(directory, {RESULT: result}, [], fields, draw)
 
 
 def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:

@@ -31,16 +31,18 @@ def write_study(
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
-    from bushcli.report.figures.study import study_figures
-    from bushcli.report.study_html import study_html
 
-    pictures = study_figures(found)
-    files: dict[str, Content] = {RESULT: result, DESIGNS: rows, **drawn(pictures)}
-    files[REPORT] = text_file(study_html(result, found, pictures))
-    return write_files(directory, files, inputs_of(found.case))
+    def draw() -> dict[str, Content]:
+        from bushcli.report.figures.study import study_figures
+        from bushcli.report.study_html import study_html
+
+        pictures = study_figures(found)
+        return drawn(pictures) | {REPORT: text_file(study_html(result, found, pictures))}
+
+    return write_files(directory, {RESULT: result, DESIGNS: rows}, inputs_of(found.case), drawn=draw)
 
 
 def write_design(directory: Path, result: Mapping[str, Any], found: Design) -> tuple[Path, ...]:
@@ -57,11 +59,13 @@ def write_design(directory: Path, result: Mapping[str, Any], found: Design) -> t
 
     Raises
     ------
-    InputError
+    InputError, NotDrawn
         As `write_direct`.
     """
-    from bushcli.report.design_html import design_html
 
-    return write_files(
-        directory, {RESULT: result, REPORT: text_file(design_html(result, found))}, inputs_of(found.case)
-    )
+    def draw() -> dict[str, Content]:
+        from bushcli.report.design_html import design_html
+
+        return {REPORT: text_file(design_html(result, found))}
+
+    return write_files(directory, {RESULT: result}, inputs_of(found.case), drawn=draw)

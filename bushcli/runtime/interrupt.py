@@ -32,10 +32,12 @@ _COMPILER = ("compile_forms", "compile_expressions")
 # python_error has no handler, Open MPI dumps its stack): a signal waits, and is sent again after so many seconds.
 _NATIVE = ("basix", "dolfinx", "gmsh", "mpi4py", "petsc4py")
 AGAIN = 0.02
-
+_NO_HANDLERS = "-no_signal_handler"
 
 # Signals that were received and not raised yet.
 _remembered: list[int] = []
+# Not empty while signals are held back.
+_holding: list[bool] = []
 
 
 def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = None) -> None:
@@ -51,6 +53,7 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
     last, several = -SAME, ranks_started() > 1
     waits = several if together is None else together
     _remembered.clear()
+    _holding.clear()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal last
@@ -60,7 +63,7 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
             _send_again(number)
             return
         last = clock()
-        if waits and not _remembered:
+        if (waits or _holding) and not _remembered:
             _remembered.append(number)
             return
         abandon_compilation(frame)
@@ -75,9 +78,19 @@ def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = 
     sys.unraisablehook = _Dropped(hook.before if isinstance(hook, _Dropped) else hook, once_more)
     for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
         signal.signal(one, interrupt)
+    _keep_signals()
     # Under nohup a run goes on when its terminal is closed.
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         signal.signal(signal.SIGHUP, interrupt)
+
+
+def _keep_signals() -> None:
+    """Have native libraries leave SIGHUP alone when they are loaded: PETSc would abort on it, and UCX swallow it."""
+    given = os.environ.get("PETSC_OPTIONS", "")
+    if _NO_HANDLERS not in given.split():
+        os.environ["PETSC_OPTIONS"] = f"{given} {_NO_HANDLERS}".strip()
+    # UCX, the transport of Open MPI, enters its debug mode on this signal, SIGHUP by default.
+    os.environ.setdefault("UCX_DEBUG_SIGNO", "0")
 
 
 class _Dropped:
@@ -106,6 +119,24 @@ def _send_again(number: int) -> None:
     again = threading.Timer(AGAIN, signal.raise_signal, [number])
     again.daemon = True
     again.start()
+
+
+def hold() -> None:
+    """Hold the next signal back until `let_go`: what was calculated is written first, which takes a moment.
+
+    A further signal is raised at once. Under `mpirun` nothing is held back, because the ranks stop together.
+    """
+    if ranks_started() == 1:
+        _holding.append(True)
+
+
+def let_go() -> None:
+    """Raise KeyboardInterrupt if a signal has been held back, and hold no more."""
+    held = bool(_holding and _remembered)
+    _holding.clear()
+    if held:
+        _remembered.clear()
+        raise KeyboardInterrupt
 
 
 def meet(comm: Any) -> None:

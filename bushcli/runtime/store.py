@@ -63,6 +63,11 @@ def code_revision() -> str:
     return digest.hexdigest()
 
 
+def holds_results(folder: Path) -> bool:
+    """Whether a folder holds results of a store, of whatever question."""
+    return any(_RESULT.fullmatch(file.name) for file in folder.iterdir())
+
+
 class Codec(Protocol):
     """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bushcli.runtime.claims import claim
 from cases.fields import write_fields
 from cases.march import History
 from cases.model import FiniteElementModel
@@ -49,8 +48,6 @@ def written(model: FiniteElementModel, history: History, file: Path) -> str:
     """
     assert history.states is not None
     try:
-        if model.comm.rank == 0:
-            claim(file.parent, [file.name, file.with_suffix(".h5").name])
         with _silent():
             write_fields(model, history.displacement, history.states, file)
     except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk

@@ -10,7 +10,6 @@ from mpi4py import MPI
 
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
-from bushcli.runtime.claims import claim
 from bushcli.simulate.six import mode_of
 from cases.fields import write_mesh
 from cases.mode import modes, setting_for
@@ -91,8 +90,6 @@ def _build(
     name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
     file = directory / f"mesh-{name}.xdmf"
     try:
-        if comm.rank == 0:
-            claim(directory, [file.name, file.with_suffix(".h5").name])
         write_mesh(mesh, file)
     except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
         raise InputError(Problem(str(file), f"cannot be written: {error}", "", "give another -o")) from None

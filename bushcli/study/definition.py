@@ -6,6 +6,7 @@ import hashlib
 from typing import Any
 
 from bushcli.case import Case, resolved
+from bushcli.runtime.store import code_revision
 from bushcli.study.plan import Plan
 from bushcli.study.task import StudyTask
 
@@ -32,5 +33,7 @@ def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
         "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
         "curves": task.curves,
         "hardness": task.hardness,
+        "data": case.data_digest(),
+        "program": code_revision(),
         "material": None if task.material is None else dict(task.material.parameters),
     }

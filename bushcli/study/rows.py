@@ -211,7 +211,7 @@ class Rows:
     def _check(self, definition: Mapping[str, Any]) -> None:
         """Refuse to resume another study, or one that cannot be identified."""
         file = self.folder / DEFINITION
-        expected = "restore the file, or leave out --resume to start again"
+        expected = "restore the file, or leave out --resume, which begins rows of its own"
         if file not in self._own:
             if any(one.suffix != ".part" for one in self._own):
                 what = "is missing: it is not known to which study the saved designs belong"
@@ -227,7 +227,7 @@ class Rows:
             return
         names = sorted(name for name in now.keys() | before.keys() if now.get(name) != before.get(name))
         what = f"holds another study: {', '.join(names)} differ"
-        wanted = "repeat the options of that run, or leave out --resume to start again"
+        wanted = "repeat the options of that run, or leave out --resume, which begins rows of its own"
         raise InputError(Problem(str(self.folder), what, "", wanted))
 
     def _empty(self) -> None:
@@ -295,6 +295,22 @@ class Rows:
         if any(row[name] is None for name in (*_TEXTS, SECONDS)):
             raise ValueError(number)
         return number
+
+
+def is_defined(folder: Path, definition: Mapping[str, Any]) -> bool:
+    """Whether a folder holds the rows of the study with this definition.
+
+    Parameters
+    ----------
+    folder : Path
+    definition : mapping
+        As of `Rows`.
+    """
+    try:
+        found = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
+    except (*_DAMAGED, RecursionError):
+        return False
+    return bool(found == json.loads(json.dumps(definition)))
 
 
 def _refuse_link(path: Path) -> None:

@@ -14,13 +14,14 @@ from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
+from bushcli.runtime.history import history_of
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
 from bushcli.study.cache import DesignCache
 from bushcli.study.definition import definition
 from bushcli.study.plan import Plan
-from bushcli.study.rows import Rows, columns_of
+from bushcli.study.rows import Rows, columns_of, is_defined
 from bushcli.study.task import (
     CONDITIONS,
     SECONDS,
@@ -134,7 +135,7 @@ def study(
     folder: Path,
     *,
     limits: Mapping[str, Limits] | None = None,
-    resume: bool = False,
+    resume: bool | None = False,
     notify: Notify | None = None,
     tables: TableCache | None = None,
 ) -> tuple[Study, Rows]:
@@ -152,8 +153,8 @@ def study(
         Where each row is saved as soon as it is known.
     limits : mapping of str to Limits or None
         By answer, in its unit.
-    resume : bool
-        Continue with the rows of an earlier run.
+    resume : bool or None
+        Continue with the rows of an earlier run of the same study; None: if there are any.
     notify : Notify or None
         Called whenever designs are finished.
     tables : TableCache, optional
@@ -173,7 +174,9 @@ def study(
     first, values = checked(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
-    rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
+    defined = definition(task, plan, case)
+    place, used = history_of(folder, lambda one: is_defined(one, defined), resume)
+    rows = Rows(place, defined, kinds, len(plan.rows), used)
     resumed = len(rows.done)
     with closing(rows):
         if resumed < len(plan.rows):

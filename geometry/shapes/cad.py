@@ -78,6 +78,10 @@ class Cad(Meets):
             raise ValueError(f"is not a {', '.join(SUFFIXES)} file")
         return beside(Path(info.context["folder"]) if info.context else Path(), value)
 
+    def contents(self) -> bytes:
+        """Return the present contents of the file: saved results of another file are not those of this shape."""
+        return Path(self.file).read_bytes()
+
     def __hash__(self) -> int:
         return hash((self._wanted, tuple(self.plates.items())))
 

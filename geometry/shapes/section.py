@@ -95,6 +95,10 @@ class Section(Meets):
             raise ValueError("unit belongs to a file; [[geometry.outline]] is in mm")
         return self
 
+    def contents(self) -> bytes:
+        """Return the present contents of the file: saved results of another file are not those of this shape."""
+        return Path(self.file).read_bytes() if self.file else b""
+
     def __hash__(self) -> int:
         return hash((self.outline, self.file, self.unit, self.centre, tuple(self.plates.items())))
 

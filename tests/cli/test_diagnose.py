@@ -151,7 +151,7 @@ def test_options_reach_the_driver(run: Any, tmp_path: Path) -> None:
         "workers": 2,
         "executor": None,
         "journal": tmp_path / "out" / "history-diagnose",
-        "resume": False,
+        "resume": None,
         "maps": False,
     }
     assert run().asked["journal"] is None
@@ -300,9 +300,13 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
         (0, True, "there are no saved results: starting from the beginning"),
         (1, False, "deleted 1 result of an earlier run, which --resume would have kept"),
         (0, False, ""),
+        (2, None, "2 results found; those of the same case and revision are used"),
+        (0, None, ""),
     ],
 )
-def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resume: bool, words: str) -> None:
+def test_what_becomes_of_an_earlier_run_is_told(
+    tmp_path: Path, there: int, resume: bool | None, words: str
+) -> None:
     for i in range(there):
         (tmp_path / f"{i:024x}{SUFFIX}").touch()
     told: list[str] = []

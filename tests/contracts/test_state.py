@@ -34,6 +34,7 @@ ALLOWED = {
     ): "what a worker process retains between two pieces of work",
     ("bushcli/runtime/process_cache.py", "_alone"): "guards these caches against the threads of a worker",
     ("bushcli/runtime/interrupt.py", "_remembered"): "signals come to the process, whatever it is doing",
+    ("bushcli/runtime/interrupt.py", "_holding"): "signals come to the process, whatever it is doing",
     ("cases/kernels.py", "_KERNELS"): "compiled code, which a process loads once and cannot unload",
     # Pure functions of what identifies their result; the same arguments have the same result for everyone.
     (

@@ -16,6 +16,8 @@ import pytest
 from bushcli.runtime.interrupt import (
     SAME,
     abandon_compilation,
+    hold,
+    let_go,
     listen,
     meet,
     ranks_started,
@@ -106,6 +108,48 @@ def test_under_nohup_a_closed_terminal_does_not_interrupt():
     finally:
         for one, handler in before.items():
             signal.signal(one, handler)
+
+
+HEARD = """
+import signal, time
+from bushcli.runtime.interrupt import SAME, listen
+listen()
+from mpi4py import MPI
+from petsc4py import PETSc
+for sent in (signal.SIGHUP, signal.SIGTERM, signal.SIGINT):
+    try:
+        signal.raise_signal(sent)
+    except KeyboardInterrupt:
+        print(sent.name)
+    time.sleep(SAME)
+"""
+
+
+def test_signals_are_heard_when_the_solver_is_loaded():
+    """PETSc would abort on SIGHUP, and the transport of Open MPI swallow it."""
+    done = subprocess.run(
+        [sys.executable, "-c", HEARD],
+        capture_output=True,
+        text=True,
+        check=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+    )
+    assert done.stdout.split() == ["SIGHUP", "SIGTERM", "SIGINT"]
+
+
+def test_a_signal_is_held_back_while_a_result_is_written(listening):
+    hold()
+    os.kill(os.getpid(), signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt):
+        let_go()
+    let_go()
+    # A second one does not wait.
+    hold()
+    listening[0] += 2 * SAME
+    os.kill(os.getpid(), signal.SIGINT)
+    listening[0] += 2 * SAME
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 class Ranks:

@@ -1,12 +1,14 @@
 """Files that may be written into a folder of results, and files that are not touched."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.report.folder import check_folder, owned, refuse_others, write_files
+from bushcli.report.folder import STAGING, NotDrawn, check_folder, owned, refuse_others, staging, write_files
 from bushcli.report.occupied import occupy
 from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
@@ -48,11 +50,16 @@ def test_a_result_that_is_not_bushclis_is_not_replaced(tmp_path, content):
     assert (tmp_path / "result.json").read_text() == content
 
 
-def test_a_result_of_an_earlier_version_is_replaced_with_its_files(tmp_path):
+def test_a_result_that_lists_no_files_owns_none(tmp_path):
+    # As `bushcli direct --json > out/result.json` writes it.
     (tmp_path / "result.json").write_text(json.dumps(RESULT))
-    (tmp_path / "a.csv").write_text("old")
-    write_files(tmp_path, {"result.json": RESULT, "a.csv": text("new")}, ())
-    assert (tmp_path / "a.csv").read_text() == "new"
+    for name in ("report.html", "a.csv"):
+        (tmp_path / name).write_text("mine")
+        with pytest.raises(InputError, match=r"was not written by an earlier run"):
+            write_files(tmp_path, {name: text("new")}, ())
+        assert (tmp_path / name).read_text() == "mine"
+    with pytest.raises(InputError, match=r"result\.json: exists already"):
+        write_files(tmp_path, {"result.json": RESULT}, ())
 
 
 @pytest.mark.parametrize("there", [True, False])
@@ -68,10 +75,10 @@ def test_a_symbolic_link_is_neither_followed_nor_replaced(tmp_path, there):
     assert (other.read_text() if there else other.exists()) == ("mine" if there else False)
 
 
-def test_a_link_planted_where_a_part_is_written_is_not_followed(tmp_path, monkeypatch):
-    monkeypatch.setattr("bushcli.report.folder.os.getpid", lambda: 7)
+def test_a_link_planted_where_a_part_is_written_is_not_followed(tmp_path):
     (tmp_path / "other.txt").write_text("mine")
-    (tmp_path / ".a.csv.7.part").symlink_to(tmp_path / "other.txt")
+    (tmp_path / STAGING).mkdir()
+    (tmp_path / STAGING / "a.csv.part").symlink_to(tmp_path / "other.txt")
     write_files(tmp_path, {"a.csv": text("1")}, ())
     assert (tmp_path / "other.txt").read_text() == "mine"
     assert (tmp_path / "a.csv").read_text() == "1"
@@ -127,6 +134,170 @@ def test_files_of_an_interrupted_run_are_replaced(tmp_path):
     # From then on result.json lists them.
     assert sorted(file.name for file in tmp_path.iterdir()) == ["axial.csv", "axial.h5", "result.json"]
     assert owned(tmp_path) == {"axial.h5", "result.json"}
+
+
+def asked(question, command="direct", problems=()):
+    return RESULT | {
+        "command": command,
+        "question": question,
+        "problems": [{"name": one} for one in problems],
+    }
+
+
+def answers(folder):
+    """Return command and question of each result in a folder, by the name of the folder that holds it."""
+    found = {file.parent.name: json.loads(file.read_text()) for file in folder.rglob("result.json")}
+    return {name: (one["command"], one["question"]) for name, one in found.items()}
+
+
+def test_a_result_of_another_question_or_command_is_kept_with_its_files(tmp_path):
+    out = tmp_path / "out"
+    for number, (question, command) in enumerate(
+        [("p", "direct"), ("q", "direct"), ("q", "fit"), ("q", "fit")]
+    ):
+        name = f"{number}.csv"
+        write_files(out, {"result.json": asked(question, command), name: text(name)}, ())
+    assert answers(out) == {
+        "out": ("fit", "q"),
+        "earlier-direct": ("direct", "p"),
+        "earlier-direct-2": ("direct", "q"),
+    }
+    assert [
+        (out / place / name).read_text() for place, name in (("earlier-direct", "0.csv"), (".", "3.csv"))
+    ] == [
+        "0.csv",
+        "3.csv",
+    ]
+    assert not (out / "0.csv").exists()
+    assert not list(out.glob(".bushcli*"))
+
+
+def test_a_result_that_is_kept_already_is_not_kept_twice(tmp_path):
+    for command in ("direct", "fit", "direct", "fit"):
+        write_files(tmp_path / "out", {"result.json": asked("p", command)}, ())
+    assert answers(tmp_path / "out").keys() == {"out", "earlier-direct", "earlier-fit"}
+
+
+@pytest.mark.parametrize("question", ["p", "q"])
+def test_an_unfinished_result_does_not_replace_a_finished_one(tmp_path, question):
+    out = tmp_path / "out"
+    write_files(out, {"result.json": asked("p"), "a.csv": text("whole")}, ())
+    for _ in range(2):
+        cut = asked(question, problems=["interrupted"])
+        (path, _) = write_files(out, {"result.json": cut, "a.csv": text("part")}, ())
+        assert path.parent == out / "unfinished-direct"
+    assert answers(out) == {"out": ("direct", "p"), "unfinished-direct": ("direct", question)}
+    assert (out / "a.csv").read_text() == "whole"
+
+
+def test_a_finished_result_replaces_the_unfinished_one_with_its_pictures(tmp_path):
+    cut = asked("p", problems=["interrupted"])
+    write_files(tmp_path, {"result.json": cut}, (), drawn=lambda: {"a.png": text("part")})
+    write_files(tmp_path, {"result.json": asked("p")}, ())
+    assert [file.name for file in tmp_path.iterdir()] == ["result.json"]
+
+
+@pytest.mark.parametrize(
+    "error", [KeyboardInterrupt(), OSError(28, "No space left on device"), ValueError("font")]
+)
+def test_the_result_is_there_when_the_drawing_fails(tmp_path, error):
+    def draw():
+        assert (tmp_path / "a.csv").read_text() == "1"
+        raise error
+
+    with pytest.raises(NotDrawn) as caught:
+        write_files(tmp_path, {"result.json": RESULT, "a.csv": text("1")}, (), drawn=draw)
+    assert caught.value.cause is error
+    assert owned(tmp_path) == {"a.csv", "result.json"}
+
+
+def test_pictures_beside_a_picture_of_the_user_are_drawn(tmp_path):
+    (tmp_path / "mine.png").write_text("mine")
+    shown = {"mine.png": text("ours"), "other.png": text("ours")}
+    with pytest.raises(NotDrawn) as caught:
+        write_files(tmp_path, {"result.json": RESULT}, (), drawn=lambda: shown)
+    assert "mine.png: exists already" in str(caught.value.cause)
+    assert (tmp_path / "mine.png").read_text() == "mine"
+    assert owned(tmp_path) == {"other.png", "result.json"}
+
+
+def test_a_folder_and_a_protected_file_in_place_of_a_result_are_refused(tmp_path):
+    write_files(tmp_path, {"result.json": RESULT, "a.csv": text("1"), "b.csv": text("1")}, ())
+    (tmp_path / "a.csv").chmod(0o444)
+    (tmp_path / "b.csv").unlink()
+    (tmp_path / "b.csv").mkdir()
+    with pytest.raises(InputError, match=r"a\.csv: is write-protected(.|\n)*b\.csv: is a folder"):
+        refuse_others(tmp_path, ["a.csv", "b.csv"], ())
+    write_files(tmp_path, {"result.json": asked("p", "fit")}, ())
+    assert (tmp_path / "a.csv").read_text() == "1"
+
+
+def test_what_a_run_writes_while_it_calculates_is_apart_until_it_ends(tmp_path):
+    write_files(tmp_path, {"result.json": RESULT, "a.h5": text("old")}, ())
+    with staging(tmp_path) as folder:
+        (folder / "a.h5").write_text("part")
+    assert (tmp_path / "a.h5").read_text() == "old"
+    with staging(tmp_path) as folder:
+        (folder / "a.h5").write_text("new")
+        write_files(tmp_path, {"result.json": asked("p")}, (), ["a.h5", "b.h5"])
+    assert (tmp_path / "a.h5").read_text() == "new"
+    assert (tmp_path / "earlier-direct" / "a.h5").read_text() == "old"
+    assert owned(tmp_path) == {"a.h5", "result.json"}
+    assert not (tmp_path / STAGING).exists()
+
+
+def test_a_result_cannot_own_files_elsewhere(tmp_path):
+    (tmp_path / "mine.csv").write_text("mine")
+    listed = {"files": ["../mine.csv", "result.json"]}
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "result.json").write_text(json.dumps(asked("p") | listed))
+    write_files(tmp_path / "out", {"result.json": asked("q")}, ())
+    assert (tmp_path / "mine.csv").read_text() == "mine"
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from bushcli.report import folder
+
+calls = 0
+def counted(call):
+    def count(*arguments, **options):
+        global calls
+        calls += 1
+        if calls == int(sys.argv[2]):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return call(*arguments, **options)
+    return count
+
+for name in ("replace", "unlink", "rename", "mkdir"):
+    setattr(Path, name, counted(getattr(Path, name)))
+os.link = counted(os.link)
+result = {"command": "direct", "versions": {}, "question": "q", "problems": []}
+files = {"result.json": result, "a.csv": lambda path: path.write_text("q"), "b.csv": lambda path: path.write_text("q")}
+drawn = lambda: {"a.png": lambda path: path.write_text("q")}
+folder.write_files(Path(sys.argv[1]), files, (), (), drawn)
+"""
+
+
+def is_whole(folder):
+    """Whether a folder holds the result of question p with all its files."""
+    names = ("a.csv", "c.csv", "a.png")
+    there = all((folder / name).exists() and (folder / name).read_text() == "p" for name in names)
+    return there and json.loads((folder / "result.json").read_text())["question"] == "p"
+
+
+@pytest.mark.parametrize("moment", range(1, 30, 3))
+def test_whenever_a_run_is_killed_the_earlier_result_is_whole_and_the_next_run_is_accepted(tmp_path, moment):
+    out = tmp_path / "out"
+    before = {"result.json": asked("p"), "a.csv": text("p"), "c.csv": text("p")}
+    write_files(out, before, (), drawn=lambda: {"a.png": text("p")})
+    subprocess.run([sys.executable, "-c", KILLED, out, str(moment)], check=False)
+    for _ in range(2):
+        assert any(is_whole(file.parent) for file in out.rglob("result.json"))
+        with staging(out):
+            write_files(out, {"result.json": asked("r"), "a.csv": text("r")}, ())
+    assert not [file for file in out.rglob("*") if file.name.endswith(".part") or file.name == STAGING]
 
 
 def test_a_folder_belongs_to_one_run_at_a_time(tmp_path):

@@ -8,7 +8,15 @@ import pytest
 from bushcli.errors import InputError
 from bushcli.recording import read_recording
 from bushcli.recording.source import Source
-from bushcli.report import check_output, direct_json, fit_json, write_direct, write_fit, write_meshes
+from bushcli.report import (
+    NotDrawn,
+    check_output,
+    direct_json,
+    fit_json,
+    write_direct,
+    write_fit,
+    write_meshes,
+)
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 
@@ -114,11 +122,10 @@ def test_results_may_be_written_beside_the_case(case, command):
 
 
 def test_a_failure_in_the_middle_leaves_no_part_behind(write, tmp_path):
-    # A directory where a file belongs: the rename cannot replace it.
     write(tmp_path / "out")
     (tmp_path / "out" / "report.html").unlink()
     (tmp_path / "out" / "report.html").mkdir()
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(NotDrawn, match="is a folder, where a file of the result belongs"):
         write(tmp_path / "out")
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.endswith(".part")]
 
