@@ -12,7 +12,6 @@ import atexit
 import faulthandler
 import importlib
 import os
-import pickle
 import resource
 import signal
 import sys
@@ -39,6 +38,9 @@ _WAITING = 5.0
 #: Elements of a free mesh that are made in a second at the least: a twentieth of the usual.
 _SLOWEST = 500.0
 _ROOT = Path(__file__).resolve().parents[1]
+_SIMPLER = (
+    "a simpler file: without small faces, curves that zigzag, and parts that do not belong to the bushing"
+)
 _REMEDY = "is the file complete, and does the program that wrote it open it? if so, export it again"
 
 
@@ -69,12 +71,15 @@ def isolated(
             try:
                 answer, error, details = _reader.ask(question, _WAITING * most)
             except TimeoutError:
-                raise GeometryError(place, f"{failed}: {_too_long(most)}", _REMEDY) from None
+                raise GeometryError(place, f"{failed}: {_too_long(most)}", _SIMPLER) from None
             except EOFError:
                 code = -_reader.end()
-                crashed = f"its parser crashes ({signal.Signals(code).name if code > 0 else -code})"
-                reason = _too_long(most) if code == signal.SIGXCPU else crashed
-                raise GeometryError(place, f"{failed}: {reason}", _REMEDY) from None
+                if code == signal.SIGXCPU:
+                    raise GeometryError(place, f"{failed}: {_too_long(most)}", _SIMPLER) from None
+                how = signal.Signals(code).name if code > 0 else str(-code)
+                raise GeometryError(
+                    place, f"{failed}: the program library for it crashes ({how})", _REMEDY
+                ) from None
             if isinstance(error, GeometryError):
                 raise error
             if error is not None:
@@ -113,7 +118,7 @@ class _Reader:
             try:
                 self._connection.send(question)
                 if self._connection.poll(timeout):
-                    return self._connection.recv()  # type: ignore[no-any-return]
+                    return self._connection.recv()
             except OSError:
                 raise EOFError from None
             except KeyboardInterrupt:
@@ -184,7 +189,14 @@ def serve() -> None:
     global _reader
     _reader = None
     faulthandler.disable()
-    for number in (signal.SIGTERM, signal.SIGSEGV, signal.SIGABRT, signal.SIGFPE, signal.SIGBUS, signal.SIGILL):
+    for number in (
+        signal.SIGTERM,
+        signal.SIGSEGV,
+        signal.SIGABRT,
+        signal.SIGFPE,
+        signal.SIGBUS,
+        signal.SIGILL,
+    ):
         signal.signal(number, signal.SIG_DFL)
     # The terminal sends Ctrl-C to all processes; the other one ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

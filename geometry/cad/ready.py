@@ -35,7 +35,7 @@ UNIT = 'unit = "mm", "cm", "m" or "inch": that of the numbers in the file; absen
 KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
 #: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
 _HEXAHEDRON = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7))
-_CONTINUED = re.compile(r"^\*[A-Za-z][^\n]*(?:,[ \t\r]*\n(?!\*)[^\n]*)+", re.M)
+_CONTINUED = re.compile(r"^\*[A-Za-z](?:[^\n]*,[ \t\r]*\n(?!\*))+[^\n]*", re.M)
 FREE, RUBBER = "free", "rubber"
 #: Spread of the normals along the axis, over that across it, up to which an inner bond is a cylinder.
 UPRIGHT = 0.15

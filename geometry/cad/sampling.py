@@ -54,9 +54,9 @@ def sample(face: int, size: float, area: float | None = None) -> Sampled:
     solids = model().getAdjacencies(2, face)[0]
     if len(points) and len(solids):
         step = 1e-4 * size
-        ahead = model().isInside(3, int(solids[0]), (points[0] + step * normals[0]).tolist())
-        behind = model().isInside(3, int(solids[0]), (points[0] - step * normals[0]).tolist())
-        if ahead and not behind:
+        ahead, behind = ((points[0] + sign * step * normals[0]).tolist() for sign in (1.0, -1.0))
+        # Each costs 0.1 s in a solid of 1,500 faces, and most normals point outward already.
+        if model().isInside(3, int(solids[0]), ahead) and not model().isInside(3, int(solids[0]), behind):
             normals = -normals
     if area is None:
         area = float(model().occ.getMass(2, face))

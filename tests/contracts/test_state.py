@@ -53,6 +53,7 @@ ALLOWED = {
         "part_mesh",
     ): "a part's tetrahedra by its file, the time of its change, and their size: all modes share them",
     ("geometry/cad/ready.py", "read_mesh"): "a mesh by its file and the time of its change",
+    ("geometry/isolated.py", "_reader"): "the process that reads files for this one",
     ("geometry/section/dxf.py", "read_dxf"): "a drawing by its file and the time of its change",
     ("geometry/section/found.py", "find_section"): "the measures of a section by its outlines",
 }
