@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from bushcli.case import Material
 from bushcli.diagnosis.intervals import components, interval, scanned
@@ -13,6 +13,8 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.evidence.laplace import standard_errors
 from bushcli.evidence.prior import ParameterPrior
+from bushcli.likelihood.calibration import UNREMARKABLE
+from bushcli.mismatch.missing import constant_factor
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from forms.law import law
@@ -155,8 +157,7 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
         made.append(
             DiagnosedEffect(
                 one.name,
-                one.effect.title or one.effect.name,
-                one.effect.summary,
+                *_said(one, own, search),
                 own,
                 min(1.0, sum(model.probability for model in models if one.identity in model.effects)),
                 bayes,
@@ -166,3 +167,14 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
             )
         )
     return tuple(sorted(made, key=lambda item: -item.probability))
+
+
+def _said(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> tuple[str, str]:
+    """Return title and summary of an effect; a gain that the mesh may have made is said as a constant factor."""
+    title, summary = active.effect.title or active.effect.name, active.effect.summary
+    if active.effect.name != "gain" or abs(own["error"].value) > UNREMARKABLE:
+        return title, summary
+    recordings = search.problem.recordings
+    (mode, *_) = (one.mode for one in recordings if active.channels is None or one.name in active.channels)
+    factor = constant_factor(own["error"].value, mode)
+    return "Constant factor of one channel's force", f"{factor[0].upper()}{factor[1:]}."

@@ -12,12 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
 from bushcli.mismatch.waves import waves
 from bushcli.recording import Recording, branches
 from bushcli.recording.segment import Segment
+from cases.mode import modes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -62,6 +64,27 @@ def missing(
     said.sort(key=lambda pair: -pair[0])
     text = tuple(sentence for _, sentence in said[:4])
     return Missing(probability, share, force, tuple(profiles), text)
+
+
+def constant_factor(share: float, mode: str) -> str:
+    """Return a constant factor between simulation and recording in words, which blame nobody for what the mesh may do.
+
+    Parameters
+    ----------
+    share : float
+        Recorded less simulated force, as a share of the force.
+    mode : str
+        Mode of the channel.
+    """
+    said = f"a constant factor of {100 * share:+.1f} % between simulation and recording"
+    coupon = modes()[mode].specimen == "coupon"
+    what = "a load cell of class 1" if coupon else "the mesh"
+    if abs(share) <= UNREMARKABLE:
+        return f"{said}, within the error of {what} (about {100 * UNREMARKABLE:.0f} %)"
+    causes = (
+        "the dimensions or the calibration" if coupon else "the stiffness, the geometry or the calibration"
+    )
+    return f"{said}, more than the error of {what} (about {100 * UNREMARKABLE:.0f} %): {causes} may differ"
 
 
 def missing_force(channel: Compared, one: Features) -> Array:
@@ -203,7 +226,7 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words, bool]]:
     loading, cycle = _passes(recording)
 
     def constant(a: Any) -> str:
-        return f"the recorded force is wrong by {100 * a[0]:+.1f} %, a constant factor"
+        return constant_factor(float(a[0]), recording.mode)
 
     def fading(a: Any) -> str:
         sense = "grows" if a[0] > 0 else "falls"

@@ -59,8 +59,8 @@ def test_a_force_that_falls_with_time_is_said_so():
 
 def test_a_constant_factor_in_one_channel_is_said_of_that_channel():
     found = described(compared(1.08 * LAW), compared(LAW, name="radial"))
-    assert found.text[0].startswith("in the axial channel, the recorded force is wrong by +")
-    assert found.text[0].endswith("a constant factor")
+    assert found.text[0].startswith("in the axial channel, a constant factor of +")
+    assert "more than the error of the mesh (about 1 %)" in found.text[0]
     assert not any("radial" in one and "constant factor" in one for one in found.text)
     # A calibration factor of half a percent is taken out first, which hardly matters.
     assert np.abs(found.force["radial"]).max() < 2.0 * SIGMA
@@ -69,7 +69,16 @@ def test_a_constant_factor_in_one_channel_is_said_of_that_channel():
 def test_a_constant_factor_is_said_in_its_size():
     """7.4 % are reported: 0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration."""
     (said, *_) = described(compared(1.08 * LAW)).text
-    assert float(said.partition("wrong by ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
+    assert float(said.partition("factor of ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
+
+
+@pytest.mark.parametrize("share", [0.009, -0.006])
+def test_a_constant_factor_within_the_error_of_the_mesh_blames_nobody(share):
+    """The default mesh is up to 0.8 % too stiff (docs/method.md): the recording need not be wrong."""
+    (said,) = described(compared((1.0 + share) * LAW)).text
+    assert said.startswith("a constant factor of ")
+    assert said.endswith(" % between simulation and recording, within the error of the mesh (about 1 %)")
+    assert float(said.split()[4]) == pytest.approx(100.0 * share, abs=0.2)
 
 
 def test_a_step_after_a_cycle_is_said_with_its_cycle():
