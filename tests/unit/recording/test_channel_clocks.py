@@ -128,8 +128,9 @@ def test_equal_stamps_of_two_groups_are_one_clock(tmp_path, wave_or_time, values
     assert_spring(read(tdms(tmp_path, *channels)), N, interpolated=False)
 
 
-def test_a_channel_without_a_clock_has_that_of_its_group_and_it_is_said(tmp_path):
-    path = tdms(tmp_path, ("Rig/Position", "mm", travel(TIME), wave()), ("Rig/Load", "N", force(TIME), {}))
+@pytest.mark.parametrize("clock", [{}, wave(step=0.0)])
+def test_a_channel_without_an_interval_has_the_clock_of_its_group_and_it_is_said(tmp_path, clock):
+    path = tdms(tmp_path, ("Rig/Position", "mm", travel(TIME), wave()), ("Rig/Load", "N", force(TIME), clock))
     found = read(path)
     assert_spring(found, N, interpolated=False)
     assert "no sampling interval is stated of Load" in said(found)
@@ -145,6 +146,7 @@ def test_a_channel_without_a_clock_has_that_of_its_group_and_it_is_said(tmp_path
             r"has no time, apart .*export the channels with one common raster",
         ),
         ([("Rig/Load", "N", force(TIME[::2]), {})], "has no time, apart"),
+        ([("Rig/Load", "N", force(TIME), wave(step=0.0, start=1.0))], "has no time, apart"),
         (
             [("Rig/Load", "N", force(TIME), wave(step=0.01, start=None))],
             "not say that they count from the same",
