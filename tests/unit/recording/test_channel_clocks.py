@@ -430,6 +430,16 @@ def test_stamps_with_too_few_digits_are_repaired_before_they_are_compared(tmp_pa
     assert np.ptp(found.force / 100.0 - found.displacement) < 0.28
 
 
+def test_init_writes_no_time_where_each_channel_has_its_own(tmp_path):
+    from bushcli.case import load_case
+    from bushcli.case.from_files import case_from_files
+
+    path = csv(tmp_path, "Time A [s],Weg [mm],Time B [s],Kraft [N]", TIME, travel(TIME), LATE, force(LATE))
+    (tmp_path / "case.toml").write_text(case_from_files([path], tmp_path))
+    (source,) = load_case(tmp_path / "case.toml").recordings
+    assert_spring(read_recording(source), 550)
+
+
 def test_a_program_has_the_time_in_front_of_it(tmp_path):
     path = csv(tmp_path, "Time A [s],Kraft [N],Time B [s],Weg [mm]", LATE, force(LATE), RARE, travel(RARE))
     program = read_program(Source("axial", path))
