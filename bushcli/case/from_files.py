@@ -19,6 +19,7 @@ from bushcli.recording import Recording, read_recording
 from bushcli.recording.guess import mode_of_name
 from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
+from bushcli.recording.rasters import clock_columns
 from bushcli.recording.reader import numbered, readers
 from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
@@ -238,7 +239,9 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
         source = replace(source, group=table.part)
         remarks.append(f"<-- group: also {', '.join(_quoted(t.part) for t in fitting[1:6])}")
     columns: dict[Quantity, str | int] = {}
-    for quantity in _QUANTITIES:
+    # Where each channel has a time beside it, none of these is that of all.
+    several_times = len(clock_columns(table, source, mode)) > 1
+    for quantity in _QUANTITIES[1:] if several_times else _QUANTITIES:
         wanted = WantedColumn.of(source, mode, quantity)
         several = candidates(table, wanted) or by_unit(table, wanted)
         if len(several) > 1:

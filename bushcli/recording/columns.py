@@ -170,7 +170,13 @@ def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, .
     if best:
         several = " and ".join(table.label(i) for i in best[:8])
         what = f"{several} could each be the {quantity}"
-        raise RecordingError(Problem(table.where, what, "", f"name one, or give its number: {key}"))
+        expected = f"name one, or give its number: {key}"
+        if quantity == "time":
+            expected = (
+                f"if all rows were measured at one of them, {expected}; if each is that of another channel, put "
+                "it in front of its channel, and the channels are read with their own times"
+            )
+        raise RecordingError(Problem(table.where, what, "", expected))
     other = hint(table, wanted)
     if alike and not other:
         unit_of(table, wanted, alike[0])

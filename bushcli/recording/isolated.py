@@ -83,7 +83,7 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
         try:
             with reader.opened(path) as parts:
                 return _found(path, reader, ((part, _columns(part, wanted, True)) for part in parts))
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, OverflowError, MemoryError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}; {reader.library}, which reads it, is not installed"

@@ -25,6 +25,7 @@ _FOREIGN = (
     (b"\xd0\xcf\x11\xe0", "an old Excel file (.xls)", "save it as .xlsx or as CSV"),
     (b"MATLAB 5.0", "a MATLAB file before version 7.3", "save it with -v7.3, or write a CSV file"),
     (b"%PDF", "a PDF document", "ask for the file of the test machine"),
+    (b"\x93NUMPY", "a NumPy array (.npy)", "write a CSV file with names and units of the columns"),
     (b"PK\x03\x04", "a zip archive", "unpack it first"),
     (b"\x1f\x8b", "a gzip archive", "unpack it first"),
     (b"7z\xbc\xaf", "a 7-Zip archive", "unpack it first"),

@@ -321,7 +321,7 @@ def own_clocks(
         The stamps differ and the case names one of the columns, run backwards, or do not overlap.
     """
     clocks = clock_columns(table, source, mode)
-    if len(clocks) < 2:
+    if len(clocks) < 2 or not (forced or moved):
         return table
     every = []
     for index in (*forced, *moved):

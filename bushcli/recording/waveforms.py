@@ -7,8 +7,8 @@ TDMS, and HDF5 files converted from it, describe the samples of a channel by its
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,10 @@ _NEVER = np.datetime64("1904-01-01", "ns").astype(np.int64)
 
 @dataclass(frozen=True)
 class Sampling:
-    """The clock of a waveform: its start, where it is stated, the first sample after it, and the interval, s."""
+    """The clock of a waveform: its start, where it is stated, the first sample after it, and the interval, s.
+
+    The interval is 0 where the file states none.
+    """
 
     start: Instant | None
     first: float
@@ -45,13 +48,14 @@ class WaveChannel:
 
 
 def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
-    """Return the sampling that the properties of a channel state; None where they state no interval of time."""
+    """Return the sampling that the properties of a channel state; None where they state no clock."""
     step, first = (_number(properties.get(key)) for key in ("wf_increment", "wf_start_offset"))
     unit = tabulated_unit(unit_of(properties.get("wf_xunit_string")) or "s")
-    if not step > 0.0 or unit is None or unit.measured != "time":
+    if unit is None or unit.measured != "time":
         return None
-    first = 0.0 if math.isnan(first) else first
-    return Sampling(_start(properties.get("wf_start_time")), unit.factor * first, unit.factor * step)
+    step, first = (0.0 if math.isnan(number) else unit.factor * number for number in (step, first))
+    found = Sampling(_start(properties.get("wf_start_time")), first, max(step, 0.0))
+    return None if found == Sampling(None, 0.0, 0.0) else found
 
 
 def _number(value: Any) -> float:
@@ -76,8 +80,8 @@ def _start(value: Any) -> Instant | None:
 def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[FilePart]:
     """Yield the channels of a group, in parts of one clock each.
 
-    A channel without a clock is beside those of its length with one: if they have the same clock, a remark says that it
-    is taken to have it too. If they have several, the channel is a part of its own.
+    A channel without an interval is beside those of its length with one: if these have the same clock, and the channel
+    no other start, a remark says that it is taken to have it too. If they have several, it is a part of its own.
 
     Parameters
     ----------
@@ -89,11 +93,16 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)
     for samples in lengths:
         alike = [channel for channel in channels if channel.samples == samples]
-        clocks = list(dict.fromkeys(channel.sampling for channel in alike if channel.sampling))
+        full = {channel.sampling for channel in alike if channel.sampling and channel.sampling.step}
+        own = [_without_step(channel.sampling, full) for channel in alike]
+        clocks = list(dict.fromkeys(filter(None, own)))
         if len(clocks) < 2:
             found.append((next(iter(clocks), None), alike))
             continue
-        stated = [(clock, [one for one in alike if one.sampling == clock]) for clock in (*clocks, None)]
+        stated = [
+            (clock, [one for one, mine in zip(alike, own, strict=True) if mine == clock])
+            for clock in (*clocks, None)
+        ]
         found += [(clock, members) for clock, members in stated if members]
     names = [group]
     if len(found) > 1:
@@ -107,6 +116,14 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
         yield _part(name, sampling, members)
 
 
+def _without_step(sampling: Sampling | None, full: Collection[Sampling]) -> Sampling | None:
+    """Return a sampling; None if it only repeats the start of the only clock with an interval."""
+    if sampling is None or sampling.step or len(full) != 1:
+        return sampling
+    (clock,) = full
+    return None if sampling == replace(clock, step=0.0) else sampling
+
+
 def _listed(channels: Sequence[WaveChannel]) -> str:
     return ", ".join(channel.name for channel in channels[:5])[:80]
 
@@ -115,10 +132,14 @@ def _part(name: str, sampling: Sampling | None, members: Sequence[WaveChannel]) 
     names, units = [one.name for one in members], [one.unit for one in members]
     samples = members[0].samples
     # A channel of times is more exact than an interval.
-    if sampling is None or any(one.is_time or match_quality(one.name, "time") for one in members):
+    if (
+        sampling is None
+        or not sampling.step
+        or any(one.is_time or match_quality(one.name, "time") for one in members)
+    ):
         return FilePart(name, names, units, samples, lambda i: members[i].load())
     time = sampling.first + sampling.step * np.arange(samples)
-    without = [one for one in members if one.sampling is None]
+    without = [one for one in members if one.sampling is None or not one.sampling.step]
     remarks = []
     if without:
         remarks.append(

@@ -39,6 +39,8 @@ _LARGEST = 1_000_000_000
 _DAMAGED = (
     OSError,
     ValueError,
+    OverflowError,
+    MemoryError,  # of an array whose header claims more numbers than any answer has
     TypeError,
     LookupError,
     RuntimeError,

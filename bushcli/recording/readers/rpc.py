@@ -28,6 +28,8 @@ from bushcli.recording.reader import FilePart, Reader
 _RECORD, _KEYWORD, _BLOCK = 128, 32, 512
 #: Limits above those of the format (256 channels, 1024 parameters); a damaged header exceeds them.
 _MOST_PARAMETERS, _MOST_CHANNELS, _MOST_BLOCKS = 20_000, 4_000, 10_000
+#: No number of a header is as large: more points than a disk holds, longer than the age of the universe in minutes.
+_LARGEST = 1e15
 _ORDERS = {"BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">", "BINARY": "<"}
 _TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
 
@@ -92,7 +94,10 @@ def _number(header: Mapping[str, str], keyword: str, default: float | None = Non
         raise ValueError(
             f"{keyword} = {text[:40]!r} in the header is not a number" if text else f"{keyword} is missing"
         )
-    return float(text.replace("D", "e").replace("d", "e"))
+    number = float(text.replace("D", "e").replace("d", "e"))
+    if not abs(number) < _LARGEST:
+        raise ValueError(f"{keyword} = {text[:40]} in the header is out of range")
+    return number
 
 
 def _layout(path: Path, header: Mapping[str, str]) -> _Layout:

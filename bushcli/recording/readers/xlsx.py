@@ -70,6 +70,11 @@ class _Stamps:
         nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
         self.instant = Instant("time of day" if isinstance(value, datetime.time) else "date", nanoseconds)
 
+    def seconds(self, value: datetime.datetime | datetime.time) -> float:
+        """Count a date or a time of day; return the seconds since the first."""
+        self.count += 1
+        return (_dated(value) - self.first).total_seconds()
+
 
 def _dated(value: datetime.datetime | datetime.time) -> datetime.datetime:
     """Return a date, or a time of day on the first day of 1970."""
@@ -93,9 +98,7 @@ def _field(value: Any, column: int, stamps: dict[int, _Stamps]) -> str:
     if isinstance(value, datetime.timedelta):
         return repr(value.total_seconds())
     if isinstance(value, (datetime.datetime, datetime.time)):
-        one = stamps.setdefault(column, _Stamps(value))
-        one.count += 1
-        return repr((_dated(value) - one.first).total_seconds())
+        return repr(stamps.setdefault(column, _Stamps(value)).seconds(value))
     return " ".join(str(value).split())
 
 

@@ -118,6 +118,22 @@ class Harm:
         return Path.touch, (self.place,)
 
 
+@pytest.mark.parametrize("claimed", [10**13, 10**30])
+def test_an_array_that_claims_more_numbers_than_memory_holds_counts_as_absent(store, claimed):
+    file = store.file("columns", QUESTION)
+    store.write(file, (np.arange(3.0),))
+    with zipfile.ZipFile(file) as packed:
+        members = {name: packed.read(name) for name in packed.namelist()}
+    with zipfile.ZipFile(file, "w") as packed:
+        for name, content in members.items():
+            # The header is padded with blanks, which the longer number replaces.
+            wider = content.replace(b"(3,)", f"({claimed},)".encode(), 1)
+            blanks = b" " * (len(wider) - len(content))
+            packed.writestr(name, wider.replace(blanks + b"\n", b"\n", 1) if blanks else wider)
+    assert store.read(file, QUESTION) == (False, None)
+    assert store.damaged == 1
+
+
 def test_nothing_in_a_file_is_executed(store, tmp_path):
     file, done = store.file("columns", QUESTION), tmp_path / "done"
     content = {"kind": np.array("arrays"), "count": np.array(1)}

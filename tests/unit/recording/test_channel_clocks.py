@@ -128,8 +128,9 @@ def test_equal_stamps_of_two_groups_are_one_clock(tmp_path, wave_or_time, values
     assert_spring(read(tdms(tmp_path, *channels)), N, interpolated=False)
 
 
-def test_a_channel_without_a_clock_has_that_of_its_group_and_it_is_said(tmp_path):
-    path = tdms(tmp_path, ("Rig/Position", "mm", travel(TIME), wave()), ("Rig/Load", "N", force(TIME), {}))
+@pytest.mark.parametrize("clock", [{}, wave(step=0.0)])
+def test_a_channel_without_an_interval_has_the_clock_of_its_group_and_it_is_said(tmp_path, clock):
+    path = tdms(tmp_path, ("Rig/Position", "mm", travel(TIME), wave()), ("Rig/Load", "N", force(TIME), clock))
     found = read(path)
     assert_spring(found, N, interpolated=False)
     assert "no sampling interval is stated of Load" in said(found)
@@ -145,6 +146,7 @@ def test_a_channel_without_a_clock_has_that_of_its_group_and_it_is_said(tmp_path
             r"has no time, apart .*export the channels with one common raster",
         ),
         ([("Rig/Load", "N", force(TIME[::2]), {})], "has no time, apart"),
+        ([("Rig/Load", "N", force(TIME), wave(step=0.0, start=1.0))], "has no time, apart"),
         (
             [("Rig/Load", "N", force(TIME), wave(step=0.01, start=None))],
             "not say that they count from the same",
@@ -426,6 +428,16 @@ def test_stamps_with_too_few_digits_are_repaired_before_they_are_compared(tmp_pa
     # The even stamps are known to half a digit, 0.05 s, at up to 2.6 mm/s; a staircase would be wrong by 0.26 mm.
     assert np.abs(found.force / 100.0 - found.displacement).max() < 0.14
     assert np.ptp(found.force / 100.0 - found.displacement) < 0.28
+
+
+def test_init_writes_no_time_where_each_channel_has_its_own(tmp_path):
+    from bushcli.case import load_case
+    from bushcli.case.from_files import case_from_files
+
+    path = csv(tmp_path, "Time A [s],Weg [mm],Time B [s],Kraft [N]", TIME, travel(TIME), LATE, force(LATE))
+    (tmp_path / "case.toml").write_text(case_from_files([path], tmp_path))
+    (source,) = load_case(tmp_path / "case.toml").recordings
+    assert_spring(read_recording(source), 550)
 
 
 def test_a_program_has_the_time_in_front_of_it(tmp_path):
