@@ -124,6 +124,11 @@ def mesh(run: Run) -> int:
     metavar="TRAVEL",
     help="Add the tangent stiffness at this travel too: mm or degrees; a time in s on a path of six motions.",
 )
+@click.option(
+    "--unrelaxed",
+    is_flag=True,
+    help="Stiffness matrices as in a sudden step; without it those after a long rest. Friction is in neither.",
+)
 @click.option("--no-fields", is_flag=True, help="With -o: write no field files, which are the largest.")
 @click.option(
     "--strict",
@@ -137,6 +142,7 @@ def direct(
     mesh_check: bool,
     stiffness_matrix: bool,
     stiffness_at: float | None,
+    unrelaxed: bool,
     no_fields: bool,
     strict: bool,
 ) -> int:
@@ -151,6 +157,9 @@ def direct(
     from bushcli.simulate.predict import predict
     from bushcli.simulate.response import PredictionInterrupted
 
+    if unrelaxed and not stiffness_matrix and stiffness_at is None:
+        what = "is a state of stiffness matrices, and none is asked for"
+        raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     if not case.recordings and not case.load_cases:
         expected = "[[recordings]] or [[load_cases]]"
@@ -168,6 +177,7 @@ def direct(
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
                 stiffness_at=stiffness_at,
+                unrelaxed=unrelaxed,
                 kept=PredictionCache(measured=Measured(run.tables)),
             )
         except PredictionInterrupted as ended:
