@@ -18,7 +18,7 @@ from geometry.errors import GeometryError
 @click.option(
     "--strict",
     is_flag=True,
-    help="Exit 1 when a recording has a fault or does not meet the standard that it names.",
+    help="Exit 1 when a recording has a fault or does not meet the standard that it names, or a number is unusual.",
 )
 @on_a_case
 def check(run: Run, strict: bool) -> int:
@@ -30,6 +30,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli import report
     from bushcli.case import load_case_names
     from bushcli.case.marks import unedited
+    from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
@@ -53,7 +54,11 @@ def check(run: Run, strict: bool) -> int:
     faults = find_faults(case, [*curves, *coupons])
     if not any(fault.fatal for fault in faults):
         check_travel(case, curves, faults)
-    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()))
+    paths = [
+        (one.name, one.mode, one.displacement, one.time) for one in (*curves, *coupons, *programs) if one
+    ]
+    odd = unusual(case, case.material, paths)
+    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
@@ -67,7 +72,7 @@ def check(run: Run, strict: bool) -> int:
     if run.output and is_first_rank():
         report.write_check(run.output, result, case)
         run.say(f"wrote {run.output}")
-    return NEGATIVE if strict and (faults or tests.violated) else DONE
+    return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
 @click.command()
@@ -80,6 +85,8 @@ def mesh(run: Run) -> int:
     """
     from bushcli import report
     from bushcli.case import starter_case
+    from bushcli.case.typical import unusual
+    from bushcli.report.text import problem_parts
     from bushcli.simulate.meshes import meshes
 
     output = run.output or Path("out")
@@ -94,6 +101,7 @@ def mesh(run: Run) -> int:
         raise
     if run.shows:
         run.show(report.mesh_text(built, case.geometry))
+        run.show(*problem_parts(unusual(case, case.material)))
     result = report.mesh_json(case, built, run.timings())
     run.emit(result)
     if is_first_rank():
