@@ -25,7 +25,7 @@ from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
-from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, unwritable
+from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, mistaken, unwritable
 from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
@@ -52,6 +52,8 @@ class _Commands(click.Group):
             return super().main(typed, *others, **extra)
         except OSError as error:
             sys.exit(unwritable(error))
+        except MemoryError as error:
+            sys.exit(mistaken(error))
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         with _printable_usage():

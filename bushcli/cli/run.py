@@ -255,7 +255,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        code = _interrupted() if is_interrupt(error) else _mistaken(error)
+        code = _interrupted() if is_interrupt(error) else mistaken(error)
     sys.exit(code)
 
 
@@ -297,7 +297,8 @@ def _memory_limit() -> int:
     return limit if 0 <= limit < _ENOUGH else 0
 
 
-def _mistaken(error: Exception) -> int:
+def mistaken(error: Exception) -> int:
+    """Report an error that no command expects, or a lack of memory, and return the exit code."""
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
     if (limit := _memory_limit()) or isinstance(error, MemoryError):
