@@ -215,6 +215,11 @@ class Shape(BaseModel):
         """
         return None
 
+    @property
+    def overall(self) -> float | None:
+        """Largest extent of the part, or of what lies between its bonds, mm; None where the bonds bound no wall."""
+        return None if self.wall is None else max(2.0 * self.wall.outer_radius, self.wall.longest)
+
     def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
         """Return the same shape with these elastic sleeves where it has rigid ones; None where it cannot have any.
 

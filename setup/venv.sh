@@ -88,6 +88,10 @@ if [ "\${OMPI_COMM_WORLD_SIZE:-\${PMI_SIZE:-1}}" -gt 1 ]; then
     echo "bushcli: the mpirun of this system cannot start ranks of another one; use: bushcli-env mpirun ..." >&2
     exit 2
 fi
+[ -d "\$(pwd -P 2>/dev/null)" ] && [ . -ef "\$PWD" ] || {
+    echo "error: the working directory no longer exists (change to another one: cd DIRECTORY)" >&2
+    exit 2
+}
 case \$PWD/ in /usr/* | /etc/*)
     echo "bushcli: cannot work in \$PWD: /usr and /etc are not the system's own here; use another directory" >&2
     exit 2 ;;

@@ -310,7 +310,7 @@ class Builder:
 
 
 def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
-    """Yield nan, infinities (except the bulk modulus), numbers too large to compute with, and control characters."""
+    """Yield nan, infinities (but the bulk modulus), numbers too large or small to compute with, control characters."""
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _impossible_values(item, (*keys, key))
@@ -323,5 +323,5 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
         )
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         infinite = keys == ("material", "bulk_modulus") and value == math.inf
-        if not infinite and not abs(value) <= _LARGEST:
+        if not infinite and value != 0 and not 1.0 / _LARGEST <= abs(value) <= _LARGEST:
             yield Finding(keys, f"{dotted(keys)} = {shown(value)} is not a usable number")

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from annotated_types import Ge, Gt
+
 from bushcli.case.case import LoadCase, Material, parameter_terms
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_SHEAR
+from bushcli.case.typical import SHEAR_WORDS
 from bushcli.errors import nearest
 from cases.mode import modes
 from forms.law import Law, Parameter, laws
@@ -62,7 +65,7 @@ def moduli(material: Material) -> Iterator[Finding]:
     if not shear > 0:
         yield Finding(_PARAMETERS, what, expected="it must be positive, or the rubber is unstable at rest")
     elif not SHEAR[0] <= shear <= SHEAR[1]:
-        expected = f"{SHEAR[0]:g} to {SHEAR[1]:g} MPa: rubber has 0.1 to 10 MPa; are the parameters in MPa?"
+        expected = f"{SHEAR[0]:g} to {SHEAR[1]:g} MPa: {SHEAR_WORDS}; are the parameters in MPa?"
         yield Finding(_PARAMETERS, what, expected=expected)
     elif material.bulk_modulus < LEAST_BULK * shear:
         keys = ("material", "bulk_modulus")
@@ -76,7 +79,10 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
     sizes = {
         name: value
         for name, field in type(shape).model_fields.items()
-        if isinstance(value := getattr(shape, name), float) and "mm" in (field.description or "")
+        if isinstance(value := getattr(shape, name), float)
+        and "mm" in (field.description or "")
+        # Of a coordinate, which has no lower bound, zero and negative values mean a place like any other.
+        and any(isinstance(bound, (Gt, Ge)) for bound in field.metadata)
     }
     sleeves = {
         f"{name}.thickness": sleeve.thickness

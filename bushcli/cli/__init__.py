@@ -25,7 +25,7 @@ from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
-from bushcli.cli.run import INTERRUPTED, WRONG_INPUT, unwritable
+from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, mistaken, unwritable
 from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.cli.view import view
@@ -38,6 +38,7 @@ class _Commands(click.Group):
     def main(self, args: Sequence[str] | None = None, *others: Any, **extra: Any) -> Any:
         typed = list(sys.argv[1:] if args is None else args)
         _refuse_undecodable(typed)
+        _refuse_deleted_folder()
         # Open MPI does not start without HOME, which Python finds in the system's list of users.
         os.environ.setdefault("HOME", _home())
         _usable_environment()
@@ -51,6 +52,8 @@ class _Commands(click.Group):
             return super().main(typed, *others, **extra)
         except OSError as error:
             sys.exit(unwritable(error))
+        except MemoryError as error:
+            sys.exit(mistaken(error))
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         with _printable_usage():
@@ -96,6 +99,17 @@ def _refuse_undecodable(typed: Sequence[str]) -> None:
                 f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True
             )
             sys.exit(WRONG_INPUT)
+
+
+def _refuse_deleted_folder() -> None:
+    """Refuse to work in a folder that was deleted: relative paths, results too, would go elsewhere or nowhere."""
+    try:
+        os.getcwd()  # noqa: PTH109 - Path.cwd is the same
+    except OSError:
+        click.echo(
+            "error: the working directory no longer exists (change to another one: cd DIRECTORY)", err=True
+        )
+        sys.exit(WRONG_INPUT)
 
 
 def _usable_environment() -> None:
@@ -151,7 +165,9 @@ def _home() -> str:
 
 
 @click.group(
-    cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}
+    cls=_Commands,
+    epilog="Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in EXIT_CODES.items()) + ".",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 @click.version_option(__version__, prog_name="bushcli")
 def main() -> None:
@@ -159,9 +175,6 @@ def main() -> None:
 
     A case file (TOML) describes the bushing and lists its recordings and coupon tests; `bushcli init` writes an
     example. Units are N, mm, MPa, s and degrees.
-
-    Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 an error in the command line, the
-    case file or a recording; 3 a simulation did not converge; 130 interrupted.
     """
 
 

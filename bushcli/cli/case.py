@@ -19,7 +19,7 @@ from geometry.errors import GeometryError
 @click.option(
     "--strict",
     is_flag=True,
-    help="Exit 1 when a recording has a fault or does not meet the standard that it names.",
+    help="Exit 1 when a recording has a fault or does not meet the standard that it names, or a number is unusual.",
 )
 @on_a_case
 def check(run: Run, strict: bool) -> int:
@@ -31,6 +31,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli import report
     from bushcli.case import load_case_names
     from bushcli.case.marks import unedited
+    from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
@@ -56,7 +57,11 @@ def check(run: Run, strict: bool) -> int:
     faults = find_faults(case, [*records, *materials])
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()))
+    paths = [
+        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
+    ]
+    odd = unusual(case, case.material, paths)
+    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
     result = report.case_json(case, records, materials, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
@@ -69,7 +74,7 @@ def check(run: Run, strict: bool) -> int:
         return (said, *report.protocol_parts(tests), *problem_parts(found))
 
     run.deliver(lambda: result, text, lambda output, found: report.write_check(output, found, case))
-    return NEGATIVE if strict and (faults or tests.violated) else DONE
+    return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
 @click.command()
@@ -82,6 +87,8 @@ def mesh(run: Run) -> int:
     """
     from bushcli import report
     from bushcli.case import starter_case
+    from bushcli.case.typical import unusual
+    from bushcli.report.text import problem_parts
     from bushcli.simulate.meshes import meshes
 
     output = run.write_into(Path("out"))
@@ -95,7 +102,7 @@ def mesh(run: Run) -> int:
         raise
     run.deliver(
         lambda: report.mesh_json(case, built, run.timings()),
-        lambda: report.mesh_text(built, case.geometry),
+        lambda: (report.mesh_text(built, case.geometry), *problem_parts(unusual(case, case.material))),
         lambda output, found: report.write_meshes(output, built, found, case.geometry),
     )
     part = case.path.suffix != ".toml"
@@ -122,6 +129,11 @@ def mesh(run: Run) -> int:
     metavar="TRAVEL",
     help="Add the tangent stiffness at this travel too: mm or degrees; a time in s on a path of six motions.",
 )
+@click.option(
+    "--unrelaxed",
+    is_flag=True,
+    help="Stiffness matrices as in a sudden step; without it those after a long rest. Friction is in neither.",
+)
 @click.option("--no-fields", is_flag=True, help="With -o: write no field files, which are the largest.")
 @click.option(
     "--strict",
@@ -135,6 +147,7 @@ def direct(
     mesh_check: bool,
     stiffness_matrix: bool,
     stiffness_at: float | None,
+    unrelaxed: bool,
     no_fields: bool,
     strict: bool,
 ) -> int:
@@ -149,6 +162,9 @@ def direct(
     from bushcli.simulate.predict import predict
     from bushcli.simulate.response import PredictionInterrupted
 
+    if unrelaxed and not stiffness_matrix and stiffness_at is None:
+        what = "is a state of stiffness matrices, and none is asked for"
+        raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     if not case.recordings and not case.load_cases:
         expected = "[[recordings]] or [[load_cases]]"
@@ -166,6 +182,7 @@ def direct(
                 progress=progress,
                 stiffness=stiffness_matrix or stiffness_at is not None,
                 stiffness_at=stiffness_at,
+                unrelaxed=unrelaxed,
                 kept=PredictionCache(measured=Measured(run.tables)),
             )
         except PredictionInterrupted as ended:

@@ -48,8 +48,15 @@ if TYPE_CHECKING:
     metavar="EFFECT",
     help="Leave an effect of the case out; may be given several times.",
 )
+@click.option(
+    "--unrelaxed",
+    is_flag=True,
+    help="Of adams, altair and chrono: curves and stiffness as in a sudden step, not after a long rest.",
+)
 @functools.partial(on_a_case, into="FILE", writes="Write this file; without it the text goes to stdout.")
-def export(run: Run, program: str, system: str, density: float | None, without: tuple[str, ...]) -> int:
+def export(
+    run: Run, program: str, system: str, density: float | None, without: tuple[str, ...], unrelaxed: bool
+) -> int:
     """Write CASE for another program: a material card, a vehicle model, a force law.
 
     CASE is a case file, or a folder that `direct`, `fit`, `inverse` or `diagnose` wrote with -o: then the identified
@@ -63,6 +70,9 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     if ranks_there_are() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
     chosen, units = writer_for(program), unit_system(system)
+    if unrelaxed and not chosen.static:
+        what = f"{chosen.name} has no single state: its file has the memory of the rubber, or the curves as they are"
+        raise InputError(Problem("--unrelaxed", what, "", "leave it out; it is for adams, altair and chrono"))
     if run.output is not None:
         check_file(run.output)
     if chosen.kind == "force_law" and run.output is None:
@@ -78,7 +88,7 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
         assert order.rubber is not None
         chosen.check(order.rubber)
     else:
-        order = replace(order, bushing=_bushing(run, chosen, source))
+        order = replace(order, bushing=_bushing(run, chosen, source, unrelaxed))
     content = chosen.text(order)
     if run.output is not None:
         write_file(run.output, content)
@@ -101,12 +111,12 @@ def _identified(run: Run, source: ExportSource) -> ExportSource:
     return replace(source, case=replace(source.case, material=found.material))
 
 
-def _bushing(run: Run, chosen: Writer, source: ExportSource) -> BushingData:
+def _bushing(run: Run, chosen: Writer, source: ExportSource, unrelaxed: bool) -> BushingData:
     """Return curves and matrix; those that the source lacks are simulated."""
     from bushcli.export.bushing import bushing_of
 
     with run.timed("solve"), march_progress(run) as progress:
-        return bushing_of(source, chosen, progress, run.tables)
+        return bushing_of(source, chosen, progress, run.tables, unrelaxed)
 
 
 def _said(bushing: BushingData | None) -> list[str]:

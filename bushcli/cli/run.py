@@ -6,6 +6,7 @@ import functools
 import io
 import json as json_format
 import os
+import resource
 import sys
 import time
 import traceback
@@ -26,6 +27,17 @@ if TYPE_CHECKING:
     from bushcli.recording.table_cache import TableCache
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
+#: Meaning of each exit code, for `--help`; README and docs/results.md have the same codes.
+EXIT_CODES = {
+    DONE: "done",
+    NEGATIVE: "done, but the verdict is negative and --strict was given, or `doctor` found problems",
+    WRONG_INPUT: "an error in the command line, the case file, a recording, or the surroundings (memory, folders)",
+    NOT_CONVERGED: "a simulation did not converge",
+    MISTAKE: "an error in bushcli",
+    INTERRUPTED: "interrupted",
+}
+# Bytes of address space: `bushcli direct` of the reference bushing reserves 1 GB, a large mesh some 10 GB.
+_ENOUGH = 4_000_000_000
 # Characters in a line of piped output, and the least on a terminal.
 WIDTH, NARROWEST = 120, 100
 
@@ -331,7 +343,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        code = _interrupted() if is_interrupt(error) else _mistaken(error)
+        code = _interrupted() if is_interrupt(error) else mistaken(error)
     sys.exit(code)
 
 
@@ -367,9 +379,24 @@ def unwritable(error: OSError) -> int:
     return WRONG_INPUT
 
 
-def _mistaken(error: Exception) -> int:
+def _memory_limit() -> int:
+    """Return the bytes of address space that a process may have, where that is less than libraries and a mesh need."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return limit if 0 <= limit < _ENOUGH else 0
+
+
+def mistaken(error: Exception) -> int:
+    """Report an error that no command expects, or a lack of memory, and return the exit code."""
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
+    if (limit := _memory_limit()) or isinstance(error, MemoryError):
+        # A library that cannot be mapped fails with any error; only without a limit is that one of bushcli.
+        known = (
+            f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)" if limit else "the memory is full"
+        )
+        expected = "`ulimit -v unlimited`, a smaller mesh, or fewer processes"
+        _complain(f"error: {Problem('memory', f'is not enough: {known}', '', expected)}")
+        return WRONG_INPUT
     if is_first_rank():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is an error in bushcli; --debug shows where", err=True)

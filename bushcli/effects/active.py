@@ -220,3 +220,47 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
     ]
     if problems:
         raise InputError(*problems)
+
+
+#: Effects whose force fades with time or is bounded at any displacement, so that one stiffness needs a choice of state.
+FADING = ("viscoelasticity", "friction")
+#: Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
+NEVER = 1e6
+
+
+def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEffect, ...]:
+    """Return the effects in one state: that after a long rest, or that in a sudden step.
+
+    After a long rest viscoelasticity is absent; in a sudden step its branches do not relax. Friction, whose
+    share of the force depends on the direction of motion, is absent in both.
+
+    Parameters
+    ----------
+    effects : iterable of ActiveEffect
+        All with values.
+    unrelaxed : bool
+        Whether the state is that in a sudden step.
+    """
+    found = []
+    for one in effects:
+        if one.effect.name not in FADING:
+            found.append(one)
+        elif unrelaxed and one.effect.name == "viscoelasticity":
+            times = {name: NEVER for name in one.values if name.startswith("tau")}
+            found.append(replace(one, values={**one.values, **times}))
+    return tuple(found)
+
+
+def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
+    """Return in words which state `in_state` has and what is left out; empty where no effect fades.
+
+    Parameters
+    ----------
+    effects : iterable of ActiveEffect
+    unrelaxed : bool
+        As in `in_state`.
+    """
+    names = [name for name in FADING if any(one.effect.name == name for one in effects)]
+    if "viscoelasticity" in names and unrelaxed:
+        return "unrelaxed force: as in a sudden step" + (", without friction" if "friction" in names else "")
+    return f"fully relaxed force: without {' and '.join(names)}" if names else ""

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Case, LoadCase
+from bushcli.effects.active import FADING, in_state, state_in_words
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import Array, BushingData, ForceCurve
+from bushcli.export.curves import Array, BushingData, ForceCurve, matrix_remedy
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
@@ -19,12 +20,13 @@ from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
-#: Effects whose force fades with time or is bounded at any displacement, so that a static curve excludes them.
-FADING = ("viscoelasticity", "friction")
-
 
 def bushing_of(
-    source: ExportSource, chosen: Writer, progress: Progress | None = None, tables: TableCache | None = None
+    source: ExportSource,
+    chosen: Writer,
+    progress: Progress | None = None,
+    tables: TableCache | None = None,
+    unrelaxed: bool = False,
 ) -> BushingData:
     """Return the bushing's data for a writer of vehicle models.
 
@@ -38,33 +40,36 @@ def bushing_of(
         As in `bushcli.simulate.predict.predict`.
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
+    unrelaxed : bool
+        Of a static model: whether its curves and its matrix are those in a sudden step, not after a long rest.
 
     Raises
     ------
     InputError
-        There is no stiffness matrix, nothing to simulate, or the specimen is not a bushing.
+        There is no stiffness matrix in this state, nothing to simulate, or the specimen is not a bushing.
     """
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
         raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
+    said = state_in_words(source.case.effects, unrelaxed)
+    matrix = _matrix(source, unrelaxed) if chosen.static else source.stiffness_matrix
     if chosen.kind == "matrix":
-        if source.stiffness_matrix is None:
-            what = "has no stiffness matrix"
-            remedy = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
-            raise InputError(Problem(source.where, what, "", remedy))
-        return BushingData((), source.stiffness_matrix, tuple(_of_matrix(source)))
+        if matrix is None:
+            what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
+            raise InputError(Problem(source.where, what, "", matrix_remedy(unrelaxed)))
+        return BushingData((), matrix, (*([said] if said else ()), *_of_matrix(source)), unrelaxed=unrelaxed)
     left = [one for one in source.case.effects if one.effect.acts == "rig"]
     remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
-    fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
-    if fading:
-        remarks.append(f"fully relaxed force: without {' and '.join(one.name for one in fading)}")
-    left += fading
+    if chosen.static and said:
+        remarks.append(said)
+    effects = tuple(one for one in source.case.effects if one not in left)
+    settled = in_state(effects, unrelaxed) if chosen.static else effects
     several = _several(source.case)
     if several:
         remarks.append(f"without {', '.join(several)}: a path of several motions gives no curve of one")
     kept = replace(
         source.case,
-        effects=tuple(one for one in source.case.effects if one not in left),
+        effects=settled,
         load_cases=tuple(one for one in source.case.load_cases if one.six is None),
         recordings=tuple(one for one in source.case.recordings if one.six is None),
     )
@@ -74,26 +79,29 @@ def bushing_of(
         if not channels:
             raise _nothing(source)
         return BushingData((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
-    curves = source.curves if source.curves and not left else _simulated(source, kept, progress, tables)
-    return BushingData(curves, source.stiffness_matrix, (*remarks, *_of_matrix(source)))
+    as_they_are = source.curves and settled == source.case.effects
+    curves = source.curves if as_they_are else _simulated(source, kept, progress, tables)
+    of_matrix = [] if matrix is None else _of_matrix(source)
+    if not chosen.static and matrix is not None and said:
+        of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
+    return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
+
+
+def _matrix(source: ExportSource, unrelaxed: bool) -> Array | None:
+    """Return the stiffness matrix of a result if it is in a state; None otherwise."""
+    fades = any(one.effect.name in FADING for one in source.case.effects)
+    right = not fades or source.state == ("unrelaxed" if unrelaxed else "relaxed")
+    return source.stiffness_matrix if right else None
 
 
 def _of_matrix(source: ExportSource) -> list[str]:
-    """Return what the stiffness matrix of a result lacks or contains, in contrast to the curves."""
+    """Return what the stiffness matrix of a result lacks, in contrast to the curves."""
     if source.stiffness_matrix is None:
         return []
     lacking = [
         one.name for one in source.case.effects if one.effect.feature is None and one.effect.acts != "rig"
     ]
-    fast = [
-        one.name for one in source.case.effects if one.effect.feature is not None and one.effect.has_memory
-    ]
-    found = [f"the stiffness matrix is that without {' and '.join(lacking)}"] if lacking else []
-    if fast:
-        found.append(
-            f"the stiffness matrix is that of the first step, with {' and '.join(fast)}: not relaxed"
-        )
-    return found
+    return [f"the stiffness matrix is that without {' and '.join(lacking)}"] if lacking else []
 
 
 def _simulated(

@@ -92,6 +92,12 @@ def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
     return parts
 
 
+def matrix_remedy(unrelaxed: bool) -> str:
+    """Return how to obtain the stiffness matrix in a state, for messages."""
+    state = " --unrelaxed" if unrelaxed else ""
+    return f"run `bushcli direct CASE --stiffness-matrix{state} -o OUT`, then export OUT{state}"
+
+
 @dataclass(frozen=True)
 class BushingData:
     """Data of a vehicle model.
@@ -105,12 +111,15 @@ class BushingData:
         Remarks for the file, sentences.
     law : BushingLaw, optional
         Force law with memory.
+    unrelaxed : bool
+        Whether curves and matrix are those in a sudden step.
     """
 
     curves: tuple[ForceCurve, ...]
     stiffness_matrix: Array | None = None
     remarks: tuple[str, ...] = ()
     law: BushingLaw | None = None
+    unrelaxed: bool = False
 
     def by_mode(self) -> dict[str, ForceCurve]:
         """Return the first curve of each mode."""
@@ -144,8 +153,7 @@ class BushingData:
             q = np.array([-end, 0.0, end])
             return q, float(self.stiffness_matrix[i, i]) * q
         what = f"{direction} needs a curve in mode {mode}, but there is none"
-        matrix = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
-        remedy = f'add [[load_cases]] with mode = "{mode}", or {matrix}'
+        remedy = f'add [[load_cases]] with mode = "{mode}", or {matrix_remedy(self.unrelaxed)}'
         raise InputError(Problem(f"--to {of}", what, "", remedy))
 
 
@@ -174,13 +182,16 @@ def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
     return tuple(found)
 
 
-def matrix_of(result: dict[str, Any]) -> Array | None:
-    """Return the stiffness matrix at rest in the JSON of `direct`, else that of the last state; None without one."""
+def matrix_of(result: dict[str, Any]) -> tuple[Array | None, str]:
+    """Return the stiffness matrix at rest in the JSON of `direct`, else that of the last state; None without one.
+
+    Its state follows: "relaxed", "unrelaxed", or empty in a result of a version that kept no state.
+    """
     for key in ("stiffness_matrix_start", "stiffness_matrix"):
         for entry in (*result.get("load_cases", []), result):
             matrix = entry.get(key)
             if matrix is not None:
                 found = np.array(matrix, dtype=float)
                 if found.shape == (6, 6) and np.isfinite(found).all():
-                    return found
-    return None
+                    return found, str(entry.get("stiffness_matrix_state", ""))
+    return None, ""

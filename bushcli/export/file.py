@@ -29,6 +29,11 @@ def check_file(path: Path) -> None:
         )
     if path.is_dir():
         raise InputError(Problem(str(path), "is a folder", "", "give the name of a file to write: -o FILE"))
+    if path.exists() and not path.is_file():
+        what = "is no ordinary file but a device, a pipe or a socket, which would be replaced"
+        raise InputError(
+            Problem(str(path), what, "", "give another -o FILE; without -o text goes to standard output")
+        )
     if not path.parent.is_dir():
         raise InputError(
             Problem(str(path), "lies in a folder that does not exist", "", "give another -o FILE")

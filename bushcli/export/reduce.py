@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.active import NEVER, ActiveEffect, acting
 from bushcli.errors import InputError, Problem
 from bushcli.export.fmu.force_law import ChannelForceLaw
 from bushcli.export.soften import softening
@@ -41,8 +41,6 @@ Progress = Callable[[str, int, int, int, float], None]
 POINTS = 20
 #: Number of sliders that together represent the friction.
 SLIDERS = 10
-# Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
-_NEVER = 1e6
 
 
 @dataclass(frozen=True)
@@ -187,7 +185,7 @@ class _Bushing:
         """Return a branch that does not relax and has the law's initial shear modulus."""
         from bushcli.effects.effect import effect
 
-        return ActiveEffect(effect("viscoelasticity"), {"g1": 1.0, "tau1": _NEVER})
+        return ActiveEffect(effect("viscoelasticity"), {"g1": 1.0, "tau1": NEVER})
 
     def _there_and_back(self, grid: Array, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force at the points of a grid, each side loaded from rest."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from bushcli.case import Case, load_case
 from bushcli.case.rebuild import rebuilt_case
-from bushcli.effects.active import require_values
+from bushcli.effects.active import FADING, require_values
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
@@ -41,12 +41,15 @@ class ExportSource:
         Curves that have been simulated already.
     stiffness_matrix : (6, 6) array, optional
         N, mm, rad.
+    state : str
+        State of the matrix: "relaxed", "unrelaxed", or empty where the result does not say.
     """
 
     case: Case
     where: str
     curves: tuple[ForceCurve, ...] = ()
     stiffness_matrix: Array | None = None
+    state: str = ""
 
     def without(self, names: Sequence[str]) -> ExportSource:
         """Return this source without some of its effects.
@@ -68,9 +71,11 @@ class ExportSource:
                 what = f'"{name}" is not an effect of this case'
                 raise InputError(Problem("--without", what, nearest(name, there), known))
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
-        # Curves that were simulated with the effect are wrong without it.
+        # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
         curves = self.curves if not names else ()
-        return replace(self, case=replace(self.case, effects=kept), curves=curves)
+        matrix = self.stiffness_matrix if self.state == "relaxed" and {*names} <= {*FADING} else None
+        matrix = matrix if names else self.stiffness_matrix
+        return replace(self, case=replace(self.case, effects=kept), curves=curves, stiffness_matrix=matrix)
 
 
 def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> ExportSource:
@@ -144,7 +149,7 @@ def _from_result(result: dict[str, Any], where: str, folder: Path) -> ExportSour
     elif command in ("fit", "inverse"):
         _put_identified(shown, result)
     case = rebuilt_case(shown, folder)
-    return ExportSource(case, where, curves_of(result), matrix_of(result))
+    return ExportSource(case, where, curves_of(result), *matrix_of(result))
 
 
 def _material(shown: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:

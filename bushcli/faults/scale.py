@@ -1,15 +1,9 @@
 """Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
 
 The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
-Rubber of 30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it
-for a rubber that keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus that is further
+`bushcli.case.typical` has the range of rubber; a bushing rarely is of the softest. A modulus that is further
 outside than any effect in the catalogue can explain is not that of rubber; a wrong unit is reported only if
 another unit brings the modulus back.
-
-References
-----------
-Gent (1958), On the relation between indentation hardness and Young's modulus, Rubber Chem. Technol. 31:896-906,
-doi:10.5254/1.3542351.
 """
 
 from __future__ import annotations
@@ -22,6 +16,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.case.typical import SHEAR, SHEAR_WORDS
 from bushcli.faults.fault import DataFault, Mask
 from bushcli.faults.signal import slope
 from bushcli.faults.stiffness import unit_stiffness
@@ -33,7 +28,8 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-# MPa: shear moduli of rubber, and those that rubber may appear to have with a compliant rig, voids, a stop or a loop.
+# MPa: shear moduli of the rubber of most bushings, and those that it may appear to have with a compliant rig, voids, a
+# stop or a loop.
 _RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
 # a coupon; and a typical value.
@@ -249,7 +245,8 @@ def _travel(one: _Scale) -> str:
 def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     """Return the fault of a column in another unit, if a change of unit gives the modulus of rubber."""
     low, high = one.modulus
-    outside = low > _PRETENDED[1] or high < _PRETENDED[0]
+    # A soft elastomer can have less than _PRETENDED; only degrees read as radians (a factor of 57) give as much less.
+    outside = low > _PRETENDED[1] or high < (_PRETENDED[0] if one.kind == "angle" else SHEAR[0])
     lowest, largest = _IMPOSSIBLE[one.kind]
     impossible = not lowest <= one.travel <= largest
     middle = math.sqrt(low * high)
@@ -282,7 +279,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     return DataFault(
         one.recording.name,
         "unit",
-        f"{_moduli(one)} at {_travel(one)}; rubber has 0.1 to 10 MPa, and with another unit it would be "
+        f"{_moduli(one)} at {_travel(one)}; {SHEAR_WORDS}, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa",
         best.words if best.of_geometry else f"{best.words}; also check that [geometry] is in mm",
         True,

@@ -38,6 +38,9 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
     sizes += [f"{_words(k)} {v}" for k, v in words.items()]
     rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
+    if shape.overall is not None:
+        wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
+        rows.append(("size", f"{shape.overall:.4g} mm overall{wall}"))
     sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
     for name, sleeve in sleeves:
         rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))

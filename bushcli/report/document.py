@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bushcli.case import Case, resolved
+from bushcli.case.typical import unusual
 from bushcli.faults import DataFault, condition
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.contact import contact_json
@@ -125,7 +126,7 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
     timings : mapping of str to float
         Seconds by stage.
     """
-    document = head("mesh", case, (), timings)
+    document = head("mesh", case, unusual(case, case.material), timings)
     document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
         {
@@ -166,7 +167,13 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left)
+    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
+    odd = unusual(
+        response.case,
+        response.material,
+        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
+    )
+    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
     return with_hysteresis(known, response_histories(response, misfits))
 
 

@@ -55,6 +55,7 @@ def six_json(channel: Simulated) -> dict[str, Any]:
     for state, (displacement, matrix) in (channel.stiffness or {}).items():
         name = "stiffness_matrix" if state == "end" else f"stiffness_matrix_{state}"
         document[name] = matrix.tolist()
+        document["stiffness_matrix_state"] = "unrelaxed" if channel.unrelaxed else "relaxed"
         if state == "at":
             document["stiffness_matrix_at_displacement"] = _displacement(channel, displacement)
     return document
@@ -105,21 +106,24 @@ def _path_table(name: str, six: SixCurve) -> ReportTable:
     return ReportTable(title, tuple(heads), tuple(rows), left=0)
 
 
-def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: Array) -> ReportTable:
+def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> ReportTable:
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
     rows = []
     for k, name in enumerate(REACTIONS):
         row = [_force(matrix[k, m], float(diagonal[k] * diagonal[m])) for m in range(6)]
         rows.append((f"{name}, {_FORCE_UNITS[k]}", *row))
-    where = {"start": "at the start", "end": "at the end"}.get(state, "")
+    where = {"start": "at the start", "end": "at the end"}.get(at, "")
     unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
     place = (
         f"{where} ({number(_displacement(channel, displacement))} {unit})"
         if where
         else (f"at {number(_displacement(channel, displacement))} {unit}")
     )
-    return ReportTable(f"{channel.name}: stiffness matrix {place}, N, mm, rad", heads, tuple(rows), left=1)
+    state = f"; {channel.state}" if channel.state else ""
+    return ReportTable(
+        f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1
+    )
 
 
 def _displacement(channel: Simulated, displacement: float) -> float:

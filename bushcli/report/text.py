@@ -154,6 +154,9 @@ def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
     parts: list[object] = []
     if shape is not None and shape.notes:
         parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
+    if shape is not None and shape.overall is not None:
+        wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
+        parts += [Text(f"Size in mm: {shape.overall:.4g} overall{wall}"), Text()]
     return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
 
 

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.effects.active import acting, require_time
+from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
@@ -66,6 +66,7 @@ def predict(
     comm: MPI.Comm = MPI.COMM_WORLD,
     stiffness: bool = False,
     stiffness_at: float | None = None,
+    unrelaxed: bool = False,
     kept: PredictionCache | None = None,
     pictures: bool = True,
 ) -> Response:
@@ -87,6 +88,8 @@ def predict(
         Ranks that share each model.
     stiffness, stiffness_at : bool, float or None
         Take the 6 x 6 stiffness matrix at rest and at the end of every channel, and at this displacement (mm, °; s).
+    unrelaxed : bool
+        Whether the stiffness matrices are those in a sudden step; else those after a long rest.
     kept : PredictionCache or None
         Models, recordings and steps of earlier predictions, which are reused.
     pictures : bool
@@ -111,7 +114,7 @@ def predict(
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
     run = _Prediction(
-        case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at
+        case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at, unrelaxed
     )
     run = run.shared_by(sharing(case, comm))
     simulated, interrupted = run.simulate_all(channels)
@@ -189,6 +192,7 @@ class _Prediction:
     pictures: bool
     stiffness: bool = False
     stiffness_at: float | None = None
+    unrelaxed: bool = False
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
     def shared_by(self, comm: MPI.Comm) -> _Prediction:
@@ -209,8 +213,10 @@ class _Prediction:
         """Return the stiffness matrices that were requested; None if the march did not reach its end."""
         if not self.stiffness or modes()[channel.mode].specimen != "bushing":
             return {}
+        # One state in every matrix: else nothing has relaxed in that at rest, and a part in the last one.
+        settled = replace(self, case=replace(self.case, effects=in_state(self.case.effects, self.unrelaxed)))
         try:
-            return matrices(channel, self.stiffness_at, lambda mode: self.model(channel, mode=mode))
+            return matrices(channel, self.stiffness_at, lambda mode: settled.model(channel, mode=mode))
         except NotConverged:
             return None
 
@@ -285,6 +291,8 @@ class _Prediction:
             unwritten=unwritten,
             six=six,
             stiffness=self.matrices(channel),
+            unrelaxed=self.unrelaxed,
+            state=state_in_words(self.case.effects, self.unrelaxed),
             touched=touched(model, history),
             before=simulation.remembered if isinstance(simulation, Simulation) else None,
         )

@@ -94,6 +94,8 @@ class Simulated:
     stiffness : mapping of str to (float, (6, 6) array), or None
         Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at"; None
         if the march without planes of symmetry did not reach its end.
+    unrelaxed, state : bool, str
+        Whether the matrices are those in a sudden step; the state in words, empty where no effect fades.
     touched : tuple of Touched
         Surfaces that met at the steps of the march.
     before : Earlier or None
@@ -118,6 +120,8 @@ class Simulated:
     unwritten: str = ""
     six: SixCurve | None = None
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
+    unrelaxed: bool = False
+    state: str = ""
     touched: tuple[Touched, ...] = ()
     before: Earlier | None = None
 

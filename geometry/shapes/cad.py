@@ -141,6 +141,11 @@ class Cad(Meets):
 
     @property
     @override
+    def overall(self) -> float | None:
+        return super().overall if isinstance(self.found, ReadyMesh) else self.found.size
+
+    @property
+    @override
     def wall(self) -> Wall | None:
         return self.found.wall
 

@@ -1,6 +1,7 @@
 """`bushcli export` from a case file and from the folders of other commands, and the exports that it refuses."""
 
 import json
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -96,6 +97,15 @@ def test_a_file_is_written_and_replaced_but_nobody_elses(cli, case, tmp_path):
         assert target.read_text() == content
 
 
+def test_a_pipe_is_not_replaced(cli, case, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for target in (tmp_path / "pipe", "/dev/null", tmp_path):
+        done = cli("export", case, "--to", "abaqus", "-o", target)
+        assert done.returncode == 2
+        assert "-o FILE" in done.stderr
+    assert (tmp_path / "pipe").is_fifo()
+
+
 def test_an_export_does_not_replace_its_own_case(cli, case):
     before = case.read_text()
     case.write_text("# bushcli direct case.toml\n" + before)
@@ -184,7 +194,7 @@ def test_an_effect_can_be_left_out(cli, case):
     done = cli("export", case, "--to", "calculix", "--without", "viscoelasticity")
     assert done.returncode == 0, done.stderr
     assert "500000" not in done.stdout
-    assert "0.5, -0.05, 0.01, 0.001, 0, 0" in done.stdout
+    assert "0.5, -0.05, 0.01, 0.001, 1e+30, 1e+30" in done.stdout
 
 
 def test_a_property_file_has_the_curve_after_a_long_rest(cli, case):
@@ -200,6 +210,45 @@ def test_a_property_file_has_the_curve_after_a_long_rest(cli, case):
     rows = [line.split() for line in plain.splitlines() if line.startswith(" ")]
     found = [line.split() for line in done.stdout.splitlines() if line.startswith(" ")]
     assert [float(row[1]) for row in found] == pytest.approx([float(row[1]) for row in rows])
+
+
+def test_curves_and_matrix_are_of_one_state(cli, case, tmp_path):
+    """A sudden step is 1 + g times as stiff as a long rest; curves and lines of the matrix agree in both states."""
+    head, _, _ = CASE.partition("[[load_cases]]")
+    radial = '[[load_cases]]\nmode = "axial"\namplitude = 0.02\nrate = 0.01\nsteps = 2\n'
+    case.write_text(head + radial + SERIES)
+    slopes = {}
+    for option in ((), ("--unrelaxed",)):
+        out = tmp_path / f"out{len(option)}"
+        done = cli("direct", case, "-q", "--stiffness-matrix", *option, "-o", out, "--json")
+        assert done.returncode == 0, done.stderr
+        found = json.loads(done.stdout)["load_cases"][0]
+        assert found["stiffness_matrix_state"] == ("unrelaxed" if option else "relaxed")
+        axial = found["stiffness_matrix_start"][2][2]
+        assert found["stiffness_matrix"][2][2] == pytest.approx(axial, rel=5e-3)
+        text = cli("export", out, "--to", "adams", *option).stdout
+        block = text.partition("[FZ_CURVE]")[2].partition("$")[0].splitlines()[2:]
+        q, force = (float(word) for word in block[-1].split())
+        assert force / q == pytest.approx(axial, rel=5e-3)
+        assert ("unrelaxed force: as in a sudden step" if option else "fully relaxed force") in text
+        slopes[option] = axial
+        # The file of the other state has no matrix, and the message says how to get it.
+        other = ("--unrelaxed",) if not option else ()
+        for program in ("adams", "chrono"):
+            refused = cli("export", out, "--to", program, *other)
+            assert refused.returncode == 2
+            assert f"--stiffness-matrix{''.join(f' {one}' for one in other)} -o OUT" in refused.stderr
+        assert cli("export", out, "--to", "chrono", *option).returncode == 0
+    assert slopes["--unrelaxed",] == pytest.approx(1.25 * slopes[()], rel=5e-3)
+
+
+def test_a_state_is_refused_where_there_is_none(cli, case):
+    done = cli("export", case, "--to", "csv", "--unrelaxed")
+    assert done.returncode == 2
+    assert "adams, altair and chrono" in done.stderr
+    done = cli("direct", case, "--unrelaxed")
+    assert done.returncode == 2
+    assert "--stiffness-matrix" in done.stderr
 
 
 def test_a_direct_curve_is_without_the_rig(cli, case):

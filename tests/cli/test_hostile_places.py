@@ -212,3 +212,42 @@ def test_arguments_that_are_no_text_are_refused(arguments):
     assert refused(done)
     assert "not text in the encoding of this system" in done.stderr
     assert "\\x" in done.stderr
+
+
+def test_a_working_directory_that_was_deleted(tmp_path):
+    (tmp_path / "gone").mkdir()
+    command = f'cd "{tmp_path}/gone" && rmdir ../gone && exec "{sys.executable}" -m bushcli.cli list laws'
+    done = subprocess.run(
+        ["sh", "-c", command], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert refused(done)
+    assert "the working directory no longer exists" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "direct"])
+def test_too_little_memory_is_said(small, command):
+    limited = f'ulimit -v 300000; exec "{sys.executable}" -m bushcli.cli {command} "{small}"'
+    done = subprocess.run(
+        ["sh", "-c", limited], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert "Traceback" not in done.stderr
+    assert done.returncode in ((0, 2) if command == "check" else (2,)), done.stderr
+    if done.returncode:
+        assert "memory: is not enough" in done.stderr
+
+
+def test_a_home_without_a_name(small):
+    done = run("direct", small, "-q", HOME="")
+    assert done.returncode == 0, done.stderr
+
+
+def test_exit_codes_have_one_definition():
+    from bushcli.cli.run import EXIT_CODES
+
+    table = (ROOT / "docs" / "results.md").read_text().partition("## Exit codes")[2].partition("\n## ")[0]
+    assert [int(line.split("|")[1]) for line in table.splitlines() if line[2:3].isdigit()] == list(EXIT_CODES)
+    readme = (ROOT / "README.md").read_text().partition("## Exit codes")[2].partition("\n## ")[0]
+    shown = " ".join(run("--help").stdout.split())
+    for code, meaning in EXIT_CODES.items():
+        assert f"{code} {meaning}" in shown
+        assert f"{code} {meaning.partition(',')[0].partition(' (')[0]}" in " ".join(readme.split())

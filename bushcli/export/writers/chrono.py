@@ -66,6 +66,7 @@ WRITER = Writer(
     ending=".py",
     comment=("#", ""),
     write=write,
+    static=True,
     remarks=("angles in rad",),
     source="Project Chrono API: ChLoadBodyBodyBushingGeneric",
 )

@@ -1,0 +1,148 @@
+"""What the numbers of a rubber bushing usually are: a number outside is asked about, never refused.
+
+Most wrong numbers are in another unit (kPa, m, ms), or are another quantity, such as a hardness in Shore A in place of
+a modulus. Each can be true of some specimen, so that a result with it carries a condition instead of an error.
+
+Shear modulus: rubber of 30 to 90 Shore A has 0.4 to 7 MPa (Gent 1958: a third of Young's modulus of 1.1 to 21 MPa);
+soft elastomers, such as silicone gels, have 0.01 MPa, hard compounds 10 MPa. Bulk modulus: about 2000 MPa for solid
+rubber (Wood and Martin 1964); the range is wide enough for inclusions of air and for stiff fillers. Sizes and travels:
+engineering judgement, from vehicle and machine bushings of 10 to 200 mm with walls of 2 to 50 mm. Rates: standard
+tests go from 10 mm/min on 12.5 mm (ISO 7743, 0.013 per s) to 500 mm/min on 25 mm (ISO 37, 0.3 per s); the range has
+two decades more below, for creep, and one and a half above, for cycles of some Hz.
+
+References
+----------
+Gent (1958), On the relation between indentation hardness and Young's modulus, Rubber Chem. Technol. 31:896-906,
+doi:10.5254/1.3542351. Wood and Martin (1964), Compressibility of natural rubber at pressures below 500 kg/cm2, J. Res.
+Natl. Bur. Stand. 68A:259-268.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case.case import Case, Material
+from bushcli.runtime.condition import Condition
+from cases.mode import modes
+from forms.law import laws
+from geometry.shape import Shape
+
+Array = NDArray[np.float64]
+#: Name, mode, displacement (mm, rad, stretch - 1) and time (s) or None of a channel.
+Path = tuple[str, str, Array, Array | None]
+
+#: MPa: shear and bulk modulus.
+SHEAR, BULK = (0.01, 10.0), (200.0, 20_000.0)
+#: The range in words.
+SHEAR_WORDS = f"rubber has {SHEAR[0]:g} to {SHEAR[1]:g} MPa"
+#: mm: largest extent of a bushing, thickness of its rubber.
+OVERALL, THICKNESS = (5.0, 500.0), (0.5, 150.0)
+#: Shear strain of the rubber along or about the axis.
+STRAIN = (1e-3, 3.0)
+#: Shear strain rate, or rate of the stretch of a coupon, 1/s.
+RATE = (1e-4, 10.0)
+# Shore A: numbers that are hardnesses where a modulus is far too large.
+_SHORE = (20.0, 95.0)
+
+
+def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:
+    """Return a condition for each number of a case that rubber bushings do not have.
+
+    Parameters
+    ----------
+    case : Case
+    material : Material
+        That is simulated; its moduli are looked at if it has parameters.
+    paths : iterable of (str, str, array, array or None)
+        Channels of bushing and coupons, recorded or prescribed.
+    """
+    found = [*_of_the_rubber(material), *_of_the_size(case.geometry)]
+    for path in (*_of_load_cases(case), *paths):
+        found += _of_the_path(case.geometry, *path)
+    return tuple(Condition("unusual_value", message, remedy) for message, remedy in found)
+
+
+def _of_load_cases(case: Case) -> Iterator[Path]:
+    names = (name for name, _ in case.channels)
+    for name, one in zip(names, case.load_cases, strict=False):
+        if one.six is not None or one.source is not None or not one.path:
+            continue
+        q = np.asarray(one.path, dtype=float)
+        time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
+        yield name, one.mode, q, time
+
+
+def _of_the_rubber(material: Material) -> Iterator[tuple[str, str]]:
+    if not material.parameters:
+        return
+    shear = laws()[material.law].shear_modulus(**material.parameters)
+    if not SHEAR[0] <= shear <= SHEAR[1]:
+        message = f"the rubber has an initial shear modulus of {shear:.3g} MPa; {SHEAR_WORDS}"
+        hardness = [name for name, value in material.parameters.items() if _SHORE[0] <= value <= _SHORE[1]]
+        if shear > SHEAR[1] and hardness:
+            remedy = f"material.parameters.{hardness[0]} is in MPa; a rubber of 60 Shore A has C10 of about 0.6 MPa"
+        elif SHEAR[0] <= shear / 1e3 <= SHEAR[1]:
+            remedy = "give material.parameters in MPa: if they are in kPa, divide them by 1000"
+        elif SHEAR[0] <= shear * 1e3 <= SHEAR[1]:
+            remedy = "give material.parameters in MPa: if they are in GPa, multiply them by 1000"
+        else:
+            remedy = "check that material.parameters are in MPa"
+        yield message, remedy
+    bulk = material.bulk_modulus
+    if np.isfinite(bulk) and not BULK[0] <= bulk <= BULK[1]:
+        message = f"the bulk modulus is {bulk:.4g} MPa; solid rubber has some 2000, at least {BULK[0]:g} MPa"
+        yield message, "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber"
+
+
+def _of_the_size(shape: Shape) -> Iterator[tuple[str, str]]:
+    units = "give the dimensions in mm; of a file in another unit than it states, set geometry.unit"
+    overall, wall = shape.overall, shape.wall
+    if overall is not None and not OVERALL[0] <= overall <= OVERALL[1]:
+        usual = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
+        yield f"the bushing is {overall:.4g} mm in size; {usual}", units
+    elif wall is not None and not THICKNESS[0] <= wall.thickness <= THICKNESS[1]:
+        usual = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
+        yield f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units
+
+
+def _of_the_path(
+    shape: Shape, name: str, mode_name: str, q: Array, time: Array | None
+) -> Iterator[tuple[str, str]]:
+    mode, wall = modes()[mode_name], shape.wall
+    # From displacement to shear strain: an angle moves the surface of the inner sleeve along its circumference.
+    reference = 1.0
+    if mode.specimen == "bushing":
+        if wall is None:
+            return
+        reference = wall.thickness / (wall.inner_radius if mode.rotational else 1.0)
+    strain = float(np.abs(q).max(initial=0.0)) / reference
+    size = f"{'' if wall is None else f'{wall.thickness:.3g} mm of '}rubber"
+    unit = "degrees" if mode.rotational else "mm"
+    if mode.specimen == "bushing" and strain > 0.0 and not STRAIN[0] <= strain <= STRAIN[1]:
+        shown = np.degrees(strain * reference) if mode.rotational else strain * reference
+        message = (
+            f"{name}: a travel of {shown:.4g} {unit} on {size} is a shear strain of {100 * strain:.3g} %"
+        )
+        yield (
+            message,
+            f"give the travel in {unit} and [geometry] in mm; check the columns and units of a recording",
+        )
+    rate = 0.0 if time is None else _rate(q, time) / reference
+    if rate > 0.0 and not RATE[0] <= rate <= RATE[1]:
+        usual = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
+        message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual}"
+        yield (
+            message,
+            'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s',
+        )
+
+
+def _rate(q: Array, time: Array) -> float:
+    """Return the median speed of the moving samples, per s; holds and noise do not count."""
+    steps = np.diff(time)
+    speed = np.abs(np.diff(q))[steps > 0.0] / steps[steps > 0.0]
+    moving = speed[speed > 0.1 * speed.max(initial=0.0)]
+    return float(np.median(moving)) if len(moving) else 0.0

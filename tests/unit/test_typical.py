@@ -1,0 +1,105 @@
+"""Numbers that a rubber bushing does not have are asked about, with a remedy; numbers that it has are not."""
+
+import numpy as np
+import pytest
+
+from bushcli.case import load_case
+from bushcli.case.typical import unusual
+from bushcli.errors import InputError
+
+CASE = """
+[geometry]
+shape = "plain"
+inner_radius = 9.0
+outer_radius = 18.0
+length = 34.0
+[material]
+law = "neo_hookean"
+bulk_modulus = 2000.0
+parameters = { C10 = 0.4 }
+[[load_cases]]
+mode = "axial"
+amplitude = 3.0
+rate = 0.5
+[[load_cases]]
+mode = "torsional"
+amplitude = 20.0
+"""
+
+
+@pytest.fixture
+def found(tmp_path):
+    def look(*changes, paths=()):
+        (tmp_path / "case.toml").write_text(CASE)
+        case = load_case(tmp_path / "case.toml", list(changes))
+        return unusual(case, case.material, paths)
+
+    return look
+
+
+@pytest.mark.parametrize(
+    "change", ["material.parameters.C10=0.4", "material.parameters.C10=0.006", "load_cases.0.rate=30"]
+)
+def test_a_bushing_is_not_asked_about(found, change):
+    assert found(change) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "message", "remedy"),
+    [
+        ("material.parameters.C10=60", "shear modulus of 120 MPa", "60 Shore A has C10 of about 0.6"),
+        ("material.parameters.C10=400", "shear modulus of 800 MPa", "kPa, divide them by 1000"),
+        ("material.parameters.C10=0.0004", "shear modulus of 0.0008 MPa", "GPa, multiply them by 1000"),
+        ("material.bulk_modulus=2", "bulk modulus is 2 MPa", "material.bulk_modulus in MPa"),
+        ("geometry.length=800", "800 mm in size", "dimensions in mm"),
+        ("load_cases.0.amplitude=50", "shear strain of 556 %", "travel in mm"),
+        ("load_cases.0.amplitude=0.003", "shear strain of 0.0333 %", "travel in mm"),
+        ("load_cases.0.rate=500", "strained by 56 per s", "time in s"),
+        ("load_cases.1.amplitude=0.02", "0.02 degrees on 9 mm of rubber", "travel in degrees"),
+    ],
+)
+def test_a_number_of_another_unit_is_asked_about(found, change, message, remedy):
+    (one,) = found(change)
+    assert one.name == "unusual_value"
+    assert message in one.message
+    assert remedy in one.remedy
+
+
+def test_recordings_are_looked_at_too(found):
+    time = np.linspace(0.0, 40.0, 400)
+    q = 3.0 * np.sin(0.3 * time)
+    assert found(paths=[("axial", "axial", q, time)]) == ()
+    for wrong in (1e3 * time, 1e-3 * time):
+        (one,) = found(paths=[("axial", "axial", q, wrong)])
+        assert "per s" in one.message
+    (one,) = found(paths=[("axial", "axial", 100.0 * q, time / 1.0)])[:1]
+    assert "300 mm on 9 mm of rubber" in one.message
+
+
+def test_zero_is_a_place_like_any_other(tmp_path):
+    outline = "".join(
+        f"[[geometry.outline]]\nfrom = [{a}.0, {b}.0]\nto = [{c}.0, {d}.0]\n"
+        + (f'name = "{name}"\n' if name else "")
+        for a, b, c, d, name in (
+            (10, -20, 10, 20, "inner"),
+            (10, 20, 20, 16, ""),
+            (20, 16, 20, -16, "outer"),
+            (20, -16, 10, -20, ""),
+        )
+    )
+    material = CASE[CASE.index("[material]") :]
+    for centre in ("0.0", "-1.0", "0"):
+        (tmp_path / "case.toml").write_text(
+            f'[geometry]\nshape = "section"\ncentre = {centre}\n{outline}{material}'
+        )
+        assert load_case(tmp_path / "case.toml").geometry.centre == float(centre)
+
+
+@pytest.mark.parametrize("value", ["1e-320", "1e-300", "1e300", "-1e-310"])
+@pytest.mark.parametrize(
+    "key", ["load_cases.0.rate", "load_cases.0.amplitude", "geometry.length", "material.parameters.C10"]
+)
+def test_a_number_that_computers_cannot_use_is_refused(tmp_path, key, value):
+    (tmp_path / "case.toml").write_text(CASE)
+    with pytest.raises(InputError, match=key.split(".")[-1]):
+        load_case(tmp_path / "case.toml", [f"{key}={value}"])
