@@ -193,7 +193,7 @@ def _unit_above(table: Table, wanted: WantedColumn, index: int) -> KnownUnit | N
     if system:
         said = f"line {system[0]} states the system of units: {system[1]}"
         raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")
-    unknown = stated_unknown(table, wanted)
+    unknown = stated_unknown(table, wanted, index)
     if unknown:
         said = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
         raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")

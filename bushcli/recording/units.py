@@ -123,7 +123,7 @@ _OF_FORCE = {
 #: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at", "Load bar".
 _LOOSE = frozenset(
     "rev revs turn turns revolution revolutions at bar bars tr ora ore hora foot feet tag day days mil mils yard yards yd"
-    " pond ponds oz ounce ounces # klb klbs ' ′ strains ε jour jours metro radiant mn ums us tf kip kips"
+    " pond ponds oz ounce ounces # klb klbs ' ′ strains ε jour jours metro radiant us tf kip kips"
     " microstrain strain un hn dn cn nin km".split()
 )
 #: Units of other quantities that stand in the files of rigs; pint knows more of them.
