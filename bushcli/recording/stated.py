@@ -34,7 +34,8 @@ _ALL = re.compile(r"\W*(?:all|alle|toutes)\b", re.IGNORECASE)
 _ENDS = re.compile(r"[,;\t|]|(?<=[\])])")
 #: Words between units; "in" before a unit is a preposition: "all values in mm".
 _JOINING = re.compile(
-    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)", re.IGNORECASE
+    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)",
+    re.IGNORECASE,
 )
 #: Systems of units, which do not say in which unit a column is, and where their names stand. "US" is no unit there,
 #: and "us" no system.
@@ -60,7 +61,9 @@ _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
 _SHORT = 4
 _MOST = 10
 #: Words of a statement that belong to no name of a column.
-_ABOUT = re.compile(r"\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]", re.IGNORECASE)
+_ABOUT = re.compile(
+    r"\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]", re.IGNORECASE
+)
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
     r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
@@ -144,6 +147,10 @@ def _parts(text: str) -> list[str]:
     """Return the units of a list: "mm, N/mm and 0.1 N" has three; a slash with blanks, "mm / kN", is one between them."""
     parts = []
     for part in (part.strip() for part in _ENDS.split(text)):
+        several = re.split(r"[-/]", part)
+        if len(several) > 2 and all(map(tabulated_unit, several)):
+            parts += several  # mm-kN-s
+            continue
         whole = not part or certain_unit(part) or _joined(part)
         parts += [part] if whole else re.split(r"\s+(?:[/-]\s+)?|(?<=\w)/(?=\w+/\w)|(?<=/\w)/", part)
     return [part for part in parts if part]
@@ -174,7 +181,10 @@ def _heads(part: str) -> list[Heading]:
     plain = _UNITS.sub(" ", part)
     # "in" is a unit at the end, and a preposition before one.
     words = _ABOUT.sub(" ", plain).split()
-    singular = " ".join(word.removesuffix("s") if len(word) > 4 and word.isalpha() and word[-2] != "s" else word for word in words)
+    singular = " ".join(
+        word.removesuffix("s") if len(word) > 4 and word.isalpha() and word[-2] != "s" else word
+        for word in words
+    )
     # "- Force in kN" is an item of a list, not the negative force.
     return [replace(heading(text), formula=False) for text in (plain, singular)]
 
@@ -200,7 +210,10 @@ def stated_unknown(table: Table, wanted: WantedColumn, index: int) -> tuple[int,
     index : int
         Index of its column, from 0.
     """
-    of_mode = {wanted.measured, *(dimension(q, wanted.mode.specimen, wanted.mode.rotational) for q in _QUANTITIES)}
+    of_mode = {
+        wanted.measured,
+        *(dimension(q, wanted.mode.specimen, wanted.mode.rotational) for q in _QUANTITIES),
+    }
     for number, text in table.preamble:
         plain = _plain(text)
         if any(form.search(plain) for form in _SYSTEMS):
@@ -212,14 +225,22 @@ def stated_unknown(table: Table, wanted: WantedColumn, index: int) -> tuple[int,
             unknown = [part for part in parts if not is_unit(part)]
             foreign = [part for part in parts if not any(_is_of(part, kind) for kind in of_mode)]
             if len(parts) == len(table.names) > 1:
-                said = parts[index]  # no unit in the list is one of the quantity: it is the column's own that is wrong
+                said = parts[
+                    index
+                ]  # no unit in the list is one of the quantity: it is the column's own that is wrong
             elif unknown or (foreign and wanted.quantity != "time"):
                 said = " ".join(unknown or foreign)
         elif not said and values:
             parts = _parts(_without_words(plain[values.end() :]))
-            short = len(parts) == 1 and len(parts[0]) <= _SHORT and parts[0].isalpha() and not is_unit(parts[0])
+            short = (
+                len(parts) == 1 and len(parts[0]) <= _SHORT and parts[0].isalpha() and not is_unit(parts[0])
+            )
             named = 0 < len(parts) <= _MOST and all(find_unit(part, wanted.measured) for part in parts)
-            if short or (len(parts) == 1 and _ALL.match(plain) and not is_unit(parts[0])) or (named and not any(_is_of(part, kind) for part in parts for kind in of_mode)):
+            if (
+                short
+                or (len(parts) == 1 and _ALL.match(plain) and not is_unit(parts[0]))
+                or (named and not any(_is_of(part, kind) for part in parts for kind in of_mode))
+            ):
                 said = " ".join(parts)  # "Values in V"
         if said:
             return number, said[:SHOWN]
@@ -234,7 +255,11 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
     label = _LABEL.match(plain)
     for part in _ENDS.split(plain[label.end() :] if label else plain):
         pair = (_IS_UNIT if label else _IN_UNIT).fullmatch(part)
-        if pair and _names(pair[1], wanted) and (label or " " not in pair[2] or any(map(tabulated_unit, pair[2].split()))):
+        if (
+            pair
+            and _names(pair[1], wanted)
+            and (label or " " not in pair[2] or any(map(tabulated_unit, pair[2].split())))
+        ):
             return pair[2]
         for head in _heads(part):
             # "Force: 25 kN" is a value, and a name with words beside it is a sentence.
@@ -246,7 +271,11 @@ def _unknown_of(plain: str, wanted: WantedColumn) -> str:
 
 def _is_named(part: str) -> bool:
     """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
-    return any(word_quality(head, kind) for head in _heads(part) for kind in WORDS) and len(part) > 1 and not is_unit(part)
+    return (
+        any(word_quality(head, kind) for head in _heads(part) for kind in WORDS)
+        and len(part) > 1
+        and not is_unit(part)
+    )
 
 
 def _is_of(text: str, measured: str) -> bool:

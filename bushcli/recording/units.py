@@ -111,7 +111,16 @@ _PREFIXES = {
 }  # fmt: skip
 _ALSO = {"deca": "deka", "hecto": "hekto", "deci": "dezi", "centi": "zenti", "micro": "mikro"}
 #: Numbers in words before a unit, "pi rad", "Mio N".
-COUNTED = {"pi": math.pi, "π": math.pi, "mio": 1e6, "mio.": 1e6, "tsd": 1e3, "tsd.": 1e3, "mega": 1e6, "kilo": 1e3}
+COUNTED = {
+    "pi": math.pi,
+    "π": math.pi,
+    "mio": 1e6,
+    "mio.": 1e6,
+    "tsd": 1e3,
+    "tsd.": 1e3,
+    "mega": 1e6,
+    "kilo": 1e3,
+}
 _COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
@@ -122,13 +131,88 @@ _OF_FORCE = {
 }  # fmt: skip
 #: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at", "Load bar".
 _LOOSE = frozenset(
-    "rev revs turn turns revolution revolutions at bar bars tr ora ore hora foot feet tag day days mil mils yard yards yd"
-    " pond ponds oz ounce ounces # klb klbs ' ′ strains ε jour jours metro radiant us tf kip kips"
-    " microstrain strain un hn dn cn nin km".split()
+    [
+        "rev",
+        "revs",
+        "turn",
+        "turns",
+        "revolution",
+        "revolutions",
+        "at",
+        "bar",
+        "bars",
+        "tr",
+        "ora",
+        "ore",
+        "hora",
+        "foot",
+        "feet",
+        "tag",
+        "day",
+        "days",
+        "mil",
+        "mils",
+        "yard",
+        "yards",
+        "yd",
+        "pond",
+        "ponds",
+        "oz",
+        "ounce",
+        "ounces",
+        "#",
+        "klb",
+        "klbs",
+        "'",
+        "′",
+        "strains",
+        "ε",
+        "jour",
+        "jours",
+        "metro",
+        "radiant",
+        "us",
+        "tf",
+        "kip",
+        "kips",
+        "microstrain",
+        "strain",
+        "un",
+        "hn",
+        "dn",
+        "cn",
+        "nin",
+        "km",
+    ]
 )
 #: Units of other quantities that stand in the files of rigs; pint knows more of them.
 _ELSEWHERE = frozenset(
-    "kg mg to tonne tonnes Tonne Tonnen ton tons tonf kilogram kilograms mV Volt Volts volt volts mA °C °F Hz kHz kJ px".split()
+    [
+        "kg",
+        "mg",
+        "to",
+        "tonne",
+        "tonnes",
+        "Tonne",
+        "Tonnen",
+        "ton",
+        "tons",
+        "tonf",
+        "kilogram",
+        "kilograms",
+        "mV",
+        "Volt",
+        "Volts",
+        "volt",
+        "volts",
+        "mA",
+        "°C",
+        "°F",
+        "Hz",
+        "kHz",
+        "kJ",
+        "px",
+    ]
 )
 #: Texts that mean "no unit".
 NO_UNIT = ("-", "--", "1", "")
@@ -171,9 +255,14 @@ _WORD = rf"[^\s\d/{_SIGNS}^()]+"
 _FACTOR = re.compile(rf"({_WORD})(?:(?:\^|\*\*)?\(?(-[1-4]|[2-4])\)?)?")
 _OPERATOR = re.compile(rf"[/{_SIGNS}]")
 #: Square units in words: sqmm, qmm, sq.in.
-_SQUARE = re.compile(r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE)
+_SQUARE = re.compile(
+    r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE
+)
 #: Between the words of "kilo-newton".
-_HYPHEN = re.compile(r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])", re.IGNORECASE)
+_HYPHEN = re.compile(
+    r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
+    re.IGNORECASE,
+)
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "⁴": "4", "µ": "u", "μ": "u"})
 #: A number before a unit: "0.1 N", "x10 N", "10^3 N", "1/10 mm", "1e3 N".
 _NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?"
@@ -375,7 +464,9 @@ def _size(bare: str, measured: str) -> _Size | None:
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
-    pounds = _OF_FORCE.get(word) or (_OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None)
+    pounds = _OF_FORCE.get(word) or (
+        _OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None
+    )
     if pounds is not None:
         return _Size(_POWERS["force"], pounds)
     word = word.replace("µ", "u").replace("μ", "u")
@@ -423,7 +514,10 @@ def _foreign(bare: str, measured: str) -> Unit | None:
 
     try:
         parsed = [next(iter(_registry().parse_unit_name(word)), ("", "", "")) for word in words]
-        if any(suffix == "s" and (len(w) < 3 or not w.islower()) for w, (_, _, suffix) in zip(words, parsed, strict=True)):
+        if any(
+            suffix == "s" and (len(w) < 3 or not w.islower())
+            for w, (_, _, suffix) in zip(words, parsed, strict=True)
+        ):
             return None
         known = str(_registry().parse_units(expression))
         quantity = _registry().Quantity(1.0, known).to_base_units()
