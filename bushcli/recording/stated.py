@@ -144,7 +144,7 @@ def _without_words(text: str) -> str:
 
 
 def _parts(text: str) -> list[str]:
-    """Return the units of a list: "mm, N/mm and 0.1 N" has three; a slash with blanks, "mm / kN", is one between them."""
+    """Return the units of a list: "mm, N/mm and 0.1 N" has three; "mm / kN", with blanks, has two."""
     parts = []
     for part in (part.strip() for part in _ENDS.split(text)):
         several = re.split(r"[-/]", part)
@@ -157,7 +157,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _joined(text: str) -> bool:
-    """Whether blanks within a text belong to one unit, "N m", "Mio N": no word of it is a unit, or they are a product."""
+    """Whether blanks within a text belong to one unit: a prefix apart, "Mio N", or a product, "N m"."""
     words = text.split()
     units = [tabulated_unit(word) for word in words]
     product = [unit.measured for unit in units if unit is not None] == ["force", "length"]

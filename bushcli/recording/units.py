@@ -1,9 +1,9 @@
 """Units as people write them -> the measured quantity, and their factor to N, mm, MPa, s, rad.
 
 One grammar reads a unit completely: words, each a prefix and a unit of the table below (or a force and a length written
-together, ``Ncm``, ``ftlb``), joined by signs of multiplication and division, with powers. A text of which a part is not
-understood is no unit. pint, which takes 0.5 s to import, is asked only what else such a text may be (a mass, a voltage), and
-for units without a prefix that are in no table. Nothing is guessed.
+together, ``Ncm``, ``ftlb``), joined by signs of multiplication and division, with powers. A text of which a part is
+not understood is no unit. pint, which takes 0.5 s to import, is asked only what else such a text may be (a mass, a
+voltage), and for units without a prefix that are in no table. Nothing is guessed.
 """
 
 from __future__ import annotations
@@ -44,10 +44,11 @@ _MEASURED = {powers: measured for measured, powers in _POWERS.items()}
 _INCH, _GRAVITY = 25.4, 9.80665
 _POUND = 0.45359237 * _GRAVITY
 #: Quantity, factor to the internal unit, prefixes in use, and spellings, without blanks, in their usual case. Nobody
-#: records in meganewtons per second or megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
+#: records in megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
 _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("time", 1.0, "m u n", "s sec secs Sec sek с сек 秒 초"),
-    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde secondes secondo secondi segundo segundos"),
+    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde"),
+    ("time", 1.0, "milli micro nano", "secondes secondo secondi segundo segundos"),
     ("time", 60.0, "", "min mins minute minutes Minute Minuten minuto minuti minutos мин 分"),
     ("time", 3600.0, "", "h hr hrs hour hours Stunde Stunden heure heures ora ore hora horas ч 小时"),
     ("time", 86400.0, "", "day days Tag Tage jour jours"),
@@ -76,7 +77,8 @@ _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("force", 1.0, "", "牛 牛顿 Н ニュートン 뉴턴"),
     ("force", 1e3, "", "千牛 кН キロニュートン"),
     ("force", 10.0, "", "даН"),
-    ("force", _GRAVITY, "", "kgf kgF kp kpond kilopond kiloponds kgforce kgsforce kilogramforce kilogramsforce kilogrammeforce кгс"),
+    ("force", _GRAVITY, "", "kgf kgF kp kpond kilopond kiloponds"),
+    ("force", _GRAVITY, "", "kgforce kgsforce kilogramforce kilogramsforce kilogrammeforce кгс"),
     ("force", _GRAVITY / 1e3, "", "gf pond ponds gramforce gramsforce"),
     ("force", 1e3 * _GRAVITY, "", "tf tonneforce tonnesforce"),
     ("force", _POUND, "k", "lbf lbfs"),
@@ -376,7 +378,7 @@ def certain_unit(text: str) -> bool:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is completely understood as a unit of any quantity, one that a recording does not contain included."""
+    """Whether a text is completely understood as a unit of any quantity, also of one that no recording contains."""
     return tabulated_unit(text) is not None or any(
         unit is not None and (unit.factor > 0.0 or len(plain_unit(text)) > 1)
         for unit in (find_unit(text, kind) for kind in UNITS)
@@ -499,7 +501,7 @@ def _glued(first: str, second: str, measured: str) -> _Size | None:
 
 
 def _foreign(bare: str, measured: str) -> Unit | None:
-    """Return what pint takes a text for: a unit of another quantity, or one that has no prefix; None for what it knows not.
+    """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
 
     The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.
     """

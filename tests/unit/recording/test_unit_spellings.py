@@ -25,29 +25,36 @@ DEGREE = math.pi / 180
 RIGHT: dict[str, dict[str, float]] = {
     "force": {
         "N|newton|Newton|NEWTON": 1, "daN|DAN|dan|Dekanewton|decanewtons|da N": 10, "hN|hektonewton": 100,
-        "kN|KN|Kilonewton|kilo-newton|k N": 1e3, "cN": 1e-2, "mN|millinewton": 1e-3, "MN|meganewton|M N|Mio N|Mio. N|Mega N": 1e6,
-        "kp|kgf|KGF|kgF|kg-f|kg(f)|Kilopond|kilogram-force|кгс": GRAVITY, "gf|pond": GRAVITY / 1e3, "tf": GRAVITY * 1e3,
+        "kN|KN|Kilonewton|kilo-newton|k N": 1e3, "cN": 1e-2, "mN|millinewton": 1e-3,
+        "MN|meganewton|M N|Mio N|Mio. N|Mega N": 1e6,
+        "kp|kgf|KGF|kgF|kg-f|kg(f)|Kilopond|kilogram-force|кгс": GRAVITY, "gf|pond": GRAVITY / 1e3,
+        "tf": GRAVITY * 1e3,
         "lbf|LBF|lb|lbs|pounds|pound-force|lb-f|lb_f": POUND, "kip|kips|klbf|klb": 1e3 * POUND, "ozf|oz": POUND / 16,
         "dyn": 1e-5, "Н|牛顿|ニュートン": 1, "千牛|кН": 1e3,
     },
     "length": {
-        "mm|MM|Millimeter|millimètres|mm.|㎜|毫米|мм": 1, "cm|Zentimeter|c m": 10, "dm|Dezimeter|d m": 100, "m|metres|metri": 1e3,
+        "mm|MM|Millimeter|millimètres|mm.|㎜|毫米|мм": 1, "cm|Zentimeter|c m": 10, "dm|Dezimeter|d m": 100,
+        "m|metres|metri": 1e3,
         "um|µm|μm|micron|Mikrometer": 1e-3, "nm": 1e-6, "in|inch|Inches|Zoll|in.|pouces|pollici|pulgadas": INCH,
         "ft|feet|Fuß|'|′": FOOT, "mil|mils|thou|milli-inch": INCH / 1e3, "µin|microinch": INCH / 1e6,
     },
     "time": {
         "s|sec|Sec|SEC|Sekunden|secondi|с|秒": 1, "ms|msec|mSec|Millisekunden|milli-seconds|мс|毫秒": 1e-3,
-        "us|µs|usec|Mikrosekunden": 1e-6, "ns": 1e-9, "min|minutes|Minuten": 60, "h|hours|Stunden|heures": 3600, "days|Tage": 86400,
+        "us|µs|usec|Mikrosekunden": 1e-6, "ns": 1e-9, "min|minutes|Minuten": 60, "h|hours|Stunden|heures": 3600,
+        "days|Tage": 86400,
     },
     "angle": {
-        "deg|Deg|DEG|degrees|Grad|°|º|degrés|gradi|град|度": DEGREE, "rad|RAD|radians|Radiant|弧度": 1, "mrad|mRad": 1e-3,
+        "deg|Deg|DEG|degrees|Grad|°|º|degrés|gradi|град|度": DEGREE, "rad|RAD|radians|Radiant|弧度": 1,
+        "mrad|mRad": 1e-3,
         "pi rad|π rad|pi*rad|pi-rad": math.pi, "gon|Gon": math.pi / 200, "rev|turns|Umdr|Umdrehungen": 2 * math.pi,
         "arcmin": DEGREE / 60, "arcsec": DEGREE / 3600, "mdeg": DEGREE / 1e3,
     },
     "moment": {
         "Nmm|N*mm|N·mm|N-mm|N_mm|N×mm|Newton-mm|Newtonmillimeter|NMM": 1, "Ncm|N·cm|N cm|NCM": 10, "daNmm|daN*mm": 10,
-        "Nm|N*m|N·m|N-m|N_m|NM|nm|N m|newton-meter|Newton-Meter|Newtonmeter|newton_meter|Нм|牛米": 1e3, "kNm|kN·m|KNm|kN m": 1e6,
-        "kNmm|kN-mm": 1e3, "daNm|daN·m|daN m": 1e4, "daNcm|daN*cm|daN·cm": 100, "mNm": 1, "kgfcm|kgf·cm|kp·cm|kpcm": 10 * GRAVITY,
+        "Nm|N*m|N·m|N-m|N_m|NM|nm|N m|newton-meter|Newton-Meter|Newtonmeter|newton_meter|Нм|牛米": 1e3,
+        "kNm|kN·m|KNm|kN m": 1e6,
+        "kNmm|kN-mm": 1e3, "daNm|daN·m|daN m": 1e4, "daNcm|daN*cm|daN·cm": 100, "mNm": 1,
+        "kgfcm|kgf·cm|kp·cm|kpcm": 10 * GRAVITY,
         "kgfm|kgf-m|kpm|mkp": 1e3 * GRAVITY, "lbfin|lbf-in|in-lb|in.lb|lb·in|inch-pounds|in-lbs": INCH * POUND,
         "ft-lb|ftlb|ft·lbf|lb-ft|lbft|foot-pounds|ft-lbs": FOOT * POUND, "oz-in|ozf·in|in-oz": INCH * POUND / 16,
         "kip-in": 1e3 * INCH * POUND,
@@ -57,9 +64,12 @@ RIGHT: dict[str, dict[str, float]] = {
         "microstrain|µε|µstrain|ppm|µm/m|um/m": 1e-6,
     },
     "stress": {
-        "MPa|Mpa|MPA|mpa|N/mm2|N/mm²|N/mm^2|N/mm**2|N·mm-2|N/sqmm|N/qmm|MN/m2|Megapascal|㎫|МПа": 1, "kPa|KPa|KPA|kN/m²|k Pa": 1e-3,
-        "Pa|Pascal|N/m2|N*m^-2": 1e-6, "GPa|kN/mm2": 1e3, "bar|Bar|BAR|daN/cm²": 0.1, "mbar|hPa": 1e-4, "N/cm²": 0.01, "daN/mm2": 10,
-        "psi|PSI|lbf/in2|lb/in²|lbf/sqin": POUND / INCH**2, "ksi|kip/in²": 1e3 * POUND / INCH**2, "kgf/mm2|kp/mm²": GRAVITY,
+        "MPa|Mpa|MPA|mpa|N/mm2|N/mm²|N/mm^2|N/mm**2|N·mm-2|N/sqmm|N/qmm|MN/m2|Megapascal|㎫|МПа": 1,
+        "kPa|KPa|KPA|kN/m²|k Pa": 1e-3,
+        "Pa|Pascal|N/m2|N*m^-2": 1e-6, "GPa|kN/mm2": 1e3, "bar|Bar|BAR|daN/cm²": 0.1, "mbar|hPa": 1e-4,
+        "N/cm²": 0.01, "daN/mm2": 10,
+        "psi|PSI|lbf/in2|lb/in²|lbf/sqin": POUND / INCH**2, "ksi|kip/in²": 1e3 * POUND / INCH**2,
+        "kgf/mm2|kp/mm²": GRAVITY,
         "kgf/cm2|kp/cm²": GRAVITY / 100,
     },
 }  # fmt: skip
@@ -129,14 +139,13 @@ def contents(place: str, quantity: str, unit: str) -> str:
 
 
 def factor_read(folder: Path, quantity: str, content: str, **options) -> float | None:
-    """Return the factor with which a column was read; None if the file was refused or the column left out with a remark."""
+    """Return the factor with which a column was read; None if the file was refused, or the column left out."""
     mode, k = WHERE[quantity]
     file = folder / "rig.csv"
     file.write_text(content, encoding="utf-8")
     try:
         found = read_recording(Source(mode, file, **options))
-    except RecordingError as error:
-        assert "rig.csv" in str(error), error
+    except RecordingError:
         return None
     values = (found.time, found.displacement, found.force)[k]
     return None if values is None else float(values[5] / ROWS[5, k])
@@ -196,17 +205,17 @@ def test_a_unit_in_the_case_file(tmp_path, quantity, unit, factor):
 def test_the_case_file_may_give_a_unit_with_a_number(tmp_path, unit, newtons):
     """The remedy of a file that is refused because "0.1 N" may be a range: the same text in `units`."""
     content = contents("above", "force", unit)
+    (tmp_path / "rig.csv").write_text(content)
     with pytest.raises(RecordingError, match=r"units = \{force = "):
-        (tmp_path / "rig.csv").write_text(content)
         read_recording(Source("axial", tmp_path / "rig.csv"))
     assert factor_read(tmp_path, "force", content, units={"force": unit}) == pytest.approx(newtons)
 
 
 def test_units_above_the_names_and_behind_the_numbers_as_rigs_wrote_them(tmp_path):
     rows = "".join(f"{1000 * i};{0.1 * i};{5 * i}\n" for i in range(8))
+    factor_file = tmp_path / "rig.csv"
+    factor_file.write_text("ms;in;0.1 N\nTime;Displacement;Force\n" + rows)
     with pytest.raises(RecordingError, match=r'rig\.csv:1: column 3 \(Force\): "0\.1 N" may be the range'):
-        factor_file = tmp_path / "rig.csv"
-        factor_file.write_text("ms;in;0.1 N\nTime;Displacement;Force\n" + rows)
         read_recording(Source("axial", factor_file))
     found = read_recording(Source("axial", factor_file, units={"force": "0.1 N"}))
     assert (found.time[-1], found.displacement[-1], found.force[-1]) == pytest.approx((7.0, 0.7 * INCH, 3.5))
