@@ -152,7 +152,7 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
     """Return the unit in the column behind another one, ``12.5;N``, or in a column "Force unit" anywhere.
 
     A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit,
-    or the file is refused. In a column with another name, ``Phase``, one text in all rows counts if it is surely a unit.
+    or the file is refused. In a column with another name, ``Phase``, a constant text counts if it is surely a unit.
 
     Parameters
     ----------

@@ -248,7 +248,7 @@ def stated_unknown(table: Table, wanted: WantedColumn, index: int) -> tuple[int,
 
 
 def _unknown_of(plain: str, wanted: WantedColumn) -> str:
-    """Return what a line states as the unit of a quantity by name, and what is none: "Force unit: foo", "Force in psi"."""
+    """Return what a line states as the unit of a quantity by name and what is none: "Force unit: foo"."""
     of_quantity = _OF_QUANTITY.fullmatch(plain.strip())
     if of_quantity and _UNITS.search(of_quantity[1]) and _names(of_quantity[1], wanted):
         return of_quantity[2].strip()
