@@ -108,7 +108,8 @@ _TABLE: tuple[tuple[str, float, str, str], ...] = (
 )  # fmt: skip
 _PREFIXES = {
     "da": 10.0, "h": 100.0, "k": 1e3, "K": 1e3, "M": 1e6, "G": 1e9, "d": 0.1, "c": 0.01, "m": 1e-3, "u": 1e-6,
-    "n": 1e-9, "deca": 10.0, "deka": 10.0, "hecto": 100.0, "hekto": 100.0, "kilo": 1e3, "mega": 1e6, "giga": 1e9, "deci": 0.1,
+    "n": 1e-9, "deca": 10.0, "deka": 10.0, "hecto": 100.0, "hekto": 100.0,
+    "kilo": 1e3, "mega": 1e6, "giga": 1e9, "deci": 0.1,
     "dezi": 0.1, "centi": 0.01, "zenti": 0.01, "milli": 1e-3, "micro": 1e-6, "mikro": 1e-6, "nano": 1e-9,
 }  # fmt: skip
 _ALSO = {"deca": "deka", "hecto": "hekto", "deci": "dezi", "centi": "zenti", "micro": "mikro"}
