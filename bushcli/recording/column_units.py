@@ -10,12 +10,11 @@ from bushcli.recording.factors import FACTOR
 from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND
 from bushcli.recording.match import WantedColumn, written_units
+from bushcli.recording.quality import plain_name
 from bushcli.recording.source import UNITS, Quantity
 from bushcli.recording.stated import stated_system, stated_units, stated_unknown
 from bushcli.recording.table import SHOWN, Table, TextTable
-from bushcli.recording.quality import plain_name
 from bushcli.recording.units import (
-    AMBIGUOUS,
     NO_UNIT,
     Unit,
     certain_unit,
@@ -35,9 +34,34 @@ _LONGEST_UNIT = 4
 #: Names of a column that holds the units of the one before it, and its largest number of different texts.
 _UNIT_NAMES = frozenset({"unit", "units", "einheit", "unité", "unidad", "unità", "eenheid", "单位", "単位"})
 _MOST_UNITS = 5
+#: The beginning of a text that is no number.
+_TEXT = re.compile(r"[^\W\d_]|[%‰°\[(\"'′″#]|[\d.,/]+\s*[^\W\d_%°]")
 #: What a column without a name may say of each sample, and what is no unit.
 _STATES = frozenset(
-    "ok nok io nio i.o. n.i.o. pass passed fail failed yes no ja nein true false on off valid invalid load unload".split()
+    [
+        "ok",
+        "nok",
+        "io",
+        "nio",
+        "i.o.",
+        "n.i.o.",
+        "pass",
+        "passed",
+        "fail",
+        "failed",
+        "yes",
+        "no",
+        "ja",
+        "nein",
+        "true",
+        "false",
+        "on",
+        "off",
+        "valid",
+        "invalid",
+        "load",
+        "unload",
+    ]
 )
 
 
@@ -127,8 +151,8 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
 def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
     """Return the unit in the column behind another one, ``12.5;N``, or in a column "Force unit" anywhere.
 
-    A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit, or the
-    file is refused. In a column with another name, ``Phase``, one text in all rows counts if it is surely a unit.
+    A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit,
+    or the file is refused. In a column with another name, ``Phase``, a constant text counts if it is surely a unit.
 
     Parameters
     ----------
@@ -151,7 +175,9 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
         named = len(rest) < len(plain_name(name).split())
         own = named and " ".join(rest) == plain_name(" ".join(heading(table.names[index]).words))
         behind = at == index + 1 and not (named and rest and not own)
-        if not (own or behind) or table.text(0, at).lower() in _STATES or not re.match(r"[^\W\d_]|[%‰°\[(\"'′″#]|[\d.,/]+\s*[^\W\d_%°]", table.text(0, at)):
+        first = table.text(0, at)
+        texts = _TEXT.match(first) is not None or certain_unit(first)
+        if not (own or behind) or not texts or first.lower() in _STATES:
             continue
         fields = [table.text(row, at) for row in range(len(table))]
         written = list(dict.fromkeys(field for field in fields if field))
@@ -193,7 +219,7 @@ def _unit_above(table: Table, wanted: WantedColumn, index: int) -> KnownUnit | N
     if system:
         said = f"line {system[0]} states the system of units: {system[1]}"
         raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")
-    unknown = stated_unknown(table, wanted)
+    unknown = stated_unknown(table, wanted, index)
     if unknown:
         said = f'what line {unknown[0]} states is not a unit of {KIND[wanted.measured]}: "{unknown[1]}"'
         raise _refused(table, wanted.quantity, index, f"{table.label(index)} has no unit, and {said}")

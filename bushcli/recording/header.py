@@ -46,6 +46,7 @@ _INNER = re.compile(r"(\([^()]*)\(\d+(?:,\d+)*\)([^()]*\))")
 #: An inch in quotation marks, after a sign, or as a sign: 'Travel "in"', "Travel:in", 'Travel"'; and before the name.
 _INCH = re.compile(r"""\s*(?:"in"|'in'|[:@\\*]\s*in\*?|[\s:;,@_]*["″])\s*$""", re.IGNORECASE)
 _INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
+_INSIDE = re.compile(r"^\s*in\s+(?!lb|#|oz|kip)", re.IGNORECASE)
 #: Between the words of "axialForce" and "LoadCell".
 _CAMEL = re.compile(r"(?<=[a-zäöüß]{2})(?=[A-ZÄÖÜ][a-zäöüß]{2})")
 #: A word before the number of a channel: "Force1".
@@ -108,6 +109,8 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
     text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
+    # "[in kN]"; "[in lbf]" may also be a moment.
+    bracketed = [_INSIDE.sub("", one) if tabulated_unit(_INSIDE.sub("", one)) else one for one in bracketed]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in plain_name(rest).split())
     has_unit = has_unit or _has_unit(bracketed, rest, timed)

@@ -68,7 +68,7 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
-        texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
+        texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
         if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
             passed += [] if line.comment else [line]
         else:
@@ -217,8 +217,8 @@ def _refuse_other_names(
 def _are_units_above(fields: list[str]) -> bool:
     """Whether a line above the names is a row of units: it names no quantity, and one of its fields is a unit."""
     fields = [field for field in _without_label(fields) if field]
-    # "Forces in kN", "Length unit: in" and "Values in kN" are statements, not rows of units.
-    if any(
+    # "Forces in kN", "Length unit: in", "Unit set: mm" and "Values in kN" are statements, not rows of units.
+    if any(field.endswith((":", "=")) for field in fields) or any(
         re.fullmatch(r"(units?|einheit|unité|values?|werte|data|daten)\W*", field.lower()) for field in fields
     ):
         return False
@@ -295,7 +295,7 @@ def _fields(text: str, delimiter: str, width: int) -> list[str] | None:
 def _no_data(path: Path, lines: Sequence[Line]) -> None:
     """Refuse lines between the header and the first row: they would be dropped silently."""
     for line in lines:
-        if re.search(r"\w|[%°\"']", line.text):
+        if re.search(r"\w|[%‰°\"'′″]", line.text):
             what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
             expected = "names, units or numbers in all columns; put # in front of a remark"
             raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))

@@ -6,11 +6,12 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 
-from bushcli.recording.header import Heading, heading
+from bushcli.recording.header import Heading, heading, word_quality
 from bushcli.recording.match import WantedColumn, quality_of
-from bushcli.recording.source import UNITS
+from bushcli.recording.source import Quantity, dimension
 from bushcli.recording.table import LONGEST_LINE, SHOWN, Table
-from bushcli.recording.units import Unit, find_unit, tabulated_unit
+from bushcli.recording.units import Unit, certain_unit, find_unit, is_unit, tabulated_unit
+from bushcli.recording.vocabulary import WORDS
 
 _UNITS = re.compile(
     r"(?:\b|(?<=[a-zé])(?=U))(?:units?(?:\s+(?:set|system))?|einheit(?:en)?|unités?)\b\W*", re.IGNORECASE
@@ -28,12 +29,13 @@ _IN = (
     r"|daten|valeurs)\s+(?:(?:are|is|sind|sont|given|recorded|angegeben)\s+)*in\s+)"
 )
 _VALUES = re.compile(_IN)
+_ALL = re.compile(r"\W*(?:all|alle|toutes)\b", re.IGNORECASE)
 #: A statement ends at these, or after a unit in brackets.
 _ENDS = re.compile(r"[,;\t|]|(?<=[\])])")
-_BETWEEN = re.compile(r"[\s,;|/-]+")
 #: Words between units; "in" before a unit is a preposition: "all values in mm".
 _JOINING = re.compile(
-    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[.:=\"]", re.IGNORECASE
+    r"\b(?:and|und|et|all|alle|are|set|to|used|the|values?)\b|\bin\s+(?=[^\W\d_])|[:=]|\.(?=\s|$)",
+    re.IGNORECASE,
 )
 #: Systems of units, which do not say in which unit a column is, and where their names stand. "US" is no unit there,
 #: and "us" no system.
@@ -51,10 +53,17 @@ _SYSTEMS = (
     re.compile(rf"^{_IN}({_NAME})"),
     re.compile(r"\b(imperial|(?:us|u\.s\.)[ -]customary|inch[ -]pound)\b", re.IGNORECASE),
 )
-#: Words after "Values in" that may be units.
+#: "Force in 0.1 N", "Kraft in Skalenteilen".
+_IS_UNIT = re.compile(r"\s*([^\W\d_][^:=]*?)(?:\s*[:=]\s*|\s+in\s+)(\S.*?)\s*")
+_IN_UNIT = re.compile(r"\s*([^\W\d_].*?)\s+in\s+(\S+(?:\s+\S+){0,2})\s*")
+_QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
+#: Longest unknown word after "Values in" that may be a unit, and number of words that may be.
+_SHORT = 4
 _MOST = 10
 #: Words of a statement that belong to no name of a column.
-_ABOUT = re.compile(r"\b(?:all|alle|toutes?|les|is|are|in|of|channel|kanal)\b\s*\d*|[:=]", re.IGNORECASE)
+_ABOUT = re.compile(
+    r"\b(?:all|alle|toutes?|les|is|are|in|of|(?:channel|kanal)\b\s*\d*)(?!\w)|[:=]", re.IGNORECASE
+)
 #: "Length unit: inch" is about the column of a length; "Gauge length unit: mm" is not.
 _LENGTH = re.compile(
     r"^\W*(?:(?:lengths?|distances?|längen?)(?=[\s_-]*(?:units?|einheit))|units?\s+(?:of|for)\s+(?:lengths?|distances?)\b)",
@@ -99,8 +108,7 @@ def _stated(text: str, wanted: WantedColumn) -> list[Unit]:
     """Return the units of a quantity that one line states."""
     rest = _listing(text)
     if rest is not None:
-        listed = [find_unit(part, wanted.measured) for part in _ENDS.split(rest)]
-        listed += [tabulated_unit(part, wanted.measured) for part in _BETWEEN.split(rest)]
+        listed = [find_unit(part, wanted.measured) for part in _parts(rest)]
         units = [unit for unit in listed if unit is not None and unit.measured == wanted.measured]
         if units:
             return list(dict.fromkeys(units))
@@ -122,23 +130,39 @@ def _listing(text: str) -> str | None:
     text = text.strip()
     values = _VALUES.match(text)
     label = values or _LABEL.match(text) or _UNITS.match(text)
-    if label is None:
+    if label is None or (not values and any(_is_named(part) for part in _ENDS.split(text[label.end() :]))):
         return None
-    rest = _JOINING.sub(" ", re.sub(rf"(?<![\w-]){_NAME}", " ", text[label.end() :]))
-    if values and not all(map(_is_known, _parts(rest))):
+    rest = _without_words(re.sub(rf"(?<![\w-]){_NAME}", " ", text[label.end() :]))
+    if values and not all(map(is_unit, _parts(rest))):
         return None
     return rest
 
 
+def _without_words(text: str) -> str:
+    """Return a list of units without the words between them."""
+    return _JOINING.sub(" ", re.sub(r"\s(?:and|und|et)\s", ", ", text))
+
+
 def _parts(text: str) -> list[str]:
-    return [part for part in _BETWEEN.split(text) if part]
+    """Return the units of a list: "mm, N/mm and 0.1 N" has three; "mm / kN", with blanks, has two."""
+    parts = []
+    for part in (part.strip() for part in _ENDS.split(text)):
+        several = re.split(r"[-/]", part)
+        if len(several) > 2 and all(map(tabulated_unit, several)):
+            parts += several  # mm-kN-s
+            continue
+        whole = not part or certain_unit(part) or _joined(part)
+        parts += [part] if whole else re.split(r"\s+(?:[/-]\s+)?|(?<=\w)/(?=\w+/\w)|(?<=/\w)/", part)
+    return [part for part in parts if part]
 
 
-def _is_known(text: str) -> bool:
-    """Whether a text is a unit of any quantity."""
-    return tabulated_unit(text) is not None or any(
-        unit is not None and unit.factor > 0.0 for unit in (find_unit(text, kind) for kind in UNITS)
-    )
+def _joined(text: str) -> bool:
+    """Whether blanks within a text belong to one unit: a prefix apart, "Mio N", or a product, "N m"."""
+    words = text.split()
+    units = [tabulated_unit(word) for word in words]
+    product = [unit.measured for unit in units if unit is not None] == ["force", "length"]
+    alone = product and max(map(len, words)) <= 2
+    return len(words) > 1 and is_unit(text) and (alone or None in units)
 
 
 def _said(part: str, wanted: WantedColumn) -> Unit | None:
@@ -157,7 +181,10 @@ def _heads(part: str) -> list[Heading]:
     plain = _UNITS.sub(" ", part)
     # "in" is a unit at the end, and a preposition before one.
     words = _ABOUT.sub(" ", plain).split()
-    singular = " ".join(word.removesuffix("s") if len(word) > 4 else word for word in words)
+    singular = " ".join(
+        word.removesuffix("s") if len(word) > 4 and word.isalpha() and word[-2] != "s" else word
+        for word in words
+    )
     # "- Force in kN" is an item of a list, not the negative force.
     return [replace(heading(text), formula=False) for text in (plain, singular)]
 
@@ -172,35 +199,88 @@ def stated_system(table: Table) -> tuple[int, str] | None:
     return None
 
 
-def stated_unknown(table: Table, wanted: WantedColumn) -> tuple[int, str] | None:
-    """Return the line above a table, its number and words, that states an unknown unit; or None.
+def stated_unknown(table: Table, wanted: WantedColumn, index: int) -> tuple[int, str] | None:
+    """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None.
 
     Parameters
     ----------
     table : Table
     wanted : WantedColumn
         A quantity of which the lines state no known unit.
+    index : int
+        Index of its column, from 0.
     """
+    of_mode = {
+        wanted.measured,
+        *(dimension(q, wanted.mode.specimen, wanted.mode.rotational) for q in _QUANTITIES),
+    }
     for number, text in table.preamble:
         plain = _plain(text)
         if any(form.search(plain) for form in _SYSTEMS):
             continue
-        label = _LABEL.match(plain)
-        if label:
-            parts = _parts(_listing(plain) or "")
-            unknown = [part for part in parts if not part.isdigit() and not _is_known(part)]
-            if unknown:
-                return number, " ".join(unknown)[:SHOWN]
-            continue
-        values = _VALUES.match(plain)
-        parts = _parts(_JOINING.sub(" ", plain[values.end() :])) if values else []
-        named = 0 < len(parts) <= _MOST and all(find_unit(part, wanted.measured) for part in parts)
-        if named and not all(map(_is_known, parts)):
-            return number, " ".join(parts)[:SHOWN]  # "Values in V"
-        of_quantity = _OF_QUANTITY.fullmatch(plain.strip())
-        if of_quantity and _UNITS.search(of_quantity[1]) and _names(of_quantity[1], wanted):
-            return number, of_quantity[2].strip()[:SHOWN]
+        said = _unknown_of(plain, wanted)
+        label, values = _LABEL.match(plain), _VALUES.match(plain)
+        if not said and label and not any(_is_named(part) for part in _ENDS.split(plain[label.end() :])):
+            parts = [part for part in _parts(_listing(plain) or "") if not part.isdigit()]
+            unknown = [part for part in parts if not is_unit(part)]
+            foreign = [part for part in parts if not any(_is_of(part, kind) for kind in of_mode)]
+            if len(parts) == len(table.names) > 1:
+                said = parts[
+                    index
+                ]  # no unit in the list is one of the quantity: it is the column's own that is wrong
+            elif unknown or (foreign and wanted.quantity != "time"):
+                said = " ".join(unknown or foreign)
+        elif not said and values:
+            parts = _parts(_without_words(plain[values.end() :]))
+            short = (
+                len(parts) == 1 and len(parts[0]) <= _SHORT and parts[0].isalpha() and not is_unit(parts[0])
+            )
+            named = 0 < len(parts) <= _MOST and all(find_unit(part, wanted.measured) for part in parts)
+            if (
+                short
+                or (len(parts) == 1 and _ALL.match(plain) and not is_unit(parts[0]))
+                or (named and not any(_is_of(part, kind) for part in parts for kind in of_mode))
+            ):
+                said = " ".join(parts)  # "Values in V"
+        if said:
+            return number, said[:SHOWN]
     return None
+
+
+def _unknown_of(plain: str, wanted: WantedColumn) -> str:
+    """Return what a line states as the unit of a quantity by name and what is none: "Force unit: foo"."""
+    of_quantity = _OF_QUANTITY.fullmatch(plain.strip())
+    if of_quantity and _UNITS.search(of_quantity[1]) and _names(of_quantity[1], wanted):
+        return of_quantity[2].strip()
+    label = _LABEL.match(plain)
+    for part in _ENDS.split(plain[label.end() :] if label else plain):
+        pair = (_IS_UNIT if label else _IN_UNIT).fullmatch(part)
+        if (
+            pair
+            and _names(pair[1], wanted)
+            and (label or " " not in pair[2] or any(map(tabulated_unit, pair[2].split())))
+        ):
+            return pair[2]
+        for head in _heads(part):
+            # "Force: 25 kN" is a value, and a name with words beside it is a sentence.
+            said = [text for text in head.written if label or not text[:1].isdigit() or certain_unit(text)]
+            if said and quality_of(head, wanted) >= 3 and ":" not in part:
+                return said[0]
+    return ""
+
+
+def _is_named(part: str) -> bool:
+    """Whether a part of a list has the name of a quantity: "Force=N" in "units: Time=s, Force=N"."""
+    return (
+        any(word_quality(head, kind) for head in _heads(part) for kind in WORDS)
+        and len(part) > 1
+        and not is_unit(part)
+    )
+
+
+def _is_of(text: str, measured: str) -> bool:
+    unit = find_unit(text, measured)
+    return unit is not None and unit.measured == measured
 
 
 def _names(label: str, wanted: WantedColumn) -> bool:

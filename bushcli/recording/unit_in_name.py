@@ -10,9 +10,9 @@ from bushcli.recording.units import COUNTED, tabulated_unit
 from bushcli.recording.vocabulary import NUMBERED_WORDS, POWER, known_word
 
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
-_COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
+_COMPOUND = re.compile(r"(?<=[\s_,;:|=./-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
 #: A number before a unit, such as the range of a sensor.
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?k?")
+_NUMBER = re.compile(r"\d+(?:[.,/]\d+)?k?")
 
 
 def unit_within(text: str, timed: bool) -> tuple[str, str]:

@@ -1,9 +1,9 @@
 """Units as people write them -> the measured quantity, and their factor to N, mm, MPa, s, rad.
 
 One grammar reads a unit completely: words, each a prefix and a unit of the table below (or a force and a length written
-together, ``Ncm``, ``ftlb``), joined by signs of multiplication and division, with powers. A text of which a part is not
-understood is no unit. pint, which takes 0.5 s to import, is asked only what else such a text may be (a mass, a voltage), and
-for units without a prefix that are in no table. Nothing is guessed.
+together, ``Ncm``, ``ftlb``), joined by signs of multiplication and division, with powers. A text of which a part is
+not understood is no unit. pint, which takes 0.5 s to import, is asked only what else such a text may be (a mass, a
+voltage), and for units without a prefix that are in no table. Nothing is guessed.
 """
 
 from __future__ import annotations
@@ -44,10 +44,11 @@ _MEASURED = {powers: measured for measured, powers in _POWERS.items()}
 _INCH, _GRAVITY = 25.4, 9.80665
 _POUND = 0.45359237 * _GRAVITY
 #: Quantity, factor to the internal unit, prefixes in use, and spellings, without blanks, in their usual case. Nobody
-#: records in meganewtons per second or megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
+#: records in megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
 _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("time", 1.0, "m u n", "s sec secs Sec sek с сек 秒 초"),
-    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde secondes secondo secondi segundo segundos"),
+    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde"),
+    ("time", 1.0, "milli micro nano", "secondes secondo secondi segundo segundos"),
     ("time", 60.0, "", "min mins minute minutes Minute Minuten minuto minuti minutos мин 分"),
     ("time", 3600.0, "", "h hr hrs hour hours Stunde Stunden heure heures ora ore hora horas ч 小时"),
     ("time", 86400.0, "", "day days Tag Tage jour jours"),
@@ -76,7 +77,8 @@ _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("force", 1.0, "", "牛 牛顿 Н ニュートン 뉴턴"),
     ("force", 1e3, "", "千牛 кН キロニュートン"),
     ("force", 10.0, "", "даН"),
-    ("force", _GRAVITY, "", "kgf kgF kp kpond kilopond kiloponds kgforce kgsforce kilogramforce kilogramsforce kilogrammeforce кгс"),
+    ("force", _GRAVITY, "", "kgf kgF kp kpond kilopond kiloponds"),
+    ("force", _GRAVITY, "", "kgforce kgsforce kilogramforce kilogramsforce kilogrammeforce кгс"),
     ("force", _GRAVITY / 1e3, "", "gf pond ponds gramforce gramsforce"),
     ("force", 1e3 * _GRAVITY, "", "tf tonneforce tonnesforce"),
     ("force", _POUND, "k", "lbf lbfs"),
@@ -105,13 +107,23 @@ _TABLE: tuple[tuple[str, float, str, str], ...] = (
     ("strain", 1.0, "m u", "ε"),
 )  # fmt: skip
 _PREFIXES = {
-    "da": 10.0, "h": 100.0, "k": 1e3, "K": 1e3, "M": 1e6, "G": 1e9, "d": 0.1, "c": 0.01, "m": 1e-3, "u": 1e-6, "n": 1e-9,
-    "deca": 10.0, "deka": 10.0, "hecto": 100.0, "hekto": 100.0, "kilo": 1e3, "mega": 1e6, "giga": 1e9, "deci": 0.1,
+    "da": 10.0, "h": 100.0, "k": 1e3, "K": 1e3, "M": 1e6, "G": 1e9, "d": 0.1, "c": 0.01, "m": 1e-3, "u": 1e-6,
+    "n": 1e-9, "deca": 10.0, "deka": 10.0, "hecto": 100.0, "hekto": 100.0,
+    "kilo": 1e3, "mega": 1e6, "giga": 1e9, "deci": 0.1,
     "dezi": 0.1, "centi": 0.01, "zenti": 0.01, "milli": 1e-3, "micro": 1e-6, "mikro": 1e-6, "nano": 1e-9,
 }  # fmt: skip
 _ALSO = {"deca": "deka", "hecto": "hekto", "deci": "dezi", "centi": "zenti", "micro": "mikro"}
 #: Numbers in words before a unit, "pi rad", "Mio N".
-COUNTED = {"pi": math.pi, "π": math.pi, "mio": 1e6, "mio.": 1e6, "tsd": 1e3, "tsd.": 1e3, "mega": 1e6, "kilo": 1e3}
+COUNTED = {
+    "pi": math.pi,
+    "π": math.pi,
+    "mio": 1e6,
+    "mio.": 1e6,
+    "tsd": 1e3,
+    "tsd.": 1e3,
+    "mega": 1e6,
+    "kilo": 1e3,
+}
 _COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.
@@ -120,15 +132,90 @@ _OF_FORCE = {
     "klbs": 1e3 * _POUND, "kilopound": 1e3 * _POUND, "kilopounds": 1e3 * _POUND, "oz": _POUND / 16.0,
     "ounce": _POUND / 16.0, "ounces": _POUND / 16.0,
 }  # fmt: skip
-#: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at", "Load bar".
+#: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at".
 _LOOSE = frozenset(
-    "rev revs turn turns revolution revolutions at bar bars tr ora ore hora foot feet tag day days mil mils yard yards yd"
-    " pond ponds oz ounce ounces # klb klbs ' ′ strains ε jour jours metro radiant mn ums us tf kip kips"
-    " microstrain strain un hn dn cn nin km".split()
+    [
+        "rev",
+        "revs",
+        "turn",
+        "turns",
+        "revolution",
+        "revolutions",
+        "at",
+        "bar",
+        "bars",
+        "tr",
+        "ora",
+        "ore",
+        "hora",
+        "foot",
+        "feet",
+        "tag",
+        "day",
+        "days",
+        "mil",
+        "mils",
+        "yard",
+        "yards",
+        "yd",
+        "pond",
+        "ponds",
+        "oz",
+        "ounce",
+        "ounces",
+        "#",
+        "klb",
+        "klbs",
+        "'",
+        "′",
+        "strains",
+        "ε",
+        "jour",
+        "jours",
+        "metro",
+        "radiant",
+        "us",
+        "tf",
+        "kip",
+        "kips",
+        "microstrain",
+        "strain",
+        "un",
+        "hn",
+        "dn",
+        "cn",
+        "nin",
+        "km",
+    ]
 )
 #: Units of other quantities that stand in the files of rigs; pint knows more of them.
 _ELSEWHERE = frozenset(
-    "kg mg to tonne tonnes Tonne Tonnen ton tons tonf kilogram kilograms mV Volt Volts volt volts mA °C °F Hz kHz kJ px".split()
+    [
+        "kg",
+        "mg",
+        "to",
+        "tonne",
+        "tonnes",
+        "Tonne",
+        "Tonnen",
+        "ton",
+        "tons",
+        "tonf",
+        "kilogram",
+        "kilograms",
+        "mV",
+        "Volt",
+        "Volts",
+        "volt",
+        "volts",
+        "mA",
+        "°C",
+        "°F",
+        "Hz",
+        "kHz",
+        "kJ",
+        "px",
+    ]
 )
 #: Texts that mean "no unit".
 NO_UNIT = ("-", "--", "1", "")
@@ -171,9 +258,14 @@ _WORD = rf"[^\s\d/{_SIGNS}^()]+"
 _FACTOR = re.compile(rf"({_WORD})(?:(?:\^|\*\*)?\(?(-[1-4]|[2-4])\)?)?")
 _OPERATOR = re.compile(rf"[/{_SIGNS}]")
 #: Square units in words: sqmm, qmm, sq.in.
-_SQUARE = re.compile(r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE)
+_SQUARE = re.compile(
+    r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE
+)
 #: Between the words of "kilo-newton".
-_HYPHEN = re.compile(r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])", re.IGNORECASE)
+_HYPHEN = re.compile(
+    r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
+    re.IGNORECASE,
+)
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "⁴": "4", "µ": "u", "μ": "u"})
 #: A number before a unit: "0.1 N", "x10 N", "10^3 N", "1/10 mm", "1e3 N".
 _NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?"
@@ -287,7 +379,7 @@ def certain_unit(text: str) -> bool:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is completely understood as a unit of any quantity, one that a recording does not contain included."""
+    """Whether a text is completely understood as a unit of any quantity, also of one that no recording contains."""
     return tabulated_unit(text) is not None or any(
         unit is not None and (unit.factor > 0.0 or len(plain_unit(text)) > 1)
         for unit in (find_unit(text, kind) for kind in UNITS)
@@ -375,7 +467,9 @@ def _size(bare: str, measured: str) -> _Size | None:
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
-    pounds = _OF_FORCE.get(word) or (_OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None)
+    pounds = _OF_FORCE.get(word) or (
+        _OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None
+    )
     if pounds is not None:
         return _Size(_POWERS["force"], pounds)
     word = word.replace("µ", "u").replace("μ", "u")
@@ -408,7 +502,7 @@ def _glued(first: str, second: str, measured: str) -> _Size | None:
 
 
 def _foreign(bare: str, measured: str) -> Unit | None:
-    """Return what pint takes a text for: a unit of another quantity, or one that has no prefix; None for what it knows not.
+    """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
 
     The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.
     """
@@ -423,7 +517,10 @@ def _foreign(bare: str, measured: str) -> Unit | None:
 
     try:
         parsed = [next(iter(_registry().parse_unit_name(word)), ("", "", "")) for word in words]
-        if any(suffix == "s" and (len(w) < 3 or not w.islower()) for w, (_, _, suffix) in zip(words, parsed, strict=True)):
+        if any(
+            suffix == "s" and (len(w) < 3 or not w.islower())
+            for w, (_, _, suffix) in zip(words, parsed, strict=True)
+        ):
             return None
         known = str(_registry().parse_units(expression))
         quantity = _registry().Quantity(1.0, known).to_base_units()
