@@ -225,7 +225,9 @@ def dask(address: str) -> Iterator[Pool]:
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     client: Any = None
     try:
-        client = distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
+        client = _connected(
+            lambda: distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
+        )
         workers = len(client.sync(client.scheduler.ncores, callback_timeout=PATIENCE))
     except (OSError, ValueError, TypeError, TimeoutError) as error:
         _close(client, 1.0)
@@ -244,6 +246,23 @@ def dask(address: str) -> Iterator[Pool]:
         yield Pool(watched, workers)
     finally:
         _close(client, 1.0 if watched is not None and watched.lost else PATIENCE)
+
+
+def _connected(connect: Callable[[], Any]) -> Any:
+    """Return a client of Dask, whose own limit of time does not hold where a port accepts and never answers."""
+    found: Future[Any] = Future()
+
+    def work() -> None:
+        try:
+            found.set_result(connect())
+        except Exception as error:  # noqa: BLE001 - raised where the client is wanted
+            found.set_exception(error)
+
+    threading.Thread(target=work, daemon=True).start()
+    try:
+        return found.result(timeout=1.5 * PATIENCE)
+    except TimeoutError as error:
+        raise TimeoutError(str(error) or f"no answer within {1.5 * PATIENCE:g} s") from None
 
 
 def _close(client: Any, seconds: float) -> None:
