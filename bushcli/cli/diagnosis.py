@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -21,10 +20,9 @@ from bushcli.cli.run import (
     on_a_case,
     ranks_there_are,
 )
-from bushcli.cli.shared import elsewhere, resumes, scheduled
+from bushcli.cli.shared import elsewhere, resumes, say_what_is_saved, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
-from cases.interrupt import is_interrupt
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
@@ -90,6 +88,7 @@ def diagnose(
     workers of Dask.
     """
     from bushcli.diagnosis.diagnose import diagnose as find
+    from bushcli.runtime.store import SUFFIX
 
     case = run.load()
     several = ranks_there_are() > 1
@@ -122,8 +121,9 @@ def diagnose(
                     progress=_progress(run, None if budget is None else 60.0 * budget),
                 )
         except BaseException as error:
-            if journal is not None and is_interrupt(error):
-                _say_what_is_saved(run, journal)
+            if journal is not None and journal.is_dir():
+                count = len(list(journal.glob(f"*{SUFFIX}")))
+                say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
         return _reported(run, found, strict)
 
@@ -153,14 +153,6 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
     if any(condition.name == "not_converged" for condition in found.conditions):
         return NOT_CONVERGED
     return NEGATIVE if strict and found.verdict != "explained" else DONE
-
-
-def _say_what_is_saved(run: Run, journal: Path) -> None:
-    """Report on stderr, after an interruption, how many results --resume can use."""
-    from bushcli.runtime.store import SUFFIX
-
-    count = len(list(journal.glob(f"*{SUFFIX}")))
-    run.say(f"no verdict yet; {count} {'result is' if count == 1 else 'results are'} saved for --resume")
 
 
 def _names(requested: tuple[str, ...]) -> list[str] | None:

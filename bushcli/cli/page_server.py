@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 
-def page_server(folder: Path, address: str, port: int) -> ThreadingHTTPServer:
-    """Return a server of the files of a folder, which has bound its port but not started.
+def page_server(page: Path, address: str, port: int) -> ThreadingHTTPServer:
+    """Return a server of a page, which has bound its port but not started.
 
     Parameters
     ----------
-    folder : Path
-        Only its files and those below it are served.
+    page : Path
+        The only file that is served: a page of bushcli contains its pictures.
     address : str
         Address of this machine to listen on, "127.0.0.1".
     port : int
@@ -26,7 +26,7 @@ def page_server(folder: Path, address: str, port: int) -> ThreadingHTTPServer:
     OSError
         If the port cannot be used.
     """
-    return _Server((address, port), partial(_Quiet, hosts=(address, "localhost"), directory=str(folder)))
+    return _Server((address, port), partial(_Quiet, hosts=(address, "localhost"), page=page))
 
 
 class _Server(ThreadingHTTPServer):
@@ -39,39 +39,26 @@ class _Server(ThreadingHTTPServer):
 
 
 class _Quiet(SimpleHTTPRequestHandler):
-    """Serves files without log messages and without listings of folders."""
+    """Serves a page, without log messages."""
 
-    def __init__(self, *arguments: Any, hosts: tuple[str, ...], **options: Any) -> None:
-        self.hosts = hosts
+    def __init__(self, *arguments: Any, hosts: tuple[str, ...], page: Path) -> None:
+        self.hosts, self.page = hosts, page
         # The base class answers the request in its constructor.
-        super().__init__(*arguments, **options)
+        super().__init__(*arguments, directory=str(page.parent))
 
     def send_head(self) -> Any:
         """Refuse requests under another host name, by which a page of another site could read the result.
 
-        Files outside the folder and everything that is not a file are refused, too.
+        Every other file is refused, too, and a page that is a link out of its folder.
         """
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in self.hosts:
             self.send_error(403)
             return None
-        if not self._is_inside(Path(self.translate_path(self.path))):
+        asked = Path(self.translate_path(self.path))
+        if asked != self.page or not self.page.resolve().is_relative_to(self.page.parent.resolve()):
             self.send_error(404)
             return None
         return super().send_head()
 
-    def _is_inside(self, path: Path) -> bool:
-        """Whether a path leads to a file of the folder.
-
-        A symbolic link may lead out of it; of a folder the base class would serve index.html, which may be one.
-        """
-        try:
-            return path.is_file() and path.resolve().is_relative_to(Path(self.directory).resolve())
-        except (OSError, ValueError, RuntimeError):  # a null character, a loop of links
-            return False
-
     def log_message(self, format: str, *arguments: Any) -> None:
         """Print nothing."""
-
-    def list_directory(self, path: Any) -> None:
-        """Refuse: the page refers to files only."""
-        self.send_error(404)

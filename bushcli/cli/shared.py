@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
+import shlex
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from bushcli.cli.run import ranks_there_are
+from bushcli.cli.run import is_first_rank, ranks_there_are
 from bushcli.errors import InputError, Problem
+from cases.interrupt import is_interrupt
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -18,6 +22,17 @@ if TYPE_CHECKING:
     from bushcli.runtime.executor import Pool
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class _Address(click.ParamType):
+    """An address: an empty one, such as an unset variable of the shell, would mean no scheduler."""
+
+    name = "address"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if not str(value).strip():
+            self.fail("is empty: give the address that `dask scheduler` prints", param, ctx)
+        return str(value)
 
 
 def shares_work(command: F) -> F:
@@ -34,6 +49,7 @@ def scheduled(command: F) -> F:
     """Give a command the option ``--scheduler``."""
     return click.option(
         "--scheduler",
+        type=_Address(),
         metavar="ADDRESS",
         help="Share the work among the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786.",
     )(command)
@@ -53,6 +69,28 @@ def resumes(what: str) -> Callable[[F], F]:
         help=f"Continue from the {what} that an earlier run of the same question saved in -o DIR: this is the default "
         "where there are any; --resume refuses to begin anew beside those of another question. --fresh deletes them.",
     )
+
+
+def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> None:
+    """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on.
+
+    Parameters
+    ----------
+    error : BaseException
+        What has ended the run; of other errors nothing is said.
+    folder : Path or None
+        That of -o.
+    what : str
+        What is saved, in the plural.
+    """
+    from bushcli.runtime.executor import SchedulerLost
+
+    lost = isinstance(error, SchedulerLost)
+    if folder is None or not (lost or is_interrupt(error)) or not is_first_rank():
+        return
+    again = shlex.join(["bushcli", *sys.argv[1:]])
+    after = " (with a scheduler that runs)" if lost else ""
+    click.echo(f"no result yet; {what} are saved in {folder}; to continue{after}: {again}", err=True)
 
 
 @contextmanager

@@ -12,9 +12,8 @@ import click
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
 from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case
-from bushcli.cli.shared import pool, resumes, shares_work
+from bushcli.cli.shared import pool, resumes, say_what_is_saved, shares_work
 from bushcli.errors import InputError, Problem
-from cases.interrupt import is_interrupt
 
 if TYPE_CHECKING:
     from bushcli.case import Case
@@ -107,8 +106,15 @@ def study(
             return DONE
         task = _task(run, case, plan, asked, curves=not no_curves)
         with _folder(run) as folder:
+            done = [0]
             try:
                 with run.timed("study"), work_progress(run, "designs") as progress:
+
+                    def notify(finished: int, count: int, lost: int) -> None:
+                        done[0] = finished
+                        if progress is not None:
+                            progress(finished, count, lost)
+
                     found, rows = simulate(
                         case,
                         task,
@@ -117,12 +123,11 @@ def study(
                         folder,
                         limits=limits,
                         resume=resume,
-                        notify=progress,
+                        notify=notify,
                         tables=run.tables,
                     )
             except BaseException as error:
-                if run.output is not None and is_interrupt(error):
-                    run.say("interrupted; the designs that are done are saved for --resume")
+                say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
             return _reported(run, found, rows, strict)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import quote
 
 import click
 
@@ -19,8 +20,8 @@ REPORT = "report.html"
 @click.option(
     "--serve",
     is_flag=True,
-    help="Serve the folder on this machine's own address instead, until Ctrl-C; for a remote machine forward the "
-    "port: ssh -L 8000:127.0.0.1:8000 MACHINE.",
+    help="Serve the page, and no other file, on this machine's own address instead, until Ctrl-C; for a remote machine "
+    "forward the port: ssh -L 8000:127.0.0.1:8000 MACHINE.",
 )
 @click.option(
     "--port",
@@ -63,14 +64,14 @@ def _served(page: Path, port: int) -> int:
     from bushcli.cli.page_server import page_server
 
     try:
-        server = page_server(page.parent, LOCAL, port)
+        server = page_server(page, LOCAL, port)
     except OSError as error:
         what = f"cannot be used: {error.strerror or error}"
         raise InputError(
             Problem(f"--port {port}", what, "", "choose another port, or 0 for a free one")
         ) from None
     with server:
-        click.echo(f"http://{LOCAL}:{server.server_port}/{page.name}")
+        click.echo(f"http://{LOCAL}:{server.server_port}/{quote(page.name)}")
         click.echo("Ctrl-C ends it", err=True)
         try:
             server.serve_forever()

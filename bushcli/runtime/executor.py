@@ -14,9 +14,21 @@ questions are asked again.
 
 from __future__ import annotations
 
+import logging
+import math
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import contextmanager
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    InvalidStateError,
+    wait,
+)
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from bushcli.errors import InputError, Problem
@@ -30,12 +42,18 @@ AHEAD = 3
 DEATHS = 3
 Question = tuple[Any, ...]
 
-# Seconds to wait for a scheduler that does not answer.
+# Seconds to wait for a scheduler that does not answer, and between two questions whether it still does.
 PATIENCE = 10.0
+# Seconds without a worker after which the work is given up: arbitrary, long enough to start others.
+WORKERLESS = 300.0
 
 
 class Died(RuntimeError):
     """The process that worked on a question ended, each time it was asked."""
+
+
+class SchedulerLost(InputError):
+    """The scheduler that hands out the work has ended, does not answer, or has no workers left."""
 
 
 class Here(Executor):
@@ -202,21 +220,149 @@ def dask(address: str) -> Iterator[Pool]:
     except ImportError:
         what = "needs Dask, which is not installed"
         raise InputError(Problem("--scheduler", what, "", remedy("study"))) from None
+    # It would print tracebacks where a connection ends.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
+    client: Any = None
     try:
-        client: Any = distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
-    except (OSError, ValueError, TypeError) as error:
+        client = _connected(
+            lambda: distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")
+        )
+        workers = len(client.sync(client.scheduler.ncores, callback_timeout=PATIENCE))
+    except (OSError, ValueError, TypeError, TimeoutError) as error:
+        _close(client, 1.0)
         what = f"{address} does not answer: {str(error) or type(error).__name__}"
         wanted = "the address that `dask scheduler` prints, such as tcp://127.0.0.1:8786"
         raise InputError(Problem("--scheduler", what, "", wanted)) from None
+    watched = None
     try:
-        workers = len(client.nthreads())
         if not workers:
             what = f"{address} has no workers"
             raise InputError(
                 Problem("--scheduler", what, "", f"start some: dask worker {address} --nthreads 1")
             )
         # Equal arguments must not share an answer: it may be a file that has been deleted since.
-        yield Pool(client.get_executor(pure=False), workers)
+        watched = _Watched(client, client.get_executor(pure=False), address)
+        yield Pool(watched, workers)
     finally:
-        client.close(timeout=PATIENCE)
+        _close(client, 1.0 if watched is not None and watched.lost else PATIENCE)
+
+
+def _connected(connect: Callable[[], Any]) -> Any:
+    """Return a client of Dask, whose own limit of time does not hold where a port accepts and never answers."""
+    found: Future[Any] = Future()
+
+    def work() -> None:
+        try:
+            found.set_result(connect())
+        except Exception as error:  # noqa: BLE001 - raised where the client is wanted
+            found.set_exception(error)
+
+    threading.Thread(target=work, daemon=True).start()
+    try:
+        return found.result(timeout=1.5 * PATIENCE)
+    except TimeoutError as error:
+        raise TimeoutError(str(error) or f"no answer within {1.5 * PATIENCE:g} s") from None
+
+
+def _close(client: Any, seconds: float) -> None:
+    """Close a client of Dask, if there is one; a scheduler that does not answer any more is given some seconds."""
+    if client is not None:
+        with suppress(OSError, TimeoutError):
+            client.close(timeout=seconds)
+
+
+class _Watched(Executor):
+    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    executor : Executor
+        The client's.
+    address : str
+        Of the scheduler, for messages.
+    """
+
+    def __init__(self, client: Any, executor: Executor, address: str) -> None:
+        self.lost = ""
+        self._client, self._executor, self._address = client, executor, address
+        self._waiting: set[Future[Any]] = set()
+        self._lock, self._begin_without = threading.Lock(), math.inf
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Hand work to the scheduler.
+
+        Parameters
+        ----------
+        fn : callable
+            The work.
+        *args, **kwargs : object
+            Its arguments.
+        """
+        future: Future[Any] = Future()
+        with self._lock:
+            self._waiting.add(future)
+        if self.lost:
+            self._end()
+            return future
+        try:
+            there = self._executor.submit(fn, *args, **kwargs)
+        except Exception as error:
+            if not _is_of_connection(error):
+                raise
+            self._lose(str(error) or "the connection is closed")
+            return future
+        there.add_done_callback(lambda done: self._hand_over(done, future))
+        future.add_done_callback(lambda done: there.cancel() if done.cancelled() else None)
+        return future
+
+    def _hand_over(self, done: Future[Any], future: Future[Any]) -> None:
+        error = None if done.cancelled() else done.exception()
+        if (done.cancelled() and not future.cancelled()) or (error is not None and _is_of_connection(error)):
+            self._lose("it has ended, or its connection was cut")
+            return
+        with self._lock:
+            self._waiting.discard(future)
+        with suppress(InvalidStateError):
+            if error is not None:
+                future.set_exception(error)
+            elif not done.cancelled():
+                future.set_result(done.result())
+
+    def _watch(self) -> None:
+        """Ask the scheduler now and then whether it is there, and has workers."""
+        while not self.lost and self._client.status not in ("closing", "closed"):
+            time.sleep(PATIENCE / 2.0)
+            try:
+                there = self._client.sync(self._client.scheduler.ncores, callback_timeout=PATIENCE)
+            except Exception as error:  # noqa: BLE001 - of whatever kind: it does not answer
+                if self._client.status not in ("closing", "closed"):
+                    self._lose(f"it does not answer ({str(error) or type(error).__name__})")
+                continue
+            self._begin_without = math.inf if there else min(self._begin_without, time.monotonic())
+            if time.monotonic() - self._begin_without > WORKERLESS:
+                self._lose(f"it has had no workers for {WORKERLESS:.0f} s")
+
+    def _lose(self, why: str) -> None:
+        self.lost = self.lost or why
+        self._end()
+
+    def _end(self) -> None:
+        with self._lock:
+            ended, self._waiting = self._waiting, set()
+        for future in ended:
+            what = f"the scheduler {self._address} is lost: {self.lost}"
+            with suppress(InvalidStateError):
+                future.set_exception(SchedulerLost(Problem("--scheduler", what)))
+
+
+def _is_of_connection(error: BaseException) -> bool:
+    """Whether an error says that the connection to the scheduler is lost: distributed has several types for it."""
+    return isinstance(error, CancelledError | OSError) or type(error).__name__ in (
+        "CommClosedError",
+        "FutureCancelledError",
+        "FuturesCancelledError",
+        "ClosedClientError",
+    )

@@ -395,7 +395,9 @@ def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
     ("path", "code"),
     [
         ("report.html", 200),
-        ("inside.txt", 200),
+        ("inside.txt", 404),
+        ("result.json", 404),
+        ("", 404),
         ("outside.txt", 404),
         ("folder/secret.txt", 404),
         ("deep/", 404),
@@ -403,18 +405,19 @@ def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
         ("%00", 404),
     ],
 )
-def test_only_files_of_the_folder_are_served(tmp_path, path, code):
-    """Links that lead out of it, an index.html that is one, and a pipe, which would never end, are not."""
+def test_only_the_page_is_served(tmp_path, path, code):
+    """Other files beside it, links, an index.html that is one, and a pipe, which would never end, are not."""
     out = tmp_path / "out"
     (out / "deep").mkdir(parents=True)
     (tmp_path / "secret.txt").write_text("secret")
     (out / "report.html").write_text("page")
+    (out / "result.json").write_text("secret")
     (out / "inside.txt").symlink_to("report.html")
     (out / "outside.txt").symlink_to(tmp_path / "secret.txt")
     (out / "folder").symlink_to(tmp_path)
     (out / "deep" / "index.html").symlink_to(tmp_path / "secret.txt")
     os.mkfifo(out / "pipe")
-    with page_server(out, "127.0.0.1", 0) as server:
+    with page_server(out / "report.html", "127.0.0.1", 0) as server:
         Thread(target=server.handle_request, daemon=True).start()
         client = HTTPConnection("127.0.0.1", server.server_port, timeout=10)
         client.request("GET", f"/{path}")
