@@ -267,7 +267,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "units": dict(source.units),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
-        "reverse": list(source.reverse) or None,
+        "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
         "accept": list(source.accept) or None,
     } | _further(source)
@@ -286,8 +286,8 @@ def _further(source: Source) -> dict[str, Any]:
         "standard": source.standard,
         "gauge_length": source.specimen.gauge_length,
         "area": source.specimen.area,
-        "stress": None if source.specimen.stress == "engineering" else source.specimen.stress,
-        "strain": None if source.specimen.strain == "engineering" else source.specimen.strain,
+        "stress": source.specimen.stress,
+        "strain": source.specimen.strain,
         "path": None
         if source.six is None
         else {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]},

@@ -44,7 +44,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
         delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
-        reverse=tuple(sorted(set(table.reverse or ()))),
+        reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted(set(table.accept or ()))),
         group=table.group,
         sample_rate=table.sample_rate,

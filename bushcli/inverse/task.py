@@ -302,7 +302,7 @@ def _stretches(channels: list[Channel]) -> tuple[float, float]:
     for channel in channels:
         mode = modes()[channel.recording.mode]
         if mode.specimen == "coupon" and not mode.needs_compressibility:
-            stretch = 1.0 + channel.recording.displacement
+            stretch = mode.stretch(channel.recording.displacement)
             low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
     return low, high
 

@@ -9,11 +9,12 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.factors import FACTOR
 from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND
-from bushcli.recording.match import WantedColumn, written_units
+from bushcli.recording.match import SYMBOLS, WantedColumn, special_quality, written_units
 from bushcli.recording.source import UNITS, Quantity
 from bushcli.recording.stated import stated_system, stated_units, stated_unknown
 from bushcli.recording.table import Table, TextTable
 from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, tabulated_unit
+from bushcli.recording.vocabulary import SPECIAL
 
 _DEFAULT_UNIT = {
     "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm",
@@ -76,23 +77,29 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
     """
     measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
+    # The J of "Volume ratio (J)" is its symbol, and no joule.
+    is_special = any(special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL)
     units = [
         _read(table, wanted, index, text)
         for text in written_units(table, index, head)
         if not (measured == "strain" and (plain_unit(text) in NO_UNIT or _says_stretch(head, wanted, text)))
+        and not (plain_unit(text) in SYMBOLS and is_special)
     ]
     units += _units_beside(table, wanted, index)
     if not units:
         units = [
             unit
             for word in head.doubtful
-            if (unit := _doubtful(table, wanted, index, word, word == head.at_end))
+            if not (word in SYMBOLS and is_special)
+            and (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
     if not units and (above := _unit_above(table, wanted, index)):
         return above
     if not units:
         plain = without(head, wanted.allowed)
-        is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
+        strains = (special_quality(head, kind) for kind in ("shear", "volume strain") if kind in wanted.kinds)
+        is_strain = wanted.mode.sheared or any(strains)
+        is_strain |= not word_quality(plain, "stretch") and word_quality(plain, "strain") > 0
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
         # The name says whether it is a strain or a stretch.
         return KnownUnit(Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain")

@@ -68,7 +68,9 @@ def read_recording(source: Source, whole: bool = False, tables: TableCache | Non
     if np.ptp(samples.force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise RecordingError(Problem(table.where, what))
-    displacement, force = nominal(source, mode, samples.displacement, samples.force)
+    displacement, force = nominal(
+        source, mode, samples.displacement, samples.force, moved.form, forced.form
+    )
     kept = _below(source, table, displacement, fewest)
     displacement, force = displacement[kept], force[kept]
     time = None if samples.time is None else samples.time[kept]
