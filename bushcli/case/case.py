@@ -278,6 +278,7 @@ def _further(source: Source) -> dict[str, Any]:
     turned = source.mode in modes() and modes()[source.mode].rotational
     rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
     shown = {
+        "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
         "sample_rate": source.sample_rate,

@@ -59,6 +59,9 @@ class RecordingTable(FileTable):
 class CouponTable(RecordingTable):
     """``[[coupons]]``."""
 
+    branch: Literal["loading", "unloading", "both"] | None = Field(
+        default=None, description="samples to which a law is fitted; absent = loading"
+    )
     largest_stretch: float | None = Field(
         default=None, gt=0, description="points beyond this stretch are left out of the fit"
     )

@@ -33,6 +33,9 @@ Array = NDArray[np.float64]
 
 # Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
 COMPLIANCE = (0.0, 0.1)
+# The same where a volumetric test of a coupon is fitted, which an incompressible rubber cannot be put to: a hundred times
+# the bulk modulus of steel, 1.6e5 MPa.
+COMPLIANCE_OF_TEST = (1e-7, 0.1)
 # Principal stretches, typical of a bushing, between which the law has to be stable; coupons may widen the range.
 STRETCHES = (0.6, 1.7)
 
@@ -150,10 +153,11 @@ class Task:
                 rows.append(ranges[name])
             elif name == "compliance":
                 known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
-                rows.append((known, *COMPLIANCE))
+                bounds = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
+                rows.append((min(max(known, bounds[0]), bounds[1]), *bounds))
             else:
-                bounds = self.law.parameter(name)
-                rows.append((material.parameters[name], bounds.lower, bounds.upper))
+                own = self.law.parameter(name)
+                rows.append((material.parameters[name], own.lower, own.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
         return start, lower, upper
 
@@ -190,7 +194,11 @@ class Task:
             few = case.geometry.coarse
             case = replace(case, mesh=MeshOptions(few.across, few.along, few.around))
         material = self.material
-        rubber = Rubber(self.law, dict(material.parameters), material.bulk_modulus)
+        bulk_modulus = material.bulk_modulus
+        if self.bulk_modulus and self.source == "coupons":
+            # An incompressible coupon could not be put to a volumetric test.
+            bulk_modulus = 1.0 / float(self.vectors()[0][-1])
+        rubber = Rubber(self.law, dict(material.parameters), bulk_modulus)
         if self.source == "coupons":
             if not case.coupons:
                 what = "there are no [[coupons]] to fit a law to, and no [material.parameters]"

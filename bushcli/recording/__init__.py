@@ -19,6 +19,7 @@ from bushcli.recording.signals import (
     displacement_noise,
     force_noise,
     matching,
+    on_branch,
     select_cycles,
 )
 
@@ -38,6 +39,7 @@ __all__ = [
     "displacement_noise",
     "force_noise",
     "matching",
+    "on_branch",
     "read_coupon",
     "read_program",
     "read_recording",

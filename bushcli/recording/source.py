@@ -84,6 +84,8 @@ class Source:
         Columns whose sign is reversed after reading; None where the case file says nothing about signs.
     cycles : tuple of int, optional
         1-based numbers of the cycles to use; all when None.
+    branch : {"loading", "unloading", "both"}, optional
+        Of a coupon: samples to which a law is fitted; loading, where there is any, if the case does not say it.
     largest_stretch : float, optional
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
@@ -112,6 +114,7 @@ class Source:
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     cycles: tuple[int, ...] | None = None
+    branch: Literal["loading", "unloading", "both"] | None = None
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
