@@ -190,7 +190,9 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
     named = {mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)}
-    order = [entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])]
+    order = [
+        entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
+    ]
     return sorted(order, key=lambda entry: not named & set(entry[0]))
 
 

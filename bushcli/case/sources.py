@@ -15,7 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import FileTable
 from bushcli.errors import nearest
-from bushcli.recording.guess import mode_of_name, modes_of_name
+from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -166,6 +166,12 @@ class SourceBuilder:
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
+            said = contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
+            if said:
+                here = f"{dotted((*keys, 'mode'))} = {shown(table.mode)}"
+                what = f"{here}, but the name of the file, {shown(file.name)}, says {' or '.join(said)}"
+                expected = f'mode = "{said[0]}"; or name = "{table.mode}", if the file is misnamed'
+                self.findings.append(Finding((*keys, "mode"), what, expected=expected))
             return table.mode
         found = mode_of_name(file.stem, usual)
         if found is None:

@@ -49,7 +49,13 @@ weighted = click.option(
 )
 @click.option("--strict", is_flag=True, help="Exit 1 when the fit has problems.")
 @on_a_case
-def fit(run: Run, model: str | None, weighting: str, branch: Literal["loading", "unloading", "both"] | None, strict: bool) -> int:
+def fit(
+    run: Run,
+    model: str | None,
+    weighting: str,
+    branch: Literal["loading", "unloading", "both"] | None,
+    strict: bool,
+) -> int:
     """Identify the law of CASE from its coupon tests, and the bulk modulus from volumetric ones."""
     from bushcli import report
 

@@ -92,8 +92,8 @@ class Channel:
     ----------
     recording : Recording
     scale : shape (n,)
-        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a sample that is bad or
-        not used.
+        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a sample that is
+        bad or not used.
     branch : str
         Of a coupon: the branch that is used, "loading", "unloading" or "both"; empty where the recording has one alone.
     coupon : bool

@@ -52,8 +52,8 @@ def coupon_channels(
 def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np.bool_]]:
     """Return the branch of a coupon to which a law is fitted, and which samples (n,) belong to it.
 
-    A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty where
-    the recording has no other.
+    A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
+    where the recording has no other.
 
     Parameters
     ----------
@@ -74,7 +74,9 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
         return "", whole
     if np.count_nonzero(used) < FEWEST:
         what = f"has {np.count_nonzero(used)} samples of {source.branch}"
-        raise InputError(Problem(str(source.file), what, "", f'at least {FEWEST}; branch = "both" takes all samples'))
+        raise InputError(
+            Problem(str(source.file), what, "", f'at least {FEWEST}; branch = "both" takes all samples')
+        )
     return source.branch or "loading", used
 
 

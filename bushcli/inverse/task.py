@@ -33,9 +33,9 @@ Array = NDArray[np.float64]
 
 # Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
 COMPLIANCE = (0.0, 0.1)
-# The same where a volumetric test of a coupon is fitted, which an incompressible rubber cannot be put to: a hundred times
-# the bulk modulus of steel, 1.6e5 MPa.
-COMPLIANCE_OF_TEST = (1e-7, 0.1)
+# The same where a volumetric test of a coupon is fitted, which an incompressible rubber cannot be put to: up to
+# kappa = 1e6 MPa; diamond has 4.4e5.
+COMPLIANCE_OF_TEST = (1e-6, 0.1)
 # Principal stretches, typical of a bushing, between which the law has to be stable; coupons may widen the range.
 STRETCHES = (0.6, 1.7)
 

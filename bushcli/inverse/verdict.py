@@ -73,7 +73,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
                 _instead(task, "give start values in [material.parameters]"),
             )
         )
-    found += _stuck(fit, task, best)
+    found += _stuck(fit, best, task)
     found += _poor(fit) if task.source == "recordings" else _poor_coupons(fit, task)
     found += _above_noise(fit, task)
     found += _bounds(in_file_units(fit))
@@ -120,11 +120,14 @@ def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
         "start_replaced",
         "with the start values the law is unstable or could not be simulated; the search began with "
         f"{listed}, scaled to the curves",
-        _instead(task, "nothing to do if the fit is good; otherwise give other start values in [material.parameters]"),
+        _instead(
+            task,
+            "nothing to do if the fit is good; otherwise give other start values in [material.parameters]",
+        ),
     )
 
 
-def _stuck(fit: Fit, task: Task, best: Minimum) -> list[Condition]:
+def _stuck(fit: Fit, best: Minimum, task: Task) -> list[Condition]:
     moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
     if moved > STAYED or best.stationary or fit.iterations > 2 or not _is_poor(fit):
         return []
@@ -172,7 +175,10 @@ def _poor_coupons(fit: Fit, task: Task) -> list[Condition]:
     remedy = "try another law (--model), fit only the stretches that the bushing reaches (largest_stretch), "
     remedy += "and see in `bushcli check` whether mode, columns and units are those of the test"
     if any(curve.branch == "both" for curve in poor):
-        remedy = 'fit one branch (branch = "loading" or "unloading"), which a law without memory can follow; ' + remedy
+        remedy = (
+            'fit one branch (branch = "loading" or "unloading"), which a law without memory can follow; '
+            + remedy
+        )
     if len(volumetric) == len(poor):
         remedy = "the bulk modulus is constant in the model: leave out the largest pressures, or settling at the first "
         remedy += "ones, and see in `bushcli check` how columns and units were read"
@@ -199,7 +205,7 @@ def _not_identified(fit: Fit, task: Task) -> list[Condition]:
     return [
         Condition(
             "undetermined",
-            f"volumetric tests determine the bulk modulus alone; the law keeps the values from which it began: {values}",
+            f"volumetric tests determine the bulk modulus alone; the law keeps its start values: {values}",
             "add a coupon test that changes the shape of the rubber, such as a uniaxial one",
         )
     ]
@@ -255,12 +261,12 @@ def _bounds(fit: Fit) -> list[Condition]:
 
 def _tests(fit: Fit, task: Task) -> list[Condition]:
     used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
-    elastic = [mode for mode in used if not modes()[mode].needs_compressibility]
+    kinds = [modes()[mode] for mode in used if not modes()[mode].needs_compressibility]
+    # Simple shear reaches the states of a planar test.
+    elastic = list(dict.fromkeys("planar" if one.sheared else one.name for one in kinds))
     if task.source != "coupons" or task.law.basis == "I1" or len(elastic) != 1:
         return []
-    what = (
-        f"{task.law.name} depends on more than I1, and only {elastic[0]} tests are given: what it predicts "
-    )
+    what = f"{task.law.name} depends on more than I1, and only {kinds[0].name} tests are given: what it predicts "
     simple = ", ".join(one.name for one in laws().values() if one.basis == "I1")
     remedy = f"add a coupon test of another mode, or use a law in I1 alone ({simple})"
     return [Condition("one_coupon_mode", f"{what}in other modes is not determined", remedy)]

@@ -78,6 +78,7 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
     measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
     # The J of "Volume ratio (J)" is its symbol, and no joule.
+    special = {name for kind in wanted.kinds for name in SPECIAL.get(kind, ())}
     is_special = any(special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL)
     units = [
         _read(table, wanted, index, text)
@@ -90,7 +91,8 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
         units = [
             unit
             for word in head.doubtful
-            if not (word in SYMBOLS and is_special)
+            if not (is_special and (word in SYMBOLS or word.lower() in special))
+            and word.lower() not in wanted.allowed
             and (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
     if not units and (above := _unit_above(table, wanted, index)):
@@ -208,7 +210,12 @@ def _read(table: Table, wanted: WantedColumn, index: int, text: str) -> Unit:
         bare = plain_unit(text)
         name = bare if bare.lower() == unit.name.lower() else unit.name
         what = f"{table.label(index)} is in {name}, but mode {wanted.mode.name} needs a {KIND[measured]}"
-        raise _refused(table, quantity, index, what)
+        size = {
+            ("strain", "length"): "gauge_length of the specimen, mm",
+            ("stress", "force"): "area of the specimen, mm2",
+        }
+        own = size.get((measured, unit.measured), "")
+        raise _refused(table, quantity, index, what, instead=f"give {own}" if own else "")
     return unit
 
 
@@ -232,7 +239,9 @@ def _doubtful(table: Table, wanted: WantedColumn, index: int, word: str, at_end:
     return None
 
 
-def _refused(table: Table, quantity: Quantity, index: int, what: str, near: str = "") -> RecordingError:
+def _refused(
+    table: Table, quantity: Quantity, index: int, what: str, near: str = "", instead: str = ""
+) -> RecordingError:
     where = f"{table.path}:{table.header_line}" if table.header_line else table.where
-    expected = f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
+    expected = instead or f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
     return RecordingError(Problem(where, what, near, expected))

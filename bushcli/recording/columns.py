@@ -102,7 +102,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     if clock is not None:
         return Column(index, clock, "s", remarks)
     meaning = meaning_of(table, wanted, index, source, chosen is not None)
-    if meaning.form == "true":
+    if meaning.form == "true" or chosen is not None:
         wanted = replace(wanted, allowed=wanted.allowed | TRUE_STRESS | TRUE_STRAIN)
     known = given_unit(table, wanted, index, wanted.given) if wanted.given else unit_of(table, wanted, index)
     if not wanted.given:

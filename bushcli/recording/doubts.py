@@ -115,7 +115,9 @@ _TENSILE = ("tens", "zug", "pull", "trac", "traz")
 
 def says_compression(name: str) -> bool:
     """Whether a name contains a word for compression, and none for tension."""
-    words = [word for word in re.split(r"[\W_\d]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()) if word]
+    words = [
+        word for word in re.split(r"[\W_\d]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()) if word
+    ]
     return any(word.startswith(_COMPRESSIVE) for word in words) and not any(
         word.startswith(_TENSILE) or "zug" in word for word in words
     )
@@ -126,8 +128,8 @@ def refuse_compression(
 ) -> None:
     """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
 
-    The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear and in
-    volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
+    The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
+    and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
 
     Parameters
     ----------
@@ -149,7 +151,11 @@ def refuse_compression(
     if source.reverse is not None or mode.sheared or mode.needs_compressibility:
         return
     by_column = any(word.startswith(_COMPRESSIVE) for word in heading(table.names[index]).words)
-    names = {source.file.stem: "the name of the file", table.part: "its sheet", source.name: "the name of the channel"}
+    names = {
+        source.file.stem: "the name of the file",
+        table.part: "its sheet",
+        source.name: "the name of the channel",
+    }
     telling = [of for name, of in names.items() if name and says_compression(name)]
     # A stretch in compression is below 1: it has its sign already.
     positive = values.max() > abs(values.min())

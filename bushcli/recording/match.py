@@ -49,7 +49,9 @@ class WantedColumn:
         if self.mode.sheared:
             return ("shear", "strain") if strain else ("shear stress", "stress")
         if self.mode.needs_compressibility:
-            return ("volume ratio", "volume strain", "stretch", "strain") if strain else ("pressure", "stress")
+            return (
+                ("volume ratio", "volume strain", "stretch", "strain") if strain else ("pressure", "stress")
+            )
         return ("stretch", "strain") if strain else ("stress",)
 
     @staticmethod
@@ -149,7 +151,9 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
         head = heading(name)
         units = [find_unit(text, wanted.measured) for text in written_units(table, i, head)]
         if wanted.measured == "strain":
-            if (STRETCHING | ({"shear"} if wanted.mode.sheared else set())) & set(head.words) and [one and one.name for one in units] == ["percent"]:
+            if (STRETCHING | ({"shear"} if wanted.mode.sheared else set())) & set(head.words) and [
+                one and one.name for one in units
+            ] == ["percent"]:
                 found.append(i)
             continue
         if units and is_unnamed(head) and all(u is not None and u.measured == wanted.measured for u in units):
@@ -211,7 +215,9 @@ def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
     if not quality:
         return 0
     for text in written_units(table, index, head):
-        is_symbol = text in SYMBOLS and any(special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL)
+        is_symbol = text in SYMBOLS and any(
+            special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL
+        )
         unit = None if is_symbol else find_unit(text, wanted.measured)
         if unit is not None and unit.measured != wanted.measured:
             return 0

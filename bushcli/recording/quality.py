@@ -33,7 +33,13 @@ def name_quality(name: str, kind: str) -> int:
         known, symbols = SPECIAL[kind], {word for word in SPECIAL[kind] if len(word) == 1}
         plain = " ".join(word for word in name.split() if word not in symbols)
         at = min((i for i, word in enumerate(known) if word in (name, plain)), default=-1)
-        return 4 if at == 0 else 3 if at > 0 else 2 * any(f" {word} " in f" {name} " for word in known if len(word) > 1)
+        return (
+            4
+            if at == 0
+            else 3
+            if at > 0
+            else 2 * any(f" {word} " in f" {name} " for word in known if len(word) > 1)
+        )
     words, known = [word for word in name.split() if word not in modes()], WORDS[kind]
     name = " ".join(words)
     if kind in ("strain", "stretch") and ACROSS & set(words):

@@ -51,8 +51,8 @@ class Specimen:
         True stress is force over deformed area; a pressure is that of a volumetric test, positive in compression. None:
         what the name of the column says.
     strain : {"engineering", "true", "volume"}, optional
-        True strain is the logarithm of the stretch; the change of volume, or the volume ratio J, is that of a volumetric
-        test. None: what the name of the column says.
+        True strain is the logarithm of the stretch; the change of volume, or the volume ratio J, is that of a
+        volumetric test. None: what the name of the column says.
     """
 
     gauge_length: float | None = None

@@ -2,8 +2,8 @@
 
 In uniaxial, equibiaxial and planar tests the rubber keeps its volume: the deformed area normal to a load is the
 undeformed area divided by the stretch along this load. In a volumetric test all three stretches are J^(1/3), and a
-face grows by J^(2/3): the nominal stress is J^(2/3) times the true one, which is minus the pressure. In simple shear, strain
-and stress are the amount of shear and the shear stress.
+face grows by J^(2/3): the nominal stress is J^(2/3) times the true one, which is minus the pressure. In simple shear,
+strain and stress are the amount of shear and the shear stress.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def nominal(
     specimen = source.specimen
     if mode.specimen != "coupon":
         return moved, forced
-    strain = moved if specimen.gauge_length is None else moved / specimen.gauge_length
-    stress = forced if specimen.area is None else forced / specimen.area
+    strain = np.asarray(moved / (1.0 if specimen.gauge_length is None else specimen.gauge_length))
+    stress = np.asarray(forced / (1.0 if specimen.area is None else specimen.area))
     if strain_form == "true":
         if np.abs(strain).max() > _LARGEST_STRAIN:
             what = (
@@ -60,7 +60,9 @@ def nominal(
         return np.asarray(strain), np.asarray(stress)
     if (strain <= -1.0).any() and specimen.gauge_length is None:
         what = f"a strain of {strain.min():.4g} compresses the specimen to zero size"
-        raise RecordingError(Problem(str(source.file), what, "", "if it is in percent, give its unit in units"))
+        raise RecordingError(
+            Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
+        )
     if (strain <= -1.0).any():
         length = f"{specimen.gauge_length:g} mm"
         what = f"the travel of {moved.min():.4g} mm compresses a specimen of {length} to zero length"
@@ -91,9 +93,13 @@ def _hydrostatic(
     if (grows or pulled) and source.reverse is None:
         turned = [name for name, is_positive in (("displacement", grows), ("force", pulled)) if is_positive]
         signs = "volume increases" if grows else "pressure is negative"
-        signs = "volume increases under tension from all sides" if grows and pulled else f"{signs} in compression"
+        signs = (
+            "volume increases under tension from all sides" if grows and pulled else f"{signs} in compression"
+        )
         what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
         listed = ", ".join(f'"{name}"' for name in turned)
-        expected = f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
+        expected = (
+            f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
+        )
         raise RecordingError(Problem(str(source.file), what, "", expected))
     return np.asarray(volume ** (1.0 / 3.0) - 1.0), np.asarray(stress)

@@ -236,7 +236,9 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         "name": channel.name,
         "mode": channel.mode,
         "units": {
-            "displacement": "stretch - 1" if coupon and shown.rest else shown.displacement_unit or shown.displacement,
+            "displacement": "stretch - 1"
+            if coupon and shown.rest
+            else shown.displacement_unit or shown.displacement,
             "force": shown.force_unit,
             "stiffness": shown.stiffness_unit,
             "energy": energy_unit(channel.mode),

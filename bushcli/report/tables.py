@@ -232,7 +232,8 @@ def fitted_table(fit: Fit) -> ReportTable:
         low, high = (
             shown.at(q) for q in (curve.recording.displacement.min(), curve.recording.displacement.max())
         )
-        limits = fit.stability.get(mode)
+        # Simple shear reaches the states of a planar test.
+        limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
         rows.append(
             (
                 f"{curve.name} (held out)" if curve.held_out else curve.name,
@@ -253,11 +254,15 @@ def fit_lines(fit: Fit) -> list[str]:
     for curve in fit.curves:
         if curve.branch:
             of = f"{curve.samples} of {len(curve.recording.force)} samples"
-            which = "loading and unloading together" if curve.branch == "both" else f"{curve.branch} alone ({of})"
+            which = (
+                "loading and unloading together" if curve.branch == "both" else f"{curve.branch} alone ({of})"
+            )
             count = len({branch.cycle for branch in branches(curve.recording)})
             cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
             other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
-            lines.append(f'{curve.name}: fitted to {which}{cycles}; --branch {other} or branch = "{other}" changes it')
+            lines.append(
+                f'{curve.name}: fitted to {which}{cycles}; --branch {other} or branch = "{other}" changes it'
+            )
     bulk, std = fit.material.bulk_modulus, bulk_modulus_std(fit)
     if not _all_coupons(fit):
         return lines
@@ -266,14 +271,19 @@ def fit_lines(fit: Fit) -> list[str]:
     else:
         value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
         lines.append(
-            f"{value}, as the case gives it: none of its coupon tests can identify the bulk modulus, a volumetric one would"
+            f"{value}, as the case gives it: no coupon test of the case can identify the bulk modulus; a volumetric "
+            "one would"
         )
     return lines
 
 
 def _range(low: float, high: float, shown: Quantities) -> str:
     unit = shown.displacement_unit
-    return f"{number(low)} to {number(high)} {unit}" if unit else f"{shown.displacement} {number(low)} to {number(high)}"
+    return (
+        f"{number(low)} to {number(high)} {unit}"
+        if unit
+        else f"{shown.displacement} {number(low)} to {number(high)}"
+    )
 
 
 def curves_of(fit: Fit) -> str:

@@ -1,8 +1,8 @@
 """Simple shear of a coupon, as between the plates of a quad-lap or double-shear specimen: u = q y e_x.
 
-q is the amount of shear, the travel over the thickness of one layer of rubber; Q is the shear stress in MPa, the force over
-the area that carries it. All faces normal to x and y follow the motion, and those normal to z are free of stress. Principal
-stretches are those of a planar test with lambda - 1/lambda = q, and the third one is 1 if the rubber is incompressible.
+q is the amount of shear, the travel over the thickness that is sheared; Q is the shear stress in MPa, the force over
+the area that carries it. All faces normal to x and y follow the motion, and those normal to z are free of stress. The
+principal stretches are those of a planar test with lambda - 1/lambda = q.
 
 References
 ----------
@@ -54,7 +54,17 @@ MODE = Mode(
     sheared=True,
     unit_slope=1.0,
     words=(
-        *("simpleshear", "simple", "quad", "quadlap", "quadshear", "lap", "doublelap", "doubleshear", "dualshear"),
+        *(
+            "simpleshear",
+            "simple",
+            "quad",
+            "quadlap",
+            "quadshear",
+            "lap",
+            "doublelap",
+            "doubleshear",
+            "dualshear",
+        ),
         *("sandwich", "doppelschub", "doppelscher", "vierfach", "einfachscher", "einfache"),
         *("shear", "schub", "scher"),
     ),
