@@ -138,8 +138,8 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
         return path
     first: RecordingError | None = None
     for kind, machine in _ordered(file):
-        named = [mode for mode in modes_of_name(file.stem, modes()[kind[0]].specimen) if mode in kind]
-        guessed = named[0] if named else None
+        named = modes_of_name(file.stem, modes()[kind[0]].specimen)
+        guessed = next((mode for mode in named if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
             try:
                 recording = read_recording(source, tables=tables)

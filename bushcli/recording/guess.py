@@ -45,7 +45,7 @@ def contradicted(name: str, mode: str) -> tuple[str, ...]:
     if mode in found:
         return ()
     plain = {
-        other: {word for word in said if len(word) > 4 and word not in SENSES}
+        other: {word for word in said if len(word) > 3 and word not in SENSES}
         for other, said in found.items()
     }
     return _sure({other: said for other, said in plain.items() if said})
