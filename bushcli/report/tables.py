@@ -271,8 +271,7 @@ def fit_lines(fit: Fit) -> list[str]:
     else:
         value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
         lines.append(
-            f"{value}, as the case gives it: no coupon test of the case can identify the bulk modulus; a volumetric "
-            "one would"
+            f"{value}, as the case gives it: no coupon test here can identify it, a volumetric one would"
         )
     return lines
 
