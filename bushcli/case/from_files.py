@@ -16,6 +16,7 @@ from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.doubts import says_compression
 from bushcli.recording.guess import modes_of_name
 from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
@@ -146,7 +147,8 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             except RecordingError as error:
                 first = first or error
                 continue
-            others = ", ".join(mode for mode in (named if len(named) > 1 else kind) if mode != guessed)
+            possible = named if len(named) > 1 else kind if len(kind) > 1 else _alike(kind[0])
+            others = ", ".join(mode for mode in possible if mode != guessed)
             what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
             if guessed is not None and others:
                 what = f"<-- mode: guessed from the name of the file; it may also be {others}"
@@ -206,6 +208,15 @@ def _kinds(specimen: str) -> list[tuple[str, ...]]:
     return [tuple(mode.name for mode in group) for group in ordered]
 
 
+def _alike(mode: str) -> tuple[str, ...]:
+    """Return the modes of the same specimen, with the same kind of displacement."""
+    own = modes()[mode]
+    every = (one for one in modes().values() if one.words)
+    return tuple(
+        one.name for one in every if (one.specimen, one.rotational) == (own.specimen, own.rotational)
+    )
+
+
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
     """Yield ways to read a file in a mode: as it is, with a choice of columns and group, with units that it lacks."""
     remarks: tuple[str, ...] = ()
@@ -215,6 +226,9 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
             "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2",
         )
     yield source, remarks
+    if says_compression(source.file.stem) and modes()[source.mode].specimen == "coupon":
+        what = "<-- reverse: the name of the file says compression, and its values are positive"
+        yield replace(source, reverse=("displacement", "force")), (*remarks, what)
     chosen, choices = _with_choices(source, tables)
     if choices:
         yield chosen, (*remarks, *choices)
@@ -305,6 +319,8 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     if source.units:
         inside = ", ".join(f"{quantity} = {json.dumps(unit)}" for quantity, unit in source.units.items())
         lines.append(f"units = {{ {inside} }}")
+    if source.reverse:
+        lines.append(f"reverse = {json.dumps(source.reverse)}")
     if source.specimen.gauge_length is not None:
         lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
     lines += [f"# {remark}" for remark in entry.remarks]

@@ -119,7 +119,7 @@ def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
     Parameters
     ----------
     instead : Mapping[str, float]
-        Values by name with which the search began.
+        Values by name, in their units, with which the search began.
     task : Task
         Definition of the identification.
     """

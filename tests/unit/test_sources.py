@@ -112,11 +112,24 @@ def test_a_file_whose_name_says_another_mode_is_asked_about(tmp_path):
     assert load_case(case(tmp_path, text + 'name = "axial"\n')).recordings[0].mode == "axial"
 
 
+def test_a_file_named_compression_becomes_a_compressed_coupon(tmp_path):
+    rig(tmp_path / "compression.csv", "time_s,travel_mm,force_N")
+    text = case_from_files([tmp_path / "compression.csv"], tmp_path)
+    assert 'mode = "uniaxial"' in text
+    assert 'reverse = ["displacement", "force"]' in text
+    assert "<-- reverse" in text
+
+
 @pytest.mark.parametrize(
-    ("name", "mode", "others"), [("radial_01", "radial", "axial"), ("shear", "planar", "simple_shear")]
+    ("name", "mode", "others"),
+    [
+        ("quad_shear", "simple_shear", "planar"),
+        ("radial_01", "radial", "axial"),
+        ("shear", "planar", "simple_shear"),
+    ],
 )
 def test_a_mode_guessed_from_a_name_is_marked_with_its_alternatives(tmp_path, name, mode, others):
-    rig(tmp_path / f"{name}.csv", *(["time_s,strain,stress_MPa", 0.1] if name == "shear" else []))
+    rig(tmp_path / f"{name}.csv", *(["time_s,strain,stress_MPa", 0.1] if "shear" in name else []))
     text = case_from_files([tmp_path / f"{name}.csv"], tmp_path)
     assert f'mode = "{mode}"' in text
     (line,) = [line for line in text.splitlines() if "<-- mode" in line]
