@@ -67,6 +67,8 @@ class Mode:
         Boundary name -> displacement components that follow the motion, or stay at zero (None = all).
     reversed_by
         A plane whose mirror image turns the motion q into -q: where the shape is symmetric about it, the curve is odd.
+    sheared
+        Whether q of a coupon is an amount of shear and Q a shear stress (MPa), not stretch - 1 and nominal stress.
     follow
         Path of six motions -> its mode; None where q alone moves the sleeve.
     shares
@@ -77,7 +79,8 @@ class Mode:
     unit_slope
         The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     words
-        Words, in lower case, by which the name of a file says that it has a recording of this mode.
+        Words, in lower case, by which the name of a file says that it has a recording of this mode. Where several modes
+        share a word, only a word that one of them does not share tells which it is.
     is_usual
         Whether a file that does not name its mode is taken as one of this mode, among those of its specimen and of its
         kind of displacement (a length, an angle, a strain).
@@ -100,6 +103,7 @@ class Mode:
     shares: int = 1
     reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
+    sheared: bool = False
     follow: Callable[[SixPath], Mode] | None = None
     unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
     unit_slope: float | None = None
@@ -107,6 +111,10 @@ class Mode:
     is_usual: bool = False
     directions: tuple[str, ...] = ()
     proposed_travel: float | None = None
+
+    def stretch(self, q: Array) -> Array:
+        """Return the stretch of a coupon at q, shape (n,): along the load, or the largest principal one in shear."""
+        return np.hypot(1.0, 0.5 * q) + 0.5 * np.abs(q) if self.sheared else 1.0 + q
 
     @property
     def sideways(self) -> float:

@@ -38,10 +38,13 @@ _CHUNK = 512
 
 @cache
 def paths() -> Mapping[str, tuple[float, float]]:
-    """Return the log strains (e1, e2) of each mode of an incompressible coupon per log stretch of a driven axis."""
+    """Return the log strains (e1, e2) of each mode of an incompressible coupon per log stretch of a driven axis.
+
+    Simple shear is not among them: its states are those of the planar mode, turned.
+    """
     found = {}
     for mode in modes().values():
-        if mode.specimen == "coupon" and not mode.needs_compressibility:
+        if mode.specimen == "coupon" and not mode.needs_compressibility and not mode.sheared:
             strains: dict[str, float] = dict.fromkeys((face[-1] for face in mode.driven), 1.0)
             strains |= dict.fromkeys((face[-1] for face in mode.held if face.startswith("face_")), 0.0)
             # The free axes keep the volume.

@@ -87,7 +87,8 @@ def modes_text() -> str:
     rows = []
     for mode in modes().values():
         coupon = mode.specimen == "coupon"
-        units = ("stretch - 1", "MPa") if coupon else ("degrees", "N mm") if mode.rotational else ("mm", "N")
+        strain = "amount of shear" if mode.sheared else "stretch - 1"
+        units = (strain, "MPa") if coupon else ("degrees", "N mm") if mode.rotational else ("mm", "N")
         remark = "; needs a finite `bulk_modulus`" if mode.needs_compressibility else ""
         rows.append((f"`{mode.name}`", mode.specimen, *units, mode.summary + remark))
     return table(("mode", "specimen", "displacement", "force", "what is done"), rows)

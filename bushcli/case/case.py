@@ -285,7 +285,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "units": dict(source.units),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
-        "reverse": list(source.reverse) or None,
+        "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
         "accept": list(source.accept) or None,
     } | _further(source)
@@ -296,6 +296,7 @@ def _further(source: Source) -> dict[str, Any]:
     turned = source.mode in modes() and modes()[source.mode].rotational
     rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
     shown = {
+        "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
         "sample_rate": source.sample_rate,
@@ -304,8 +305,8 @@ def _further(source: Source) -> dict[str, Any]:
         "standard": source.standard,
         "gauge_length": source.specimen.gauge_length,
         "area": source.specimen.area,
-        "stress": None if source.specimen.stress == "engineering" else source.specimen.stress,
-        "strain": None if source.specimen.strain == "engineering" else source.specimen.strain,
+        "stress": source.specimen.stress,
+        "strain": source.specimen.strain,
         "path": None
         if source.six is None
         else {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]},

@@ -99,7 +99,13 @@ def _modes() -> list[dict[str, Any]]:
             "name": mode.name,
             "summary": mode.summary,
             "specimen": mode.specimen,
-            "displacement": "stretch" if mode.specimen == "coupon" else "deg" if mode.rotational else "mm",
+            "displacement": "amount of shear"
+            if mode.sheared
+            else "stretch"
+            if mode.specimen == "coupon"
+            else "deg"
+            if mode.rotational
+            else "mm",
             "force": "MPa" if mode.specimen == "coupon" else "N mm" if mode.rotational else "N",
             "symmetry_planes": sorted(mode.solid.mirrors),
             "axisymmetric": mode.section is not None,

@@ -171,7 +171,12 @@ def mode(
         here = f"{dotted((*keys, 'mode'))} = {shown(name)}"
         what = f"{here} is a mode of a {known.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
-    elif known.needs_compressibility and bulk_modulus is not None and math.isinf(bulk_modulus):
+    elif (
+        known.needs_compressibility
+        and bulk_modulus is not None
+        and math.isinf(bulk_modulus)
+        and keys[0] != "coupons"  # from which it is identified
+    ):
         what = f"{dotted((*keys, 'mode'))} = {shown(name)} needs a finite material.bulk_modulus"
         yield Finding((*keys, "mode"), what, expected="e.g. bulk_modulus = 2000.0, MPa")
 
@@ -190,12 +195,13 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
     """
     kind = modes()[load_case.mode]
     if 0.0 < load_case.amplitude < SMALLEST_TRAVEL:
-        unit = "rad" if kind.rotational else "of stretch" if kind.specimen == "coupon" else "mm"
+        unit = "rad" if kind.rotational else "mm"
+        unit = {True: "of shear", False: "of stretch"}[kind.sheared] if kind.specimen == "coupon" else unit
         what = f"{dotted(keys)}: a travel of {load_case.amplitude:g} {unit} is too small to simulate"
         yield Finding(
             keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
         )
-    if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
+    if kind.specimen == "coupon" and not kind.sheared and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
     elif shape.gap is not None and kind.sideways * load_case.amplitude >= shape.gap:

@@ -16,7 +16,8 @@ from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
-from bushcli.recording.guess import mode_of_name
+from bushcli.recording.doubts import says_compression
+from bushcli.recording.guess import modes_of_name
 from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
 from bushcli.recording.rasters import clock_columns
@@ -139,16 +140,20 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
         return path
     first: RecordingError | None = None
     for kind, machine in _ordered(file):
-        named = mode_of_name(file.stem, modes()[kind[0]].specimen)
-        guessed = named if named in kind else None
+        named = modes_of_name(file.stem, modes()[kind[0]].specimen)
+        guessed = next((mode for mode in named if mode in kind), None)
         for source, remarks in _ways(Source(guessed or kind[0], file), machine, tables):
             try:
                 recording = read_recording(source, tables=tables)
             except RecordingError as error:
                 first = first or error
                 continue
-            if guessed is None:
-                what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
+            possible = named if len(named) > 1 else kind if len(kind) > 1 else _alike(kind[0])
+            others = ", ".join(mode for mode in possible if mode != guessed)
+            what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
+            if guessed is not None and others:
+                what = f"<-- mode: guessed from the name of the file; it may also be {others}"
+            if guessed is None or others:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
     assert first is not None
@@ -187,18 +192,30 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     kinds = {specimen: _kinds(specimen) for specimen in ("coupon", "bushing")}
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
-    named = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
+    named = {mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)}
+    order = [
+        entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
+    ]
     return sorted(order, key=lambda entry: not named & set(entry[0]))
 
 
 def _kinds(specimen: str) -> list[tuple[str, ...]]:
-    """Return the modes of a specimen that read the same columns, in groups; the usual mode of each group is first."""
-    groups: dict[tuple[bool, bool], list[Mode]] = {}
+    """Return the modes of a specimen that read the same columns, in groups, the usual mode of each group first."""
+    groups: dict[tuple[bool, bool, bool], list[Mode]] = {}
     for mode in modes().values():
         if mode.specimen == specimen and mode.words:
-            groups.setdefault((mode.rotational, mode.needs_compressibility), []).append(mode)
+            groups.setdefault((mode.rotational, mode.needs_compressibility, mode.sheared), []).append(mode)
     ordered = [sorted(group, key=lambda mode: not mode.is_usual) for group in groups.values()]
-    return [tuple(mode.name for mode in group) for group in ordered if group[0].is_usual]
+    return [tuple(mode.name for mode in group) for group in ordered]
+
+
+def _alike(mode: str) -> tuple[str, ...]:
+    """Return the modes of the same specimen, with the same kind of displacement."""
+    own = modes()[mode]
+    every = (one for one in modes().values() if one.words)
+    return tuple(
+        one.name for one in every if (one.specimen, one.rotational) == (own.specimen, own.rotational)
+    )
 
 
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -210,6 +227,9 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
             "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2",
         )
     yield source, remarks
+    if says_compression(source.file.stem) and modes()[source.mode].specimen == "coupon":
+        what = "<-- reverse: the name of the file says compression, and its values are positive"
+        yield replace(source, reverse=("displacement", "force")), (*remarks, what)
     chosen, choices = _with_choices(source, tables)
     if choices:
         yield chosen, (*remarks, *choices)
@@ -298,6 +318,8 @@ def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     if source.units:
         inside = ", ".join(f"{quantity} = {json.dumps(unit)}" for quantity, unit in source.units.items())
         lines.append(f"units = {{ {inside} }}")
+    if source.reverse:
+        lines.append(f"reverse = {json.dumps(source.reverse)}")
     if source.specimen.gauge_length is not None:
         lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
     lines += [f"# {remark}" for remark in entry.remarks]

@@ -122,7 +122,7 @@ class FileTable(CaseTable):
     delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
     decimal: Literal[".", ","] | None = None
     reverse: list[Literal["displacement", "force"]] | None = Field(
-        default=None, min_length=1, description="columns whose sign is reversed"
+        default=None, description="columns whose sign is reversed; [] says that all signs are right"
     )
     accept: list[float] | None = Field(
         default=None, description="measured values that look like codes for missing values"

@@ -37,9 +37,12 @@ class RecordingTable(FileTable):
     width: float | None = Field(default=None, gt=0, description="mm; with thickness, instead of area")
     thickness: float | None = Field(default=None, gt=0, description="mm; with width, instead of area")
     diameter: float | None = Field(default=None, gt=0, description="mm; instead of area")
-    stress: Literal["engineering", "true"] | None = Field(default=None, description="stress of the file")
-    strain: Literal["engineering", "true"] | None = Field(
-        default=None, description="strain of the file; true = logarithmic"
+    stress: Literal["engineering", "true", "pressure"] | None = Field(
+        default=None, description="stress of the file; absent = what the name of its column says"
+    )
+    strain: Literal["engineering", "true", "volume"] | None = Field(
+        default=None,
+        description="strain of the file; true = logarithmic; absent = what the name of its column says",
     )
 
     motions: dict[str, ColumnKey] | None = Field(
@@ -56,6 +59,9 @@ class RecordingTable(FileTable):
 class CouponTable(RecordingTable):
     """``[[coupons]]``."""
 
+    branch: Literal["loading", "unloading", "both"] | None = Field(
+        default=None, description="samples to which a law is fitted; absent = loading"
+    )
     largest_stretch: float | None = Field(
         default=None, gt=0, description="points beyond this stretch are left out of the fit"
     )

@@ -15,7 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import FileTable
 from bushcli.errors import nearest
-from bushcli.recording.guess import mode_of_name
+from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -44,7 +44,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
         delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
-        reverse=tuple(sorted(set(table.reverse or ()))),
+        reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted(set(table.accept or ()))),
         group=table.group,
         sample_rate=table.sample_rate,
@@ -166,12 +166,20 @@ class SourceBuilder:
 
     def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
         if table.mode is not None:
+            said = contradicted(file.stem, table.mode) if table.mode in modes() and table.name is None else ()
+            if said:
+                here = f"{dotted((*keys, 'mode'))} = {shown(table.mode)}"
+                what = f"{here}, but the name of the file, {shown(file.name)}, says {' or '.join(said)}"
+                expected = f'mode = "{said[0]}"; or name = "{table.mode}", if the file is misnamed'
+                self.findings.append(Finding((*keys, "mode"), what, expected=expected))
             return table.mode
         found = mode_of_name(file.stem, usual)
         if found is None:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not contain a mode"
-            self.findings.append(Finding((*keys, "mode"), what, expected=names))
+            several = modes_of_name(file.stem, usual)
+            says = f"may mean {' or '.join(several)}" if several else "does not contain a mode"
+            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} {says}"
+            self.findings.append(Finding((*keys, "mode"), what, expected=", ".join(several) or names))
         return found
 
     def _source(
@@ -182,6 +190,7 @@ class SourceBuilder:
             source_of(table, mode, file),
             name=name,
             cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+            branch=getattr(table, "branch", None),
             largest_stretch=getattr(table, "largest_stretch", None),
             rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
             conditioning=table.conditioning,
@@ -219,23 +228,17 @@ class SourceBuilder:
             area = 0.25 * math.pi * table.diameter**2
         raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
         for key, (measured, size) in raw.items():
-            if getattr(table, key) != "true":
-                continue
+            value, possible = getattr(table, key), _forms(key, mode)
             what = ""
-            if mode in modes() and modes()[mode].needs_compressibility:
+            if value is not None and value not in possible:
                 what = f"has no meaning in a {mode} test"
-            elif size is not None:
-                what = (
-                    f"contradicts the dimensions: the file holds {measured}, which makes an engineering {key}"
-                )
+            elif value is not None and value != "engineering" and size is not None:
+                what = f"contradicts the dimensions: the file holds {measured}"
             if what:
-                found = Finding(
-                    (*keys, key), f'{dotted((*keys, key))} = "true" {what}', expected='"engineering"'
-                )
+                expected = " or ".join(f'"{one}"' for one in (possible if size is None else ("engineering",)))
+                found = Finding((*keys, key), f'{dotted((*keys, key))} = "{value}" {what}', expected=expected)
                 self.findings.append(found)
-        return Specimen(
-            table.gauge_length, area, table.stress or "engineering", table.strain or "engineering"
-        )
+        return Specimen(table.gauge_length, area, table.stress, table.strain)
 
     def _files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
         """Return the files that a name or a pattern stands for, and whether it is a pattern."""
@@ -262,6 +265,14 @@ class SourceBuilder:
             self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
             return [], True
         return hits, True
+
+
+def _forms(key: str, mode: str) -> tuple[str, ...]:
+    """Return the values that `stress` or `strain` of a coupon can have in a mode."""
+    known = modes().get(mode)
+    if known is not None and known.needs_compressibility:
+        return ("engineering", "true", "pressure") if key == "stress" else ("engineering", "volume")
+    return ("engineering",) if known is not None and known.sheared else ("engineering", "true")
 
 
 _OF_SPECIMEN = ("gauge_length", "area", "width", "thickness", "diameter", "stress", "strain")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 import click
 
@@ -40,20 +41,33 @@ weighted = click.option(
 @click.command()
 @click.option("--model", metavar="LAW", help="Law to fit instead of the case's.")
 @weighted
+@click.option(
+    "--branch",
+    type=click.Choice(["loading", "unloading", "both"]),
+    help="Fit this branch of every coupon, in place of the case's `branch` (loading).",
+)
 @click.option("--strict", is_flag=True, help="Exit 1 when the fit has problems.")
 @on_a_case
-def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
-    """Identify the law of CASE from its coupon tests."""
+def fit(
+    run: Run,
+    model: str | None,
+    weighting: str,
+    branch: Literal["loading", "unloading", "both"] | None,
+    strict: bool,
+) -> int:
+    """Identify the law of CASE from its coupon tests, and the bulk modulus from volumetric ones."""
     from bushcli import report
 
     case = run.load()
+    if branch is not None:
+        case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
     found = fit_to_coupons(run, case, model, weighting)
     run.deliver(
         lambda: report.fit_json(case, found, run.timings()),
         lambda: report.fit_text(found),
         lambda output, result: report.write_fit(output, result, case, found),
     )
-    return NEGATIVE if strict and found.conditions else DONE
+    return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
 
 
 def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:

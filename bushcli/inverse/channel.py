@@ -91,7 +91,10 @@ class Channel:
     ----------
     recording : Recording
     scale : shape (n,)
-        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a bad sample.
+        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a sample that is
+        bad or not used.
+    branch : str
+        Of a coupon: the branch that is used, "loading", "unloading" or "both"; empty where the recording has one alone.
     coupon : bool
         Whether the curve is from a material test.
     comm : MPI.Comm
@@ -112,8 +115,9 @@ class Channel:
         paths: dict[str, SixSimulation] | None = None,
         corrected: Corrected | None = None,
         bad: NDArray[np.bool_] | None = None,
+        branch: str = "",
     ) -> None:
-        self.recording, self.comm = recording, comm
+        self.recording, self.comm, self.branch = recording, comm, branch
         mode = modes()[recording.mode]
         body = (shape, rubber, case, comm, prepared)
         self.simulation: Simulation | Reaction | None

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.errors import InputError, Problem
 from bushcli.faults import bad_samples
 from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.result import Weighting
-from bushcli.recording import read_coupon
+from bushcli.recording import Recording, on_branch, read_coupon
+from bushcli.recording.source import Source
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.six_simulation import SixSimulation
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import shapes
+
+# Samples of a coupon to which a law can be fitted; fewer are no curve.
+FEWEST = 3
 
 
 def coupon_channels(
@@ -32,10 +39,45 @@ def coupon_channels(
         Cache of the recordings that the caller reads.
     """
     shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
-    return [
-        Channel(read_coupon(source, tables), shape, rubber, case, weighting, MPI.COMM_SELF)
-        for source in case.coupons
-    ]
+    found = []
+    for source in case.coupons:
+        recording = read_coupon(source, tables)
+        branch, used = fitted_branch(source, recording)
+        bad = bad_samples(recording) | ~used
+        channel = Channel(recording, shape, rubber, case, weighting, MPI.COMM_SELF, bad=bad, branch=branch)
+        found.append(channel)
+    return found
+
+
+def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np.bool_]]:
+    """Return the branch of a coupon to which a law is fitted, and which samples (n,) belong to it.
+
+    A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
+    where the recording has no other.
+
+    Parameters
+    ----------
+    source : Source
+    recording : Recording
+        Of the coupon.
+
+    Raises
+    ------
+    InputError
+        The case chooses a branch of which there are too few samples.
+    """
+    whole = np.ones(len(recording.displacement), dtype=bool)
+    if source.branch == "both":
+        return "both", whole
+    used = on_branch(recording, source.branch or "loading")
+    if used.all() or (source.branch is None and np.count_nonzero(used) < FEWEST):
+        return "", whole
+    if np.count_nonzero(used) < FEWEST:
+        what = f"has {np.count_nonzero(used)} samples of {source.branch}"
+        raise InputError(
+            Problem(str(source.file), what, "", f'at least {FEWEST}; branch = "both" takes all samples')
+        )
+    return source.branch or "loading", used
 
 
 def bushing_channels(

@@ -77,4 +77,6 @@ def _compared(
         noise_percent=100 * channel.noise / float(np.ptp(measured)),
         held_out=held_out,
         smooth=channel.curve(answer),
+        branch=channel.branch,
+        samples=int(np.count_nonzero(used)),
     )

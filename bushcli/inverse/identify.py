@@ -36,6 +36,7 @@ from bushcli.runtime.condition import history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from bushcli.simulate.play import check_play
+from cases.mode import modes
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -74,7 +75,18 @@ def fit_coupons(
     InputError
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
-    task = Task(replace(case, effects=()), model or case.material.law, "coupons", weighting=weighting)
+    tests = [modes()[source.mode] for source in case.coupons]
+    volumetric = [mode for mode in tests if mode.needs_compressibility]
+    task = Task(
+        replace(case, effects=()),
+        model or case.material.law,
+        "coupons",
+        weighting=weighting,
+        bulk_modulus=bool(volumetric),
+    )
+    if volumetric and len(volumetric) == len(tests):
+        # They say nothing about the law, whose energy does not depend on the volume.
+        task = replace(task, fixed=tuple(task.material.parameters))
     return identify(task, progress=progress, tables=tables)
 
 
@@ -135,7 +147,7 @@ def identify(
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
     fit = run.result(interrupted, begin)
     if run.instead is not None:
-        fit = replace(fit, conditions=(*fit.conditions, start_replaced(tried(task, run.instead))))
+        fit = replace(fit, conditions=(*fit.conditions, start_replaced(tried(task, run.instead), task)))
     # Data faults come first: they explain more of a poor fit than any condition found after them.
     return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions))
 

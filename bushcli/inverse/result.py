@@ -83,6 +83,10 @@ class FittedCurve:
         The curve was predicted, not fitted.
     smooth : Curve, optional
         The fitted curve without the recording's cycles and noise, to be drawn.
+    branch : str
+        Of a coupon that is loaded and unloaded: what was fitted, "loading", "unloading" or "both".
+    samples : int
+        Number of samples that were compared.
     """
 
     name: str
@@ -94,6 +98,8 @@ class FittedCurve:
     noise_percent: float = float("nan")
     held_out: bool = False
     smooth: Curve | None = None
+    branch: str = ""
+    samples: int = 0
 
 
 @dataclass(frozen=True)

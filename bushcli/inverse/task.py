@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 
 # Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
 COMPLIANCE = (0.0, 0.1)
+# The same where a volumetric test of a coupon is fitted, which an incompressible rubber cannot be put to: up to
+# kappa = 1e6 MPa; diamond has 4.4e5.
+COMPLIANCE_OF_TEST = (1e-6, 0.1)
 # Principal stretches, typical of a bushing, between which the law has to be stable; coupons may widen the range.
 STRETCHES = (0.6, 1.7)
 
@@ -151,10 +154,11 @@ class Task:
                 rows.append(ranges[name])
             elif name == "compliance":
                 known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
-                rows.append((known, *COMPLIANCE))
+                bounds = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
+                rows.append((min(max(known, bounds[0]), bounds[1]), *bounds))
             else:
-                bounds = self.law.parameter(name)
-                rows.append((material.parameters[name], bounds.lower, bounds.upper))
+                own = self.law.parameter(name)
+                rows.append((material.parameters[name], own.lower, own.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
         return start, Bounds(lower, upper)
 
@@ -191,7 +195,11 @@ class Task:
             few = case.geometry.coarse
             case = replace(case, mesh=MeshOptions(few.across, few.along, few.around))
         material = self.material
-        rubber = Rubber(self.law, dict(material.parameters), material.bulk_modulus)
+        bulk_modulus = material.bulk_modulus
+        if self.bulk_modulus and self.source == "coupons":
+            # An incompressible coupon could not be put to a volumetric test.
+            bulk_modulus = 1.0 / float(self.vectors()[0][-1])
+        rubber = Rubber(self.law, dict(material.parameters), bulk_modulus)
         if self.source == "coupons":
             if not case.coupons:
                 what = "there are no [[coupons]] to fit a law to, and no [material.parameters]"
@@ -310,7 +318,7 @@ def _stretches(channels: list[Channel]) -> tuple[float, float]:
     for channel in channels:
         mode = modes()[channel.recording.mode]
         if mode.specimen == "coupon" and not mode.needs_compressibility:
-            stretch = 1.0 + channel.recording.displacement
+            stretch = mode.stretch(channel.recording.displacement)
             low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
     return low, high
 

@@ -53,7 +53,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             Condition(
                 "interrupted",
                 f"stopped after {fit.sweeps} evaluations; this is the best point so far",
-                "run it again with --resume",
+                "run it again" if task.source == "coupons" else "run it again with --resume",
             )
         )
     elif best.beside_failure:
@@ -62,7 +62,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
                 "beside_failure",
                 "the search ended at parameters beyond which the model cannot be solved, although the misfit would "
                 "fall further; the intervals come from profiles and end where the model can no longer be solved",
-                "use a law with fewer parameters or --starts 8, or leave out the largest displacements",
+                _instead(task, "use a law with fewer parameters", "leave out the largest displacements"),
             )
         )
     elif not fit.converged:
@@ -70,17 +70,17 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             Condition(
                 "not_converged",
                 f"the search ended without a minimum: {fit.message}",
-                "give start values in [material.parameters], or use --starts",
+                _instead(task, "give start values in [material.parameters]"),
             )
         )
-    found += _stuck(fit, best)
-    found += _poor(fit)
+    found += _stuck(fit, best, task)
+    found += _poor(fit) if task.source == "recordings" else _poor_coupons(fit, task)
     found += _above_noise(fit, task)
     found += _bounds(in_file_units(fit))
     found += _tests(fit, task)
     found += _stability(fit) + _moduli(fit)
     found += _edge(best)
-    found += _undetermined(fit, task)
+    found += _undetermined(fit, task) + _not_identified(fit, task)
     found += _delicate(fit, task)
     found += _several(in_file_units(fit).end_points)
     found += _predictions(fit, task)
@@ -113,18 +113,29 @@ def history_not_saved(reason: str) -> Condition:
     )
 
 
-def start_replaced(instead: Mapping[str, float]) -> Condition:
-    """Return the condition that the start values were unstable or could not be solved, and were replaced."""
+def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
+    """Return the condition that the start values were unstable or could not be solved, and were replaced.
+
+    Parameters
+    ----------
+    instead : Mapping[str, float]
+        Values by name, in their units, with which the search began.
+    task : Task
+        Definition of the identification.
+    """
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",
         "with the start values the law is unstable or could not be simulated; the search began with "
         f"{listed}, scaled to the curves",
-        "nothing to do if the fit is good; otherwise give other start values in [material.parameters], or --starts 8",
+        _instead(
+            task,
+            "nothing to do if the fit is good; otherwise give other start values in [material.parameters]",
+        ),
     )
 
 
-def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
+def _stuck(fit: Fit, best: Minimum, task: Task) -> list[Condition]:
     moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
     if moved > STAYED or best.stationary or fit.iterations > 2 or not _is_poor(fit):
         return []
@@ -132,7 +143,7 @@ def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
         Condition(
             "start_not_left",
             "the search did not leave its start values, although the fit is poor",
-            "give other start values, or use --starts",
+            _instead(task, "give other start values in [material.parameters]"),
         )
     ]
 
@@ -157,6 +168,53 @@ def _poor(fit: Fit) -> list[Condition]:
             f"the search found a minimum, but the curves are not reproduced: rms {listed}",
             "`bushcli diagnose` finds which physics is missing, if any; else try another law (--model all) or more "
             "starts (--starts 8)",
+        )
+    ]
+
+
+def _poor_coupons(fit: Fit, task: Task) -> list[Condition]:
+    """Report coupon tests that the law misses by more than the case accepts of a bushing that is predicted with it."""
+    accepted = task.case.tolerance.percent
+    poor = [curve for curve in fit.curves if curve.rms_percent > accepted and fit.converged]
+    if not poor:
+        return []
+    listed = ", ".join(f"{curve.name} {curve.rms_percent:.2g} %" for curve in poor)
+    volumetric = [curve.name for curve in poor if modes()[curve.recording.mode].needs_compressibility]
+    remedy = "try another law (--model), fit only the stretches that the bushing reaches (largest_stretch), "
+    remedy += "and see in `bushcli check` whether mode, columns and units are those of the test"
+    if any(curve.branch == "both" for curve in poor):
+        remedy = (
+            'fit one branch (branch = "loading" or "unloading"), which a law without memory can follow; '
+            + remedy
+        )
+    if len(volumetric) == len(poor):
+        remedy = "the bulk modulus is constant in the model: leave out the largest pressures, or settling at the first "
+        remedy += "ones, and see in `bushcli check` how columns and units were read"
+    return [
+        Condition(
+            "poor_fit",
+            f"the law does not reproduce its own tests: rms {listed} of the recorded stress range, and {accepted:g} % "
+            "is accepted",
+            remedy,
+        )
+    ]
+
+
+def _instead(task: Task, *remedies: str) -> str:
+    """Return remedies as a sentence; in `inverse`, which has the option, with further starts as one more."""
+    return ", or ".join((*remedies, "use --starts 8") if task.source == "recordings" else remedies)
+
+
+def _not_identified(fit: Fit, task: Task) -> list[Condition]:
+    """Report the parameters of the law that keep their start values, because all coupon tests are volumetric."""
+    if task.source != "coupons" or not task.fixed:
+        return []
+    values = ", ".join(f"{name} = {value:g}" for name, value in fit.material.parameters.items())
+    return [
+        Condition(
+            "undetermined",
+            f"volumetric tests determine the bulk modulus alone; the law keeps its start values: {values}",
+            "add a coupon test that changes the shape of the rubber, such as a uniaxial one",
         )
     ]
 
@@ -211,12 +269,12 @@ def _bounds(fit: Fit) -> list[Condition]:
 
 def _tests(fit: Fit, task: Task) -> list[Condition]:
     used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
-    elastic = [mode for mode in used if not modes()[mode].needs_compressibility]
+    kinds = [modes()[mode] for mode in used if not modes()[mode].needs_compressibility]
+    # Simple shear reaches the states of a planar test.
+    elastic = list(dict.fromkeys("planar" if one.sheared else one.name for one in kinds))
     if task.source != "coupons" or task.law.basis == "I1" or len(elastic) != 1:
         return []
-    what = (
-        f"{task.law.name} depends on more than I1, and only {elastic[0]} tests are given: what it predicts "
-    )
+    what = f"{task.law.name} depends on more than I1, and only {kinds[0].name} tests are given: what it predicts "
     simple = ", ".join(one.name for one in laws().values() if one.basis == "I1")
     remedy = f"add a coupon test of another mode, or use a law in I1 alone ({simple})"
     return [Condition("one_coupon_mode", f"{what}in other modes is not determined", remedy)]
@@ -225,7 +283,9 @@ def _tests(fit: Fit, task: Task) -> list[Condition]:
 def _stability(fit: Fit) -> list[Condition]:
     found = []
     for mode, (low, high) in fit.stability.items():
-        reached = [c.recording.displacement + 1 for c in fit.curves if c.recording.mode == mode]
+        used = [(modes()[c.recording.mode], c.recording.displacement) for c in fit.curves]
+        # Simple shear reaches the states of a planar test.
+        reached = [one.stretch(q) for one, q in used if ("planar" if one.sheared else one.name) == mode]
         largest = max((float(r.max()) for r in reached), default=0.0)
         if high < largest:
             found.append(

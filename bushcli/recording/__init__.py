@@ -18,6 +18,7 @@ from bushcli.recording.signals import (
     departure,
     displacement_noise,
     force_noise,
+    on_branch,
     select_cycles,
 )
 
@@ -36,6 +37,7 @@ __all__ = [
     "departure",
     "displacement_noise",
     "force_noise",
+    "on_branch",
     "read_coupon",
     "read_program",
     "read_recording",

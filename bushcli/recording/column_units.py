@@ -9,7 +9,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.factors import FACTOR
 from bushcli.recording.header import Heading, heading, without, word_quality
 from bushcli.recording.hints import KIND
-from bushcli.recording.match import WantedColumn, written_units
+from bushcli.recording.match import SYMBOLS, WantedColumn, special_quality, written_units
 from bushcli.recording.quality import plain_name
 from bushcli.recording.source import UNITS, Quantity
 from bushcli.recording.stated import stated_system, stated_units, stated_unknown
@@ -24,6 +24,7 @@ from bushcli.recording.units import (
     slip,
     tabulated_unit,
 )
+from bushcli.recording.vocabulary import SPECIAL
 
 _DEFAULT_UNIT = {
     "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm",
@@ -115,23 +116,31 @@ def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
     """
     measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
+    # The J of "Volume ratio (J)" is its symbol, and no joule.
+    special = {name for kind in wanted.kinds for name in SPECIAL.get(kind, ())}
+    is_special = any(special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL)
     units = [
         _read(table, wanted, index, text)
         for text in written_units(table, index, head)
         if not (measured == "strain" and (plain_unit(text) in NO_UNIT or _says_stretch(head, wanted, text)))
+        and not (plain_unit(text) in SYMBOLS and is_special)
     ]
     units += _units_beside(table, wanted, index)
     if not units:
         units = [
             unit
             for word in head.doubtful
-            if (unit := _doubtful(table, wanted, index, word, word == head.at_end))
+            if not (is_special and (word in SYMBOLS or word.lower() in special))
+            and word.lower() not in wanted.allowed
+            and (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
     if not units and (above := _unit_above(table, wanted, index)):
         return above
     if not units:
         plain = without(head, wanted.allowed)
-        is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
+        strains = (special_quality(head, kind) for kind in ("shear", "volume strain") if kind in wanted.kinds)
+        is_strain = wanted.mode.sheared or any(strains)
+        is_strain |= not word_quality(plain, "stretch") and word_quality(plain, "strain") > 0
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
         # The name says whether it is a strain or a stretch.
         return KnownUnit(Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain")
@@ -256,7 +265,12 @@ def _read(table: Table, wanted: WantedColumn, index: int, text: str) -> Unit:
         bare = plain_unit(text)
         name = bare if bare.lower() == unit.name.lower() else unit.name
         what = f"{table.label(index)} is in {name}, but mode {wanted.mode.name} needs a {KIND[measured]}"
-        raise _refused(table, quantity, index, what)
+        size = {
+            ("strain", "length"): "gauge_length of the specimen, mm",
+            ("stress", "force"): "area of the specimen, mm2",
+        }
+        own = size.get((measured, unit.measured), "")
+        raise _refused(table, quantity, index, what, instead=f"give {own}" if own else "")
     return unit
 
 
@@ -280,7 +294,9 @@ def _doubtful(table: Table, wanted: WantedColumn, index: int, word: str, at_end:
     return None
 
 
-def _refused(table: Table, quantity: Quantity, index: int, what: str, near: str = "") -> RecordingError:
+def _refused(
+    table: Table, quantity: Quantity, index: int, what: str, near: str = "", instead: str = ""
+) -> RecordingError:
     where = f"{table.path}:{table.header_line}" if table.header_line else table.where
-    expected = f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
+    expected = instead or f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
     return RecordingError(Problem(where, what, near, expected))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from bushcli.recording.doubts import ranges_of, refuse_compression, refuse_date,
 from bushcli.recording.header import heading
 from bushcli.recording.hints import headless, hint
 from bushcli.recording.match import (
+    TRUE_STRAIN,
+    TRUE_STRESS,
     WantedColumn,
     by_unit,
     candidates,
@@ -23,6 +25,7 @@ from bushcli.recording.match import (
     quality_of,
     written_units,
 )
+from bushcli.recording.meaning import meaning_of
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.stated_factors import refuse_factor
 from bushcli.recording.table import Table
@@ -35,6 +38,7 @@ _EXPECTED = {
     "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",
     "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
 }  # fmt: skip
+_SHEARED = {"strain": "shear_strain", "stress": "shear_stress_MPa"}
 #: Parts of names that may be those of a time, in whatever other words.
 _TIMES = re.compile(
     r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
@@ -59,6 +63,8 @@ class Column:
         Whether the unit is the default one, because neither the file nor the case file gives one.
     begin : Instant, optional
         Of times: the instant from which they count, if the file says it.
+    form : str
+        Of a coupon: "engineering", "true", "volume" or "pressure", see `bushcli.recording.source.Specimen`.
     """
 
     index: int
@@ -67,6 +73,7 @@ class Column:
     remarks: tuple[str, ...] = ()
     assumed: bool = False
     begin: Instant | None = None
+    form: str = "engineering"
 
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
@@ -98,15 +105,18 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     clock = table.clock(index, source.units.get("time", "")) if quantity == "time" else None
     if clock is not None:
         return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
+    meaning = meaning_of(table, wanted, index, source, chosen is not None)
+    if meaning.form == "true" or chosen is not None:
+        wanted = replace(wanted, allowed=wanted.allowed | TRUE_STRESS | TRUE_STRAIN)
     known = given_unit(table, wanted, index, wanted.given) if wanted.given else unit_of(table, wanted, index)
     if not wanted.given:
         refuse_factor(table, source, wanted, index)
-    read, remarks = known.unit, (*remarks, *known.remarks)
+    read, remarks = known.unit, (*remarks, *meaning.remarks, *known.remarks)
     numbers = table.numbers(index, source.accept)
     remarks += tuple(ranges_of(table, quantity, index, numbers, known.assumed))
     values = numbers * read.factor
     if mode.specimen == "coupon" and quantity != "time":
-        refuse_compression(table, source, quantity, index, values)
+        refuse_compression(table, source, mode, quantity, index, values, meaning.form)
     if quantity == "time" and known.assumed:
         refuse_date(table, index, values)
     if wanted.measured == "strain" and not wanted.given:
@@ -118,9 +128,9 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
             expected = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
-    values = -values if quantity in source.reverse else values
+    values = -values if quantity in (source.reverse or ()) else values
     begin = table.origin if quantity == "time" else None
-    return Column(index, values, read.name, remarks, known.assumed, begin)
+    return Column(index, values, read.name, remarks, known.assumed, begin, meaning.form)
 
 
 def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int | None:
@@ -181,7 +191,10 @@ def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, .
     if alike and not other:
         unit_of(table, wanted, alike[0])
     listed = ", ".join(name for name in table.names if name)
-    what = f"no column {_EXPECTED[measured]}, which mode {wanted.mode.name} needs"
+    expected_name = _EXPECTED[measured]
+    if measured in _SHEARED and wanted.mode.sheared:
+        expected_name = _SHEARED[measured]
+    what = f"no column {expected_name}, which mode {wanted.mode.name} needs"
     what += f"; there are {listed[:300]}" if listed else f"; {headless(table)}"
     expected = f"or choose a column by name or number: {key}"
     raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))

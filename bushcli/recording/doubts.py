@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from bushcli.recording.loose_numbers import largest
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
 from bushcli.recording.units import Unit
+from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
@@ -105,28 +108,61 @@ def refuse_other_strain(table: Table, index: int, read: Unit, values: Array) -> 
         raise RecordingError(Problem(table.place(0), what, "", f'{expected}, or "{read.name}" if it is one'))
 
 
-def refuse_compression(table: Table, source: Source, quantity: Quantity, index: int, values: Array) -> None:
+#: Beginnings of words for compression and for tension.
+_COMPRESSIVE = ("compress", "druck", "stauch", "kompress", "schiacc", "écras")
+_TENSILE = ("tens", "zug", "pull", "trac", "traz")
+
+
+def says_compression(name: str) -> bool:
+    """Whether a name contains a word for compression, and none for tension."""
+    words = [
+        word for word in re.split(r"[\W_\d]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()) if word
+    ]
+    return any(word.startswith(_COMPRESSIVE) for word in words) and not any(
+        word.startswith(_TENSILE) or "zug" in word for word in words
+    )
+
+
+def refuse_compression(
+    table: Table, source: Source, mode: Mode, quantity: Quantity, index: int, values: Array, form: str
+) -> None:
     """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
+
+    The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
+    and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
 
     Parameters
     ----------
     table : Table
     source : Source
+    mode : Mode
     quantity : Quantity
     index : int
         Index of the column, from 0.
     values : (n,) array
-        In any unit.
+        In the internal unit, or a stretch.
+    form : str
+        Of the column.
 
     Raises
     ------
     RecordingError
     """
-    words = heading(table.names[index]).words
-    says = any(word.startswith(("compress", "druck", "stauch")) for word in words)
-    if says and quantity not in source.reverse and values.max() > abs(values.min()):
-        what = (
-            f"{table.label(index)} is compressive, and its values are positive: they would be read as tension"
-        )
-        expected = 'reverse = ["displacement", "force"] in the table of the case file'
+    if source.reverse is not None or mode.sheared or mode.needs_compressibility:
+        return
+    by_column = any(word.startswith(_COMPRESSIVE) for word in heading(table.names[index]).words)
+    names = {
+        source.file.stem: "the name of the file",
+        table.part: "its sheet",
+        source.name: "the name of the channel",
+    }
+    telling = [of for name, of in names.items() if name and says_compression(name)]
+    # A stretch in compression is below 1: it has its sign already.
+    positive = values.max() > abs(values.min())
+    if (by_column or telling) and positive:
+        says = f"{table.label(index)} is compressive" if by_column else f"{telling[0]} says compression"
+        what = f"{says}, and the values of {table.label(index)} are positive: they would be read as tension"
+        if by_column:
+            what = f"{says}, and its values are positive: they would be read as tension"
+        expected = 'reverse = ["displacement", "force"] in the table of the case file, or reverse = [] if it is tension'
         raise RecordingError(Problem(table.where, what, "", expected))

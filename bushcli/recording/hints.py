@@ -10,7 +10,7 @@ from bushcli.recording.vocabulary import EXTREME_WORDS
 #: Names of quantities in messages.
 KIND = {
     "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
-    "strain": "stretch or strain", "stress": "stress",
+    "strain": "stretch or strain", "stress": "stress", "shear": "shear strain",
 }  # fmt: skip
 
 

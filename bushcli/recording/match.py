@@ -9,14 +9,18 @@ import numpy as np
 
 from bushcli.errors import RecordingError
 from bushcli.recording.header import Heading, heading, is_unnamed, says_measured, without, word_quality
+from bushcli.recording.quality import name_quality
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
 from bushcli.recording.units import find_unit, plain_unit, tabulated_unit
+from bushcli.recording.vocabulary import SPECIAL, is_foreign
 from cases.mode import Mode, modes
 
-#: Words that a name may contain where the case file asks for a true stress or a true strain.
+#: Words of a true stress, and of a true strain.
 TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
-TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
+TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische", "ln", "natural"})
+#: What stands behind the name of a volume ratio, in place of a unit.
+SYMBOLS = frozenset({"J", "j", "V0", "v0", "V_0", "γ", "τ"})
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
@@ -36,6 +40,20 @@ class WantedColumn:
     given: str | None = None
     accept: tuple[float, ...] = ()
 
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of names (`WORDS`, `SPECIAL`) that the column can have."""
+        if self.measured not in ("strain", "stress"):
+            return (self.measured,)
+        strain = self.measured == "strain"
+        if self.mode.sheared:
+            return ("shear", "strain") if strain else ("shear stress", "stress")
+        if self.mode.needs_compressibility:
+            return (
+                ("volume ratio", "volume strain", "stretch", "strain") if strain else ("pressure", "stress")
+            )
+        return ("stretch", "strain") if strain else ("stress",)
+
     @staticmethod
     def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
         """Return the column that a source and its mode need.
@@ -52,6 +70,10 @@ class WantedColumn:
             allowed = TRUE_STRESS
         if measured == "strain" and source.specimen.strain == "true":
             allowed = TRUE_STRAIN
+        if mode.sheared:
+            allowed |= {"shear", "simple"}
+        if mode.needs_compressibility:
+            allowed |= {"hydrostatic"}
         return WantedColumn(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
 
 
@@ -140,7 +162,9 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
         head = heading(name)
         units = [find_unit(text, wanted.measured) for text in written_units(table, i, head)]
         if wanted.measured == "strain":
-            if STRETCHING & set(head.words) and [one and one.name for one in units] == ["percent"]:
+            if (STRETCHING | ({"shear"} if wanted.mode.sheared else set())) & set(head.words) and [
+                one and one.name for one in units
+            ] == ["percent"]:
                 found.append(i)
             continue
         if units and is_unnamed(head) and all(u is not None and u.measured == wanted.measured for u in units):
@@ -175,9 +199,25 @@ def quality_of(head: Heading, wanted: WantedColumn) -> int:
     head : Heading
     wanted : WantedColumn
     """
-    kinds = ("stretch", "strain") if wanted.measured == "strain" else (wanted.measured,)
-    head = without(head, wanted.allowed)
-    return max(word_quality(head, kind) for kind in kinds)
+    plain = without(head, wanted.allowed)
+    return max(
+        special_quality(head, kind) if kind in SPECIAL else word_quality(plain, kind) for kind in wanted.kinds
+    )
+
+
+def special_quality(head: Heading, kind: str) -> int:
+    """Return how surely a name means a quantity of one mode of coupons alone, a key of `SPECIAL`: as `word_quality`.
+
+    Parameters
+    ----------
+    head : Heading
+    kind : str
+        A key of `bushcli.recording.vocabulary.SPECIAL`.
+    """
+    if any(is_foreign(word) for word in head.words if word not in ("shear", "hydrostatic")):
+        return 0
+    symbols = [text.lower() for text in head.written if text in SYMBOLS]
+    return name_quality(" ".join([*head.words, *symbols]), kind)
 
 
 def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
@@ -186,7 +226,10 @@ def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
     if not quality:
         return 0
     for text in written_units(table, index, head):
-        unit = find_unit(text, wanted.measured)
+        is_symbol = text in SYMBOLS and any(
+            special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL
+        )
+        unit = None if is_symbol else find_unit(text, wanted.measured)
         if unit is not None and unit.measured != wanted.measured:
             return 0
     own = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())

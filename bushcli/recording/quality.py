@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import re
 
-from bushcli.recording.vocabulary import ACROSS, ALL_ENDINGS, ENDINGS, FOREIGN_BEGINNINGS, WEAK, WORDS
+from bushcli.recording.vocabulary import (
+    ACROSS,
+    ALL_ENDINGS,
+    ENDINGS,
+    FOREIGN_BEGINNINGS,
+    SPECIAL,
+    WEAK,
+    WORDS,
+)
 from cases.mode import modes
 
 
@@ -18,8 +26,20 @@ def name_quality(name: str, kind: str) -> int:
     name : str
         Without its unit, in lower case.
     kind : str
-        A key of `bushcli.recording.vocabulary.WORDS`.
+        A key of `bushcli.recording.vocabulary.WORDS`, or of `SPECIAL`.
     """
+    if kind in SPECIAL:
+        # "Volume ratio J", "Pressure p": the name and its symbol.
+        known, symbols = SPECIAL[kind], {word for word in SPECIAL[kind] if len(word) == 1}
+        plain = " ".join(word for word in name.split() if word not in symbols)
+        at = min((i for i, word in enumerate(known) if word in (name, plain)), default=-1)
+        return (
+            4
+            if at == 0
+            else 3
+            if at > 0
+            else 2 * any(f" {word} " in f" {name} " for word in known if len(word) > 1)
+        )
     words, known = [word for word in name.split() if word not in modes()], WORDS[kind]
     name = " ".join(words)
     if kind in ("strain", "stretch") and ACROSS & set(words):

@@ -72,8 +72,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if np.ptp(samples.force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise RecordingError(Problem(table.where, what))
-    displacement, force = nominal(source, mode, samples.displacement, samples.force)
-    kept = _below(source, table, displacement, fewest)
+    displacement, force = nominal(source, mode, samples.displacement, samples.force, moved.form, forced.form)
+    kept = _below(source, table, mode, displacement, fewest)
     displacement, force = displacement[kept], force[kept]
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
@@ -105,11 +105,11 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     return _used(recording, source)
 
 
-def _below(source: Source, table: Table, displacement: Array, fewest: int) -> NDArray[np.bool_]:
+def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest: int) -> NDArray[np.bool_]:
     """Return which points (n,) lie below the largest stretch that the case gives; all if it gives none."""
     if source.largest_stretch is None:
         return np.ones(len(displacement), dtype=bool)
-    kept = displacement <= source.largest_stretch - 1.0
+    kept = mode.stretch(displacement) <= source.largest_stretch
     if np.count_nonzero(kept) < fewest:
         what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
         raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))

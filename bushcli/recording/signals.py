@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +111,22 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     mask = np.zeros(len(recording.displacement), dtype=bool)
     for branch in found:
         mask[branch.start : branch.stop] = branch.cycle in wanted
+    return mask
+
+
+def on_branch(recording: Recording, kind: Literal["loading", "unloading"]) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to branches of one kind; holds belong to neither.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    kind : {"loading", "unloading"}
+        Away from zero displacement, or towards it.
+    """
+    mask = np.zeros(len(recording.displacement), dtype=bool)
+    for branch in branches(recording):
+        mask[branch.start : branch.stop] = branch.kind == kind
     return mask
 
 

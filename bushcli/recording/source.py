@@ -47,16 +47,18 @@ class Specimen:
         mm; the file holds a travel, which is divided by it.
     area : float, optional
         Undeformed cross-section, mm2; the file holds a force, which is divided by it.
-    stress : {"engineering", "true"}
-        True stress is force over deformed area.
-    strain : {"engineering", "true"}
-        True strain is the logarithm of the stretch.
+    stress : {"engineering", "true", "pressure"}, optional
+        True stress is force over deformed area; a pressure is that of a volumetric test, positive in compression. None:
+        what the name of the column says.
+    strain : {"engineering", "true", "volume"}, optional
+        True strain is the logarithm of the stretch; the change of volume, or the volume ratio J, is that of a
+        volumetric test. None: what the name of the column says.
     """
 
     gauge_length: float | None = None
     area: float | None = None
-    stress: Literal["engineering", "true"] = "engineering"
-    strain: Literal["engineering", "true"] = "engineering"
+    stress: Literal["engineering", "true", "pressure"] | None = None
+    strain: Literal["engineering", "true", "volume"] | None = None
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,12 @@ class Source:
         "," ";" "\t" or " " (any white space); recognised from the file when None.
     decimal : {".", ","}, optional
         Recognised from the file when None.
-    reverse : tuple of Quantity
-        Columns whose sign is reversed after reading.
+    reverse : tuple of Quantity, optional
+        Columns whose sign is reversed after reading; None where the case file says nothing about signs.
     cycles : tuple of int, optional
         1-based numbers of the cycles to use; all when None.
+    branch : {"loading", "unloading", "both"}, optional
+        Of a coupon: samples to which a law is fitted; loading, where there is any, if the case does not say it.
     largest_stretch : float, optional
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
@@ -110,8 +114,9 @@ class Source:
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     cycles: tuple[int, ...] | None = None
+    branch: Literal["loading", "unloading", "both"] | None = None
     largest_stretch: float | None = None
-    reverse: tuple[Quantity, ...] = ()
+    reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
     group: str | int | None = None
     sample_rate: float | None = None

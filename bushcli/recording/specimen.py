@@ -1,7 +1,9 @@
 """Coupons: force and travel, or true stress and strain, -> stretch - 1 and nominal stress.
 
 In uniaxial, equibiaxial and planar tests the rubber keeps its volume: the deformed area normal to a load is the
-undeformed area divided by the stretch along this load. That does not hold in a volumetric test.
+undeformed area divided by the stretch along this load. In a volumetric test all three stretches are J^(1/3), and a
+face grows by J^(2/3): the nominal stress is J^(2/3) times the true one, which is minus the pressure. In simple shear,
+strain and stress are the amount of shear and the shear stress.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ Array = NDArray[np.float64]
 _LARGEST_STRAIN = 3.0
 
 
-def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Array, Array]:
+def nominal(
+    source: Source, mode: Mode, moved: Array, forced: Array, strain_form: str, stress_form: str
+) -> tuple[Array, Array]:
     """Return stretch - 1 and nominal stress in MPa of a coupon.
 
     Parameters
@@ -30,6 +34,8 @@ def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Ar
         Travel in mm where the source has a gauge length, else stretch - 1, or the logarithmic strain.
     forced : (n,) array
         Force in N where the source has an area, else stress in MPa.
+    strain_form, stress_form : str
+        What the columns hold, see `bushcli.recording.meaning`.
 
     Raises
     ------
@@ -39,9 +45,9 @@ def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Ar
     specimen = source.specimen
     if mode.specimen != "coupon":
         return moved, forced
-    strain = moved if specimen.gauge_length is None else moved / specimen.gauge_length
-    stress = forced if specimen.area is None else forced / specimen.area
-    if specimen.strain == "true":
+    strain = np.asarray(moved / (1.0 if specimen.gauge_length is None else specimen.gauge_length))
+    stress = np.asarray(forced / (1.0 if specimen.area is None else specimen.area))
+    if strain_form == "true":
         if np.abs(strain).max() > _LARGEST_STRAIN:
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
@@ -50,11 +56,50 @@ def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Ar
                 Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
             )
         strain = np.expm1(strain)
+    if mode.sheared:
+        return np.asarray(strain), np.asarray(stress)
+    if (strain <= -1.0).any() and specimen.gauge_length is None:
+        what = f"a strain of {strain.min():.4g} compresses the specimen to zero size"
+        raise RecordingError(
+            Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
+        )
     if (strain <= -1.0).any():
         length = f"{specimen.gauge_length:g} mm"
         what = f"the travel of {moved.min():.4g} mm compresses a specimen of {length} to zero length"
         expected = "gauge_length in mm; the travel must start at 0"
         raise RecordingError(Problem(str(source.file), what, "", expected))
-    if specimen.stress == "true":
+    if mode.needs_compressibility:
+        return _hydrostatic(source, strain, stress, strain_form, stress_form)
+    if stress_form == "true":
         stress = stress / (1.0 + strain)
     return np.asarray(strain), np.asarray(stress)
+
+
+def _hydrostatic(
+    source: Source, strain: Array, stress: Array, strain_form: str, stress_form: str
+) -> tuple[Array, Array]:
+    """Return stretch - 1 and nominal stress of a volumetric test; arguments as for `nominal`.
+
+    Raises
+    ------
+    RecordingError
+        The rubber would grow under pressure, or be under tension in all directions.
+    """
+    volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
+    stress = -stress if stress_form == "pressure" else stress
+    stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)
+    grows, pulled = (abs(values.min()) < values.max() for values in (volume - 1.0, stress))
+    # Rubber cavitates at a tension of some MPa from all sides: what is positive is compression, counted as positive.
+    if (grows or pulled) and source.reverse is None:
+        turned = [name for name, is_positive in (("displacement", grows), ("force", pulled)) if is_positive]
+        signs = "volume increases" if grows else "pressure is negative"
+        signs = (
+            "volume increases under tension from all sides" if grows and pulled else f"{signs} in compression"
+        )
+        what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
+        listed = ", ".join(f'"{name}"' for name in turned)
+        expected = (
+            f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
+        )
+        raise RecordingError(Problem(str(source.file), what, "", expected))
+    return np.asarray(volume ** (1.0 / 3.0) - 1.0), np.asarray(stress)

@@ -39,6 +39,26 @@ WORDS = {
         "应力", "σ", "contrainte", "応力",
     ),
 }  # fmt: skip
+#: Words for a column of a coupon in simple shear or in a volumetric test, which mean nothing in other tests.
+SPECIAL: Mapping[str, tuple[str, ...]] = {
+    "shear": (
+        "shear strain", "amount of shear", "shear amount", "gamma", "γ", "scherung", "schiebung", "gleitung",
+        "schubverformung", "scherverformung", "schubwinkel gamma", "cisaillement", "scorrimento",
+    ),
+    "shear stress": ("shear stress", "tau", "τ", "schubspannung", "scherspannung"),
+    "volume ratio": (
+        "volume ratio", "volumetric ratio", "j", "v v0", "v v 0", "v vo", "det f", "detf", "volumenverhältnis",
+    ),
+    "volume strain": (
+        "volume strain", "volumetric strain", "volume change", "volumetric change", "change of volume", "dv v0", "dv v",
+        "δv v0", "δv v", "j 1", "volumendehnung", "volumenänderung", "volumenaenderung", "volumenstauchung",
+        "dilatation", "dilation",
+    ),
+    "pressure": (
+        "pressure", "hydrostatic pressure", "p", "druck", "hydrostatischer druck", "pression", "pressione", "presión",
+        "压力",
+    ),
+}  # fmt: skip
 #: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
 ENDINGS: Mapping[str, tuple[str, ...]] = {
     "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),

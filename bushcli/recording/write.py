@@ -21,7 +21,9 @@ def write_curve_csv(path: str | Path, curve: Curve) -> None:
     curve : Curve
     """
     mode = modes()[curve.mode]
-    if mode.specimen == "coupon":
+    if mode.sheared:
+        names, q = ["shear_strain", "shear_stress_MPa"], curve.displacement
+    elif mode.specimen == "coupon":
         names, q = ["stretch", "nominal_stress_MPa"], 1.0 + curve.displacement
     elif mode.rotational:
         names, q = ["rotation_deg", "moment_Nmm"], curve.displacement * (180.0 / math.pi)

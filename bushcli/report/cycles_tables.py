@@ -62,7 +62,7 @@ def cycle_table(history: ChannelHistory, *, peaks: bool = True) -> ReportTable:
         ]
         rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
     unit = shown.displacement_unit
-    heads: Row = ("cycle", unit or "stretch", *((f"{unit or '1'}/s",) if timed else ()))
+    heads: Row = ("cycle", unit or shown.displacement, *((f"{unit or '1'}/s",) if timed else ()))
     return ReportTable(
         f"{_name(history)}: cycles, {_seen(both)}",
         heads + _paired([head for _, head, _ in columns], both),

@@ -228,7 +228,7 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "cycles": len({branch.cycle for branch in found}),
         "holds": sum(branch.kind == "hold" for branch in found),
         "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
-        "units": {"displacement": shown.displacement_unit or "stretch", "force": shown.force_unit},
+        "units": {"displacement": shown.displacement_unit or shown.displacement, "force": shown.force_unit},
         "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
         "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
@@ -243,7 +243,9 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         "name": channel.name,
         "mode": channel.mode,
         "units": {
-            "displacement": "stretch - 1" if coupon else shown.displacement_unit,
+            "displacement": "stretch - 1"
+            if coupon and shown.rest
+            else shown.displacement_unit or shown.displacement,
             "force": shown.force_unit,
             "stiffness": shown.stiffness_unit,
             "energy": energy_unit(channel.mode),

@@ -19,6 +19,8 @@ def fit_part(fit: Fit) -> dict[str, Any]:
     return {
         "law": fit.material.law,
         "bulk_modulus": fit.material.bulk_modulus,
+        "bulk_modulus_std": bulk_modulus_std(fit),
+        "bulk_modulus_from": "case" if "compliance" not in fit.parameters else "tests",
         "parameters": {
             name: {
                 "value": estimate.value,
@@ -36,7 +38,11 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             for i, one in enumerate(names)
         },
         "misfit": {
-            key: {"rms_percent": curve.rms_percent, "held_out": curve.held_out}
+            key: {
+                "rms_percent": curve.rms_percent,
+                "held_out": curve.held_out,
+                **({"branch": curve.branch, "samples": curve.samples} if curve.branch else {}),
+            }
             for key, curve in curves_by_mode(fit).items()
         },
         "weighting": fit.weighting,
@@ -55,6 +61,12 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             ],
         },
     }
+
+
+def bulk_modulus_std(fit: Fit) -> float | None:
+    """Return the standard error of an identified bulk modulus, MPa; None where it was not identified."""
+    found = fit.parameters.get("compliance")
+    return None if found is None or not found.value > 0 else found.std / found.value**2
 
 
 def _interval(found: tuple[float, float] | None) -> list[float | None] | None:

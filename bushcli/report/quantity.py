@@ -23,7 +23,7 @@ class Quantities:
     per_internal : float
         Ratio of displayed to internal displacement: degrees per radian, else 1.
     rest : float
-        Displayed value of the undeformed state: stretch 1 of a coupon, else 0.
+        Displayed value of the undeformed state: stretch 1 of a coupon, 0 in shear and of a bushing.
     csv_names : tuple of str
         Column names of displacement and force.
     """
@@ -71,11 +71,16 @@ _COUPON = Quantities(
 )
 
 
+_SHEARED = Quantities(
+    "amount of shear", "", "shear stress", "MPa", "MPa", csv_names=("shear_strain", "shear_stress_MPa")
+)
+
+
 def quantities(mode: str) -> Quantities:
     """Return names and units of displacement and force of a mode."""
     found = modes()[mode]
     if found.specimen == "coupon":
-        return _COUPON
+        return _SHEARED if found.sheared else _COUPON
     return _ROTATION if found.rotational else _TRANSLATION
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bushcli.case import load_case_names
 from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.report.conditions import conditions
-from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.fit_part import bulk_modulus_std
+from bushcli.report.quantity import Quantities, number, percent, quantities, with_std
 from cases.mode import modes
 from cases.six import MOTIONS
 
@@ -231,13 +232,14 @@ def fitted_table(fit: Fit) -> ReportTable:
         low, high = (
             shown.at(q) for q in (curve.recording.displacement.min(), curve.recording.displacement.max())
         )
-        limits = fit.stability.get(mode)
+        # Simple shear reaches the states of a planar test.
+        limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
         rows.append(
             (
                 f"{curve.name} (held out)" if curve.held_out else curve.name,
                 mode,
                 percent(curve.rms_percent),
-                _range(low, high, shown.displacement_unit),
+                _range(low, high, shown),
                 "-" if limits is None else _interval(*limits),
             )
         )
@@ -246,8 +248,41 @@ def fitted_table(fit: Fit) -> ReportTable:
     return ReportTable(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
 
 
-def _range(low: float, high: float, unit: str) -> str:
-    return f"{number(low)} to {number(high)} {unit}" if unit else f"stretch {number(low)} to {number(high)}"
+def fit_lines(fit: Fit) -> list[str]:
+    """Return sentences on the branches of the coupons that were fitted, and on where the bulk modulus comes from."""
+    lines = []
+    for curve in fit.curves:
+        if curve.branch:
+            of = f"{curve.samples} of {len(curve.recording.force)} samples"
+            which = (
+                "loading and unloading together" if curve.branch == "both" else f"{curve.branch} alone ({of})"
+            )
+            count = len({branch.cycle for branch in branches(curve.recording)})
+            cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
+            other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
+            lines.append(
+                f'{curve.name}: fitted to {which}{cycles}; --branch {other} or branch = "{other}" changes it'
+            )
+    bulk, std = fit.material.bulk_modulus, bulk_modulus_std(fit)
+    if not _all_coupons(fit):
+        return lines
+    if std is not None:
+        lines.append(f"bulk modulus {with_std(bulk, std)} MPa, identified from the volumetric tests")
+    else:
+        value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
+        lines.append(
+            f"{value}, as the case gives it: no coupon test here can identify it, a volumetric one would"
+        )
+    return lines
+
+
+def _range(low: float, high: float, shown: Quantities) -> str:
+    unit = shown.displacement_unit
+    return (
+        f"{number(low)} to {number(high)} {unit}"
+        if unit
+        else f"{shown.displacement} {number(low)} to {number(high)}"
+    )
 
 
 def curves_of(fit: Fit) -> str:
@@ -278,7 +313,7 @@ def _recording_row(curve: Recording) -> tuple[str, ...]:
         str(len({branch.cycle for branch in branches(curve)})),
         number(low),
         number(high),
-        shown.displacement_unit or "stretch",
+        shown.displacement_unit or shown.displacement,
         number(float(curve.force.min())),
         number(float(curve.force.max())),
         shown.force_unit,
@@ -301,5 +336,5 @@ def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> R
         segments = len(values) - 1
         program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
         if load.rate is not None:
-            program += f", {number(shown.at(load.rate))} {unit or 'stretch'}/s"
-    return name, load.mode, program, low, high, unit or "stretch"
+            program += f", {number(shown.at(load.rate))} {unit or shown.displacement}/s"
+    return name, load.mode, program, low, high, unit or shown.displacement

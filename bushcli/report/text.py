@@ -27,6 +27,7 @@ from bushcli.report.tables import (
     ReportTable,
     case_table,
     channel_table,
+    fit_lines,
     fitted_table,
     load_case_table,
     measure_table,
@@ -175,6 +176,7 @@ def _fit_parts(fit: Fit) -> list[object]:
         Shown(parameter_table(fit)),
         Text(),
         Shown(fitted_table(fit)),
+        *(Text(line) for line in fit_lines(fit)),
         Text(solved, "dim"),
     ]
 

@@ -134,14 +134,16 @@ def _another(mode: Mode) -> str:
 
 
 def _of_shape() -> list[Mode]:
-    """Modes of coupons that change the shape of the rubber, not its volume."""
-    return [one for one in modes().values() if one.specimen == "coupon" and not one.needs_compressibility]
+    """Modes of coupons that change the shape of the rubber, not its volume; simple shear is planar to the rubber."""
+    known = [one for one in modes().values() if one.specimen == "coupon" and not one.sheared]
+    return [one for one in known if not one.needs_compressibility]
 
 
 def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:
     found = {one.mode for one in coupons if not modes()[one.mode].needs_compressibility}
-    others = [one.name for one in _of_shape() if one.name not in found]
-    if len(found) == 1 and others:
+    states = {"planar" if modes()[name].sheared else name for name in found}
+    others = [one.name for one in _of_shape() if one.name not in states]
+    if len(states) == 1 and others:
         yield Lack(
             tuple(one.channel for one in coupons),
             f"the law in {' and '.join(others)} deformation",

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from bushcli.case import load_case
+from bushcli.cli import main
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.inverse import Task, fit_coupons
@@ -69,3 +72,122 @@ def test_every_law_is_fitted(treloar, name):
         assert estimate.lower <= estimate.value <= estimate.upper
     # No fit ends worse than it starts.
     assert fit.cost == min(e.cost for e in fit.evaluations if np.isfinite(e.cost))
+
+
+E = np.linspace(0.0, 1.0, 21)
+#: Nominal stress of a neo-Hookean rubber with C10 = 0.3 MPa, uniaxial.
+S = 0.6 * ((1 + E) - (1 + E) ** -2)
+J = np.linspace(1.0, 0.95, 21)
+
+
+@pytest.fixture
+def tested(tmp_path):
+    """Write a case of coupons from files by name: header, first and second column, further keys."""
+
+    def make(law="neo_hookean", bulk="", **files):
+        text = f'[geometry]\nshape = "coupon"\n[material]\nlaw = "{law}"\n{bulk}\n'
+        for name, (head, moved, forced, *keys) in files.items():
+            rows = "".join(f"{a:.12g},{b:.12g}\n" for a, b in zip(moved, forced, strict=True))
+            (tmp_path / f"{name}.csv").write_text(f"{head}\n{rows}", encoding="utf-8")
+            text += "\n".join(["[[coupons]]", f'file = "{name}.csv"', *keys]) + "\n"
+        (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+        return tmp_path / "case.toml"
+
+    return make
+
+
+def fitted(case, *words):
+    """Run `fit --json`; return the exit code and the result."""
+    done = CliRunner().invoke(main, ["fit", str(case), "--json", "-q", *words])
+    return done.exit_code, json.loads(done.stdout)
+
+
+UNIAXIAL = ("strain,stress (MPa)", E, S)
+VOLUMETRIC = ("Volume ratio J,Pressure (MPa)", J, 2000 * (1 - J))
+
+
+@pytest.mark.parametrize("bulk", ["", "bulk_modulus = 1000", "bulk_modulus = 20"])
+def test_the_bulk_modulus_is_identified_from_volumetric_tests(tested, bulk):
+    _, found = fitted(tested(bulk=bulk, uniaxial=UNIAXIAL, volumetric=VOLUMETRIC))
+    assert found["bulk_modulus"] == pytest.approx(2000.0, rel=1e-6)
+    assert found["bulk_modulus_from"] == "tests"
+    assert 0 < found["bulk_modulus_std"] < 1.0
+    assert found["parameters"]["C10"]["value"] == pytest.approx(0.3, rel=1e-3)
+    assert found["problems"] == []
+
+
+def test_a_volumetric_test_alone_leaves_the_law_as_it_is_and_says_so(tested):
+    case = tested(bulk="[material.parameters]\nC10 = 0.7", volumetric=VOLUMETRIC)
+    code, found = fitted(case, "--strict")
+    assert found["bulk_modulus"] == pytest.approx(2000.0, rel=1e-6)
+    assert "C10" not in found["parameters"]
+    assert [one["name"] for one in found["problems"]] == ["undetermined"]
+    assert "C10 = 0.7" in found["problems"][0]["message"]
+    assert code == 1
+
+
+def test_where_nothing_identifies_the_bulk_modulus_it_is_said(tested):
+    case = tested(bulk="bulk_modulus = 1000", uniaxial=UNIAXIAL)
+    _, found = fitted(case)
+    assert (found["bulk_modulus"], found["bulk_modulus_from"]) == (1000.0, "case")
+    text = CliRunner().invoke(main, ["fit", str(case)]).stdout
+    assert "bulk modulus 1000 MPa, as the case gives it: no coupon test here can identify it" in text
+
+
+def test_simple_shear_is_fitted_as_shear(tested):
+    """tau = 2 C10 gamma in a quad-lap specimen; in planar tension C10 would be 0.095 MPa."""
+    keys = ("gauge_length = 6", "area = 1000")
+    case = tested(quad_shear=("Displacement (mm),Force (N)", 6 * E, 500 * E, *keys))
+    assert fitted(case)[1]["parameters"]["C10"]["value"] == pytest.approx(0.25, rel=1e-9)
+
+
+def test_a_poor_fit_is_a_problem(tested):
+    # An S-shaped curve, which a neo-Hookean law does not have.
+    case = tested(uniaxial=("strain,stress (MPa)", E, E**3))
+    code, found = fitted(case, "--strict")
+    assert code == 1
+    assert found["misfit"]["uniaxial"]["rms_percent"] > 10.0
+    assert "poor_fit" in [one["name"] for one in found["problems"]]
+    assert fitted(case)[0] == 0
+    # What the case accepts of a bushing is accepted of its coupons.
+    assert "poor_fit" not in [one["name"] for one in fitted(case, "--set", "tolerance=100")[1]["problems"]]
+
+
+def test_loading_alone_is_fitted_unless_another_branch_is_asked_for(tested):
+    moved = np.append(E, E[-2::-1])
+    forced = np.append(S, 0.5 * S[-2::-1])
+    # The unloading curve is half as high except where it begins: a jump, as of an ideal Mullins softening.
+    case = tested(uniaxial=("strain,stress (MPa)", moved, forced))
+    values = {}
+    for branch in ("loading", "unloading", "both"):
+        _, found = fitted(case, "--branch", branch)
+        values[branch] = found["parameters"]["C10"]["value"]
+        assert found["misfit"]["uniaxial"]["branch"] == branch
+    _, found = fitted(case)
+    assert found["parameters"]["C10"]["value"] == values["loading"] == pytest.approx(0.3, rel=1e-6)
+    assert values["unloading"] == pytest.approx(0.15, rel=1e-6)
+    assert 0.16 < values["both"] < 0.29
+    _, keyed = fitted(case, "--set", 'coupons.0.branch="unloading"')
+    assert keyed["parameters"]["C10"]["value"] == pytest.approx(0.15, rel=1e-6)
+    text = CliRunner().invoke(main, ["fit", str(case)]).stdout
+    assert "fitted to loading alone (21 of 41 samples)" in text
+
+
+def test_a_branch_that_is_not_there_is_refused(tested):
+    case = tested(uniaxial=UNIAXIAL)
+    done = CliRunner().invoke(main, ["fit", str(case), "--branch", "unloading"])
+    assert done.exit_code == 2
+    assert 'branch = "both" takes all samples' in done.output
+
+
+def test_remedies_of_a_fit_name_no_option_that_it_lacks(tested):
+    """An unstable start, and a law that cannot follow its test: `--starts` is an option of `inverse` alone."""
+    start = "[material.parameters]\nC10 = 0.1\nC01 = 5.0"
+    for case in (
+        tested("mooney_rivlin", start, uniaxial=("strain,stress (MPa)", E, -S)),
+        tested("yeoh", uniaxial=("strain,stress (MPa)", E, E**9)),
+    ):
+        done = CliRunner().invoke(main, ["fit", str(case)])
+        assert "remedy" in done.output or done.exit_code == 2
+        for option in ("--starts", "--resume", "--fix", "--hold-out"):
+            assert option not in done.output

@@ -368,10 +368,16 @@ def test_all_mistakes_are_told_together(folder):
 
 
 def test_volumetric_needs_a_compressible_rubber(folder):
-    text = CASE.replace('"uniaxial"', '"volumetric"')
+    text = CASE.replace('mode = "uniaxial"', 'mode = "volumetric"\nname = "bulk"')
     assert load(folder, text).coupons[0].mode == "volumetric"
-    found = problems(folder, text, "material.bulk_modulus=inf")
-    assert 'coupons[0].mode = "volumetric" needs a finite material.bulk_modulus' in found[0]
+    # From a coupon the bulk modulus is identified; a load case cannot be simulated without one.
+    assert load(folder, text, "material.bulk_modulus=inf").coupons[0].mode == "volumetric"
+    alone = text.replace('shape = "plain"', 'shape = "coupon"')
+    load_case = 'load_cases=[{mode = "volumetric", amplitude = -0.01}]'
+    found = problems(folder, alone, "material.bulk_modulus=inf", load_case)
+    assert any(
+        'load_cases[0].mode = "volumetric" needs a finite material.bulk_modulus' in one for one in found
+    )
 
 
 def test_an_unstable_rubber_is_refused(folder):

@@ -193,6 +193,7 @@ SOMETIMES = {
     "identifiability.undetermined[].singular_value",
     "standards[].channel", "standards[].standard", "standards[].clauses[].text", "standards[].clauses[].found",
     "standards[].clauses[].met", "standards[].clauses[].practice", "remarks[].channel", "remarks[].text",
+    "misfit.MODE.branch", "misfit.MODE.samples",
     "open_questions[].channels", "open_questions[].question", "open_questions[].why", "open_questions[].remedy",
 }  # fmt: skip
 

@@ -14,11 +14,12 @@ from click.testing import CliRunner, Result
 
 from bushcli.case import load_case, resolved
 from bushcli.case.example import write_case
+from bushcli.case.from_files import case_from_files
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
 from bushcli.errors import CaseError, InputError
 from bushcli.recording import read_program, read_recording
-from bushcli.recording.guess import mode_of_name
+from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
 
 CASE = """
 [geometry]
@@ -60,6 +61,11 @@ def run(*words: object) -> Result:
         ("Zug_S2", "coupon", "uniaxial"),
         ("pure_shear_1", "coupon", "planar"),
         ("Biax", "coupon", "equibiaxial"),
+        ("quad_shear", "coupon", "simple_shear"),
+        ("SimpleShear_02", "coupon", "simple_shear"),
+        ("double-shear", "coupon", None),
+        ("lap_shear", "coupon", "simple_shear"),
+        ("Schubversuch", "coupon", None),
         ("axial_radial", "bushing", None),
         ("run_03", "bushing", None),
         ("faxes", "bushing", None),
@@ -68,6 +74,67 @@ def run(*words: object) -> Result:
 )
 def test_modes_of_names(name, specimen, mode):
     assert mode_of_name(name, specimen) == mode
+
+
+def test_a_name_that_two_modes_share_is_asked(tmp_path):
+    assert modes_of_name("shear_1", "coupon") == ("planar", "simple_shear")
+    rig(tmp_path / "shear_1.csv", "time_s,strain,stress_MPa", 0.1)
+    with pytest.raises(CaseError, match="may mean planar or simple_shear"):
+        load_case(case(tmp_path, '[[coupons]]\nfile = "shear_1.csv"\n'))
+
+
+@pytest.mark.parametrize(
+    ("name", "mode", "says"),
+    [
+        ("radial_01", "axial", ("radial",)),
+        ("torsion", "conical", ("torsional",)),
+        ("quad_lap", "planar", ("simple_shear",)),
+        ("uniaxial", "volumetric", ("uniaxial",)),
+        ("radial_01", "radial", ()),
+        ("axial_radial", "axial", ()),
+        ("twist_rad", "torsional", ()),
+        ("bulk_compression", "volumetric", ()),
+        ("compression", "volumetric", ()),
+        ("planar_tension", "planar", ()),
+        ("shear", "planar", ()),
+    ],
+)
+def test_a_name_that_speaks_of_another_mode(name, mode, says):
+    assert contradicted(name, mode) == says
+
+
+def test_a_file_whose_name_says_another_mode_is_asked_about(tmp_path):
+    rig(tmp_path / "radial_01.csv")
+    text = '[[recordings]]\nmode = "axial"\nfile = "radial_01.csv"\n'
+    with pytest.raises(CaseError, match=r'says radial \(mode = "radial"; or name = "axial"'):
+        load_case(case(tmp_path, text))
+    assert load_case(case(tmp_path, text.replace('mode = "axial"', 'mode = "radial"'))).recordings
+    assert load_case(case(tmp_path, text + 'name = "axial"\n')).recordings[0].mode == "axial"
+
+
+def test_a_file_named_compression_becomes_a_compressed_coupon(tmp_path):
+    rig(tmp_path / "compression.csv", "time_s,travel_mm,force_N")
+    text = case_from_files([tmp_path / "compression.csv"], tmp_path)
+    assert 'mode = "uniaxial"' in text
+    assert 'reverse = ["displacement", "force"]' in text
+    assert "<-- reverse" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "mode", "others"),
+    [
+        ("quad_shear", "simple_shear", "planar"),
+        ("radial_01", "radial", "axial"),
+        ("shear", "planar", "simple_shear"),
+    ],
+)
+def test_a_mode_guessed_from_a_name_is_marked_with_its_alternatives(tmp_path, name, mode, others):
+    rig(tmp_path / f"{name}.csv", *(["time_s,strain,stress_MPa", 0.1] if "shear" in name else []))
+    text = case_from_files([tmp_path / f"{name}.csv"], tmp_path)
+    assert f'mode = "{mode}"' in text
+    (line,) = [line for line in text.splitlines() if "<-- mode" in line]
+    assert "guessed from the name" in line
+    assert others in line
 
 
 def test_a_pattern_stands_for_its_files_in_natural_order(tmp_path):

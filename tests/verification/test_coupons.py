@@ -63,3 +63,14 @@ def test_compressible_neo_hookean_coupon_on_paper(mode, rubber):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stresses(middle)[-1] < 0 else (low, middle)
     assert history.force[0] == pytest.approx(stresses(low)[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("bulk_modulus", [np.inf, KAPPA])
+def test_the_shear_stress_of_a_mooney_rivlin_rubber_is_linear(bulk_modulus, rubber):
+    """tau = 2 (C10 + C01) gamma (Rivlin 1948, doi:10.1098/rsta.1948.0024), nearly so if compressible."""
+    mooney = rubber("mooney_rivlin", bulk_modulus, C10=0.25, C01=0.1)
+    gamma = np.linspace(0.0, 2.0, 9)
+    history = march(coupon("simple_shear", mooney), Program(gamma))
+    # The change of volume is of the order of the stress over the bulk modulus.
+    tolerance = 1e-8 if np.isinf(bulk_modulus) else 1.0 / KAPPA
+    np.testing.assert_allclose(history.force, 0.7 * gamma, rtol=tolerance, atol=1e-10)
