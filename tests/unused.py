@@ -30,7 +30,6 @@ ALLOWED = {
     ("bushcli/case/schema.py", "rx"): "pydantic: keys of a case file",
     ("bushcli/case/schema.py", "ry"): "pydantic: keys of a case file",
     ("bushcli/cli/page_server.py", "log_message"): "http.server",
-    ("bushcli/cli/page_server.py", "list_directory"): "http.server",
     ("bushcli/errors.py", "exit_code"): "click",
     ("bushcli/export/fmu/slave", "Bushing"): "PythonFMU",
     ("bushcli/export/fmu/slave", "modelName"): "PythonFMU",

@@ -1,5 +1,6 @@
 import os
 import signal
+import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -86,3 +87,12 @@ def test_a_scheduler_that_is_not_there_is_refused(monkeypatch):
         dask("tcp://127.0.0.1:9"),
     ):
         pass
+
+
+def test_a_port_that_accepts_and_never_answers_is_refused(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("bushcli.runtime.executor.PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(InputError, match="does not answer: "), dask(address):
+            pass
