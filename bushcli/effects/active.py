@@ -222,8 +222,6 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
         raise InputError(*problems)
 
 
-#: Effects whose force fades with time or is bounded at any displacement, so that one stiffness needs a choice of state.
-FADING = ("viscoelasticity", "friction")
 #: Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
 NEVER = 1e6
 
@@ -243,9 +241,9 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     """
     found = []
     for one in effects:
-        if one.effect.name not in FADING:
+        if not one.effect.fades:
             found.append(one)
-        elif unrelaxed and one.effect.name == "viscoelasticity":
+        elif unrelaxed and one.effect.needs_time:
             times = {name: NEVER for name in one.values if name.startswith("tau")}
             found.append(replace(one, values={**one.values, **times}))
     return tuple(found)
@@ -260,7 +258,9 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
     unrelaxed : bool
         As in `in_state`.
     """
-    names = [name for name in FADING if any(one.effect.name == name for one in effects)]
-    if "viscoelasticity" in names and unrelaxed:
-        return "unrelaxed force: as in a sudden step" + (", without friction" if "friction" in names else "")
-    return f"fully relaxed force: without {' and '.join(names)}" if names else ""
+    fading = [one.effect for one in effects if one.effect.fades]
+    left = [one.name for one in fading if not (unrelaxed and one.needs_time)]
+    without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
+    if unrelaxed and len(left) < len(fading):
+        return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")
+    return f"fully relaxed force: {without}" if without else ""

@@ -180,6 +180,9 @@ class Effect:
         the prior odds of a diagnosis.
     families : tuple of str
         What it has in common with effects that recordings often cannot tell from it, in words.
+    fades : bool
+        Whether its force fades with time or is bounded at any displacement, so that one stiffness needs a choice of
+        state.
     in_force_law : {"state", "curve"} or None
         How the force law of an export contains an effect of the rubber: as a state of its own, or in its curves; None
         where it cannot.
@@ -229,6 +232,7 @@ class Effect:
     source: str
     how_often: Literal["usual", "occasional", "rare"] = "rare"
     families: tuple[str, ...] = ()
+    fades: bool = False
     in_force_law: Literal["state", "curve"] | None = None
     on_card: bool = False
     modes: frozenset[str] | None = None

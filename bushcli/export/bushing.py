@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Case, LoadCase
-from bushcli.effects.active import FADING, in_state, state_in_words
+from bushcli.effects.active import in_state, state_in_words
 from bushcli.errors import InputError, Problem
 from bushcli.export.curves import Array, BushingData, ForceCurve, matrix_remedy
 from bushcli.export.law import BushingLaw
@@ -89,7 +89,7 @@ def bushing_of(
 
 def _matrix(source: ExportSource, unrelaxed: bool) -> Array | None:
     """Return the stiffness matrix of a result if it is in a state; None otherwise."""
-    fades = any(one.effect.name in FADING for one in source.case.effects)
+    fades = any(one.effect.fades for one in source.case.effects)
     right = not fades or source.state == ("unrelaxed" if unrelaxed else "relaxed")
     return source.stiffness_matrix if right else None
 

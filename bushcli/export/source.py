@@ -14,7 +14,7 @@ from typing import Any
 
 from bushcli.case import Case, load_case
 from bushcli.case.rebuild import rebuilt_case
-from bushcli.effects.active import FADING, require_values
+from bushcli.effects.active import require_values
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
@@ -73,7 +73,8 @@ class ExportSource:
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
         # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
         curves = self.curves if not names else ()
-        matrix = self.stiffness_matrix if self.state == "relaxed" and {*names} <= {*FADING} else None
+        fading = all(one.effect.fades for one in self.case.effects if one.effect.name in names)
+        matrix = self.stiffness_matrix if self.state == "relaxed" and fading else None
         matrix = matrix if names else self.stiffness_matrix
         return replace(self, case=replace(self.case, effects=kept), curves=curves, stiffness_matrix=matrix)
 

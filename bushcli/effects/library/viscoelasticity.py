@@ -91,6 +91,7 @@ EFFECT = Effect(
     parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
     how_often="usual",
     families=("dissipation",),
+    fades=True,
     in_force_law="state",
     on_card=True,
     needs="time, and two rates or a hold; several branches need rates or holds as far apart as their times",
