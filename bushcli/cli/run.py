@@ -36,8 +36,8 @@ EXIT_CODES = {
     MISTAKE: "an error in bushcli",
     INTERRUPTED: "interrupted",
 }
-# Bytes of address space: `bushcli direct` of a plain bushing takes 0.79e9 (VmPeak), and with less some libraries end the
-# process by a signal; a large mesh takes some 10e9 (`bushcli.case.limits`), so that a limit below can be the cause.
+# Bytes of address space: `bushcli direct` of a plain bushing takes 0.79e9 (VmPeak), and with less some libraries end
+# the process by a signal; a large mesh takes some 10e9 (`bushcli.case.limits`), so that a limit below can be the cause.
 _LEAST, _ENOUGH = 750_000_000, 10_000_000_000
 # Characters in a line of piped output, and the least on a terminal.
 WIDTH, NARROWEST = 120, 100
