@@ -392,8 +392,9 @@ def mistaken(error: Exception) -> int:
     """Report an error that no command expects, or a lack of memory, and return the exit code."""
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
-    if (limit := _memory_limit()) or isinstance(error, MemoryError):
-        # A library that cannot be mapped fails with any error; only without a limit is that one of bushcli.
+    limit = _memory_limit()
+    if isinstance(error, MemoryError) or (limit and isinstance(error, ImportError)):
+        # Under a limit a library that cannot be mapped is an error of its import.
         known = (
             f"this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)" if limit else "the memory is full"
         )
@@ -403,6 +404,10 @@ def mistaken(error: Exception) -> int:
     if is_first_rank():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is an error in bushcli; --debug shows where", err=True)
+        if limit:
+            click.echo(
+                f"a possible cause: this shell allows a process {limit / 1e9:.2g} GB (ulimit -v)", err=True
+            )
         for possible in untried_dolfinx(installed_dolfinx()):
             click.echo(f"a possible cause: {possible.message}\n  remedy: {possible.remedy}", err=True)
     return MISTAKE
