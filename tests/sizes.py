@@ -1,4 +1,7 @@
-"""Sizes of the code: lines by package, longest files and functions (`make sizes`).
+"""Sizes of the code: lines by package, fragments, longest files and functions (`make sizes`).
+
+Logic is lines that are neither blank, nor comment, nor docstring. A private helper that is named once is a function
+with a leading underscore whose name occurs in its module once besides its definition.
 
 python tests/sizes.py
 """
@@ -6,6 +9,7 @@ python tests/sizes.py
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("bushcli", "cases", "forms", "geometry", "tests", "benchmarks")
 LONGEST = 5
+# Lines below which a module may be a fragment.
+FRAGMENT = 60
 
 
 def rooms() -> Iterator[tuple[str, list[Path]]]:
@@ -38,17 +44,48 @@ def functions(file: Path) -> Iterator[tuple[int, str]]:
             yield (node.end_lineno or 0) - node.lineno + 1, f"{file.relative_to(ROOT)}::{node.name}"
 
 
+def logic(file: Path) -> int:
+    """Return the number of lines of a file that are neither blank, nor comment, nor docstring."""
+    text = file.read_text(encoding="utf-8")
+    left = set(range(1, len(text.splitlines()) + 1))
+    for node in ast.walk(ast.parse(text)):
+        if (
+            isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+            and ast.get_docstring(node) is not None
+        ):
+            left -= set(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
+    return sum(1 for n in left if (line := text.splitlines()[n - 1].strip()) and not line.startswith("#"))
+
+
+def named_once(file: Path) -> int:
+    """Return the number of private functions of a file whose name occurs once besides its definition."""
+    text = file.read_text(encoding="utf-8")
+    private = [
+        node.name
+        for node in ast.parse(text).body
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("_") and not node.name.startswith("__")
+    ]
+    return sum(len(re.findall(rf"\b{name}\b", text)) == 2 for name in private)
+
+
 def main() -> None:
     """Print the tables."""
     out = sys.stdout.write
-    out(f"{'package':24s} {'files':>6s} {'lines':>7s} {'longest file':>13s} {'longest function':>17s}\n")
+    heads = ("files", "lines", "logic", "under 60", "named once", "longest file", "longest function")
+    out(f"{'package':24s} {' '.join(f'{head:>{max(len(head), 7)}s}' for head in heads)}\n")
     program: list[Path] = []
     for name, files in rooms():
         if name in PACKAGES[:4]:
             program += files
         longest = max((length for file in files for length, _ in functions(file)), default=0)
         sizes = list(map(lines, files))
-        out(f"{name:24s} {len(files):6d} {sum(sizes):7d} {max(sizes):13d} {longest:17d}\n")
+        short = sum(
+            size < FRAGMENT and file.name != "__init__.py" for size, file in zip(sizes, files, strict=True)
+        )
+        once = sum(map(named_once, files))
+        row = (len(files), sum(sizes), sum(map(logic, files)), short, once, max(sizes), longest)
+        cells = (f"{number:{max(len(head), 7)}d}" for head, number in zip(heads, row, strict=True))
+        out(f"{name:24s} {' '.join(cells)}\n")
     out("\nlongest functions of the program\n")
     for length, place in sorted((one for file in program for one in functions(file)), reverse=True)[:LONGEST]:
         out(f"{length:6d} {place}\n")
