@@ -232,7 +232,7 @@ def test_an_effect_without_a_place_in_the_law_is_refused_by_name(worn):
 
     case = read_source(worn / "case.toml").case
     warming = next(one for one in case.effects if one.effect.name == "warming")
-    other = replace(warming, effect=replace(warming.effect, name="ageing"))
+    other = replace(warming, effect=replace(warming.effect, name="ageing", in_force_law=None))
     with pytest.raises(InputError, match=r"cannot express the effect ageing.*--without ageing"):
         reduce(replace(case, effects=(other,)), [("axial", "axial", -1.0, 1.0)])
 

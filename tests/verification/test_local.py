@@ -258,9 +258,10 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     case = load_case(file)
     time = np.linspace(0.0, 12.0, 121)
     whole = Recording("axial", np.interp(time, [0, 4, 8, 12], [0, 2, 2, -1]), time, time, name="axial")
-    used = replace(whole, **{name: getattr(whole, name)[50:] for name in ("displacement", "force", "time")})
+    later = {name: getattr(whole, name)[50:] for name in ("displacement", "force", "time")}
+    used = replace(whole, **later, selected_from=whole, selected=np.arange(50, 121))
     rubber = Rubber(law("yeoh"), TRUTH, np.inf)
-    channel = Channel(used, case.geometry, rubber, case, "relative", MPI.COMM_WORLD, whole)
+    channel = Channel(used, case.geometry, rubber, case, "relative", MPI.COMM_WORLD)
     force = channel.at_samples(channel.solve(TRUTH, ["C10"]))[0]
     slope, cells = _slopes(channel, TRUTH)
     assert slope.shape == (71, len(cells.volume))
