@@ -449,7 +449,7 @@ def test_of_several_forces_the_first_that_is_no_constant_is_chosen_and_marked(tm
     assert '<-- columns: the force could be any of 3 ("Fx [N]"), 4 ("Fz [N]")' in text
 
 
-def test_init_says_what_is_wrong_in_the_mode_whose_columns_the_file_has(run, tmp_path):
+def test_init_says_what_is_wrong_in_the_mode_whose_columns_the_file_has(tmp_path):
     rows = "".join(f"{i},{0.1 * i:.1f},{i}\n" for i in range(9))
     (tmp_path / "rig.csv").write_text("ms,in,0.1 N\nTime,Displacement,Force\n" + rows)
     done = run("init", "--from", tmp_path / "rig.csv", tmp_path / "new")
