@@ -35,7 +35,7 @@ def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
     moduli : str
         Further parameter of the keyword line, such as "MODULI=LONG TERM".
     absent : float
-        D_i of the higher volumetric terms, which the law does not have: 1/MPa, or 1 over the unit of stress of the order.
+        D_i of the higher volumetric terms, which the law does not have; 1/MPa, or that in units of the order.
     """
     law, values, D = rubber(order).law, stresses(order), incompressibility(order)
     keyword, numbers = LAWS[law], [*values.values(), D]
