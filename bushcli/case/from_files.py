@@ -134,11 +134,11 @@ def _reach(entry: _Entry) -> float:
 
 
 def _entry(file: Path, tables: TableCache) -> _Entry:
-    """Return how a file is to be read, or raise the error of the most likely way."""
+    """Return how a file is to be read, or raise the error of the most likely way: one for which it has the columns."""
     path = _path(file, tables)
     if path is not None:
         return path
-    first: RecordingError | None = None
+    errors: list[tuple[bool, RecordingError]] = []
     for kind, machine in _ordered(file):
         named = modes_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = next((mode for mode in named if mode in kind), None)
@@ -146,7 +146,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             try:
                 recording = read_recording(source, tables=tables)
             except RecordingError as error:
-                first = first or error
+                errors.append((not _fits(source, tables), error))
                 continue
             possible = named if len(named) > 1 else kind if len(kind) > 1 else _alike(kind[0])
             others = ", ".join(mode for mode in possible if mode != guessed)
@@ -156,8 +156,7 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             if guessed is None or others:
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
-    assert first is not None
-    raise first
+    raise min(errors, key=lambda one: one[0])[1]
 
 
 def _path(file: Path, tables: TableCache) -> _Entry | None:
@@ -246,12 +245,25 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
         yield replace(chosen, units=units), (*remarks, *choices, what)
 
 
+def _fits(source: Source, tables: TableCache) -> bool:
+    """Whether a file has the columns that a way of reading it needs."""
+    try:
+        return bool(_fitting(source, tables))
+    except RecordingError:
+        return False
+
+
+def _fitting(source: Source, tables: TableCache) -> list[Table]:
+    """Return the tables of a file that have a displacement and a force of the mode."""
+    name = format_of(source.file)
+    found = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
+    return [t for t in found if has_columns(t, source, modes()[source.mode], ("displacement", "force"))]
+
+
 def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
-    name = format_of(source.file)
-    found = list(tables.tables(source.file, name, ()).tables) if name else [read_table(source.file)]
-    fitting: list[Table] = [t for t in found if has_columns(t, source, mode, ("displacement", "force"))]
+    fitting = _fitting(source, tables)
     if not fitting:
         return source, ()
     table = fitting[0]

@@ -2,11 +2,13 @@
 
 Two stiffnesses are defined here, in the same way for coarse noise-free and for dense noisy cyclic curves:
 
-- *initial stiffness*: slope at zero displacement of the first loading branch. A polynomial Q = Q0 + k q + c q^3
-  (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with Huber's weights
-  against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at least 3 of a
-  simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %, the window
-  grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from noise.
+- *initial stiffness*: slope at zero displacement of the first loading branch that comes near zero: within 15 % of
+  the largest displacement or across it, else within 60 %; a recording without one has none. A polynomial
+  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with
+  Huber's weights against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at
+  least 3 of a simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %,
+  the window grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from
+  noise.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
@@ -165,15 +167,27 @@ class Curve:
         Returns
         -------
         float
-            nan where too few points (fewer than 2 displacements) are near zero.
+            nan where too few points (fewer than 2 displacements) are near zero, or no loading branch comes near it.
         """
         return self._initial
 
     @cached_property
     def _initial(self) -> float:
-        branch = next((b for b in self.segments if b.kind == "loading"), None)
-        # The sample before the branch is the turning point that it starts from.
-        cut = slice(max(branch.start - 1, 0), branch.stop) if branch else slice(None)
+        # The sample before a branch is the turning point that it starts from.
+        loading = [slice(max(b.start - 1, 0), b.stop) for b in self.segments if b.kind == "loading"]
+        largest = float(np.abs(self.displacement).max())
+        # A branch far from zero would be extrapolated to it: one that has points in the smallest window is better.
+        cut = next(
+            (
+                c
+                for window in (_WINDOWS[0], _WINDOWS[-1])
+                for c in loading or [slice(None)]
+                if self._distance(c) <= window * largest
+            ),
+            None,
+        )
+        if cut is None:
+            return float("nan")
         q, force = self.displacement[cut], self.force[cut]
         mode = modes().get(self.mode)
         coupon = mode is not None and mode.specimen == "coupon"
@@ -187,6 +201,11 @@ class Curve:
             if not error > _SURE * abs(slope):
                 break
         return slope
+
+    def _distance(self, cut: slice) -> float:
+        """Return how near the samples of a branch come to zero displacement; 0 where they cross it."""
+        low, high = float(self.displacement[cut].min()), float(self.displacement[cut].max())
+        return max(low, -high, 0.0)
 
     def secant_stiffness(self) -> float:
         """Return the peak-to-peak stiffness, N/mm, N mm/rad, or MPa for a coupon; the module defines it.

@@ -14,12 +14,14 @@ from itertools import groupby
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.blocks import in_one_order
 from bushcli.recording.decode import decoded
 from bushcli.recording.fields import (
     ambiguous_thousands,
     begins_with_missing,
     ungrouped,
 )
+from bushcli.recording.header import named_columns
 from bushcli.recording.header_lines import header
 from bushcli.recording.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
 from bushcli.recording.table import SHOWN, TextTable
@@ -60,8 +62,9 @@ def read_table(
     delimiter, decimal = alone or _dialect(path, body, delimiter, decimal, single)
     split = [split_line(line.text, delimiter) for line in body]
     left_out = _without_thousands(split, decimal)
-    start, width, repeats = _rows(path, body, split, decimal, 1 if alone else 2)
+    start, width, repeats = _rows(path, lines, body, split, delimiter, decimal, 1 if alone else 2)
     left_out += repeats
+    width = _named_width(lines, body[start].number, delimiter, width, len(split[start]))
     top = header(path, lines, body[start].number, width, delimiter, decimal)
     left_out += _commented(lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
@@ -112,7 +115,8 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     if not fewest:
         what = "has no table with two columns of numbers"
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
-    start, width, repeats = _rows(path, body, split, decimal, fewest)
+    start, width, repeats = _rows(path, lines, body, split, "\t", decimal, fewest)
+    width = _named_width(lines, body[start].number, "\t", width, MOST_COLUMNS)
     top = header(path, lines, body[start].number, width, "\t", decimal)
     return TextTable(
         path=path,
@@ -128,15 +132,41 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     )
 
 
+def _named_width(lines: Sequence[Line], first: int, delimiter: str, width: int, most: int) -> int:
+    """Return the number of columns, with last ones that have a name, but no value in any row.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+        All lines of the file.
+    first : int
+        Number of the line of the first row.
+    delimiter : str
+    width : int
+        Number of columns with values.
+    most : int
+        Number of fields that a row can have, empty ones included.
+    """
+    above = (trimmed(split_line(line.uncommented, delimiter)) for line in lines if line.number < first)
+    return max((len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2), default=width)
+
+
 def _rows(
-    path: Path, body: list[Line], split: list[list[str]], decimal: str, fewest: int
+    path: Path,
+    lines: Sequence[Line],
+    body: list[Line],
+    split: list[list[str]],
+    delimiter: str,
+    decimal: str,
+    fewest: int,
 ) -> tuple[int, int, list[str]]:
     """Return the index of the first row, the number of columns, and remarks; refuse a line below that does not fit.
 
     Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
     """
     start, raw, filled = _start(path, split, decimal, fewest)
-    said = _without_text_below(body, split, start, decimal)
+    reordered = in_one_order(path, lines, body, split, start, delimiter, decimal)
+    said = [*reordered, *_without_text_below(body, split, start, decimal)]
     rows = list(enumerate(split[start:], start=start))
     wrong = [i for i, fields in rows if len(fields) != raw and len(trimmed(fields)) != filled]
     # A header has as many fields as the rows have.
@@ -151,8 +181,8 @@ def _rows(
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
     if repeated:
-        lines = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
-        said.insert(0, f"{len(repeated)} lines that repeat the header are left out ({lines})")
+        span = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
+        said.insert(0, f"{len(repeated)} lines that repeat the header are left out ({span})")
         for i in reversed(repeated):
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])

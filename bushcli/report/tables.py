@@ -166,7 +166,7 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> ReportTable:
                     f"{name}, {unit}",
                     number(shown.stiffness(ours)),
                     number(shown.stiffness(theirs)),
-                    f"{ours / theirs:.2f}" if theirs else "-",
+                    f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-",
                     *rest,
                 )
             )

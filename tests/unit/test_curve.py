@@ -154,3 +154,16 @@ def test_stiffness_of_a_standstill_is_nan():
     curve = Curve("axial", np.ones(6), np.arange(6.0))
     assert math.isnan(curve.initial_stiffness())
     assert math.isnan(curve.secant_stiffness())
+
+
+def test_the_initial_stiffness_is_that_of_a_branch_that_comes_near_rest():
+    # 100 N/mm; the record begins at 1.9 of 2 mm, so that its first loading branch is far from rest.
+    angle = np.linspace(0.4 * np.pi, 6.5 * np.pi, 600)
+    force = 200.0 * np.sin(angle) + 1.0 * np.sin(37.0 * angle)
+    found = Curve("axial", 2.0 * np.sin(angle), force, np.linspace(0.0, 60.0, 600))
+    assert found.initial_stiffness() == pytest.approx(100.0, rel=0.05)
+
+
+def test_a_record_that_never_comes_near_rest_has_no_initial_stiffness():
+    q = 8.0 + np.sin(np.linspace(0.0, 4.0 * np.pi, 200))
+    assert np.isnan(Curve("axial", q, 100.0 * q, np.linspace(0.0, 4.0, 200)).initial_stiffness())

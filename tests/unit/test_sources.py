@@ -447,3 +447,12 @@ def test_of_several_forces_the_first_that_is_no_constant_is_chosen_and_marked(tm
     text = (tmp_path / "new" / "case.toml").read_text()
     assert "columns = { force = 4 }" in text
     assert '<-- columns: the force could be any of 3 ("Fx [N]"), 4 ("Fz [N]")' in text
+
+
+def test_init_says_what_is_wrong_in_the_mode_whose_columns_the_file_has(tmp_path):
+    rows = "".join(f"{i},{0.1 * i:.1f},{i}\n" for i in range(9))
+    (tmp_path / "rig.csv").write_text("ms,in,0.1 N\nTime,Displacement,Force\n" + rows)
+    done = run("init", "--from", tmp_path / "rig.csv", tmp_path / "new")
+    assert done.exit_code == 2
+    assert '"0.1 N" may be' in done.output
+    assert "stretch" not in done.output

@@ -161,7 +161,7 @@ def test_a_header_that_each_cycle_repeats_is_left_out_and_said(tmp_path):
 
 @pytest.mark.parametrize("change", [{"second": "Stroke"}, {"unit": "N"}])
 def test_a_header_that_differs_is_refused(tmp_path, change):
-    with pytest.raises(RecordingError, match=r"blocks.csv:1[78]"):
+    with pytest.raises(RecordingError, match=r"blocks.csv:(19|20): .*in a file of its own"):
         read_recording(Source("axial", blocks(tmp_path, **change)))
 
 
@@ -198,3 +198,52 @@ def test_extremes_of_cycles_are_no_samples(tmp_path):
     )
     with pytest.raises(RecordingError, match="are its rows the extremes of cycles"):
         read_recording(Source("axial", tmp_path / "rig.csv"))
+
+
+def two_tables(folder: Path, second: str, units: str) -> Path:
+    """Write one table from rest to 2 mm at 100 N/mm, and below a header another with force and travel exchanged."""
+    lines = ["Time;Displacement;Force", "s;mm;N"]
+    lines += [f"{i};{0.1 * i:.1f};{10 * i}" for i in range(20)]
+    lines += [second, *([units] if units else [])]
+    lines += [f"{i};{10 * (40 - i)};{0.1 * (40 - i):.1f}" for i in range(20, 40)]
+    (folder / "two.csv").write_text("\n".join(lines) + "\n")
+    return folder / "two.csv"
+
+
+@pytest.mark.parametrize("sign", ["", "# "])
+@pytest.mark.parametrize("units", ["s;N;mm", ""])
+def test_a_further_table_with_its_columns_in_another_order_is_put_in_order(tmp_path, sign, units):
+    units = units and sign + units
+    found = read_recording(Source("axial", two_tables(tmp_path, f"{sign}Time;Force;Displacement", units)))
+    assert len(found.force) == 40
+    assert found.force == pytest.approx(100.0 * found.displacement)
+    assert found.displacement.max() == pytest.approx(2.0)
+    assert any(
+        "from line 23 on are put into the order of the first header" in one.text for one in found.repairs
+    )
+
+
+@pytest.mark.parametrize(
+    ("second", "units"),
+    [
+        ("Time;Force;Stroke", "s;N;mm"),
+        ("Time;Force;Displacement", "s;kN;mm"),
+        ("Time;Force;Displacement;Temperature", "s;N;mm;degC"),
+        ("# Time;Force;Displacement", "# s;kN;mm"),
+    ],
+)
+def test_a_further_table_with_other_names_or_units_is_refused_with_a_remedy_that_helps(
+    tmp_path, second, units
+):
+    with pytest.raises(RecordingError, match="each table in a file of its own"):
+        read_recording(Source("axial", two_tables(tmp_path, second, units)))
+
+
+@pytest.mark.parametrize("head", ["Time;Displacement;Force;Remark", "# Time;Displacement;Force;Remark"])
+def test_a_last_column_with_a_name_and_no_values_is_read_over(tmp_path, head):
+    (tmp_path / "axial.csv").write_text(
+        f"{head}\ns;mm;N;\n" + "".join(f"{i};{i};{2 * i};\n" for i in range(9))
+    )
+    found = read_recording(Source("axial", tmp_path / "axial.csv"))
+    assert found.force == pytest.approx(2.0 * found.displacement)
+    assert found.unused == ("Remark",)
