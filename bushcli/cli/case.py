@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -97,8 +98,10 @@ def mesh(run: Run) -> int:
         with run.timed("mesh"):
             built = meshes(case, output / report.STAGING)
     except GeometryError as error:
-        if is_first_rank() and report.write_refused(output, error):
-            run.say(f"see the picture {output / 'geometry.png'}")
+        if is_first_rank():
+            with suppress(InputError):  # the geometry is what has to be said
+                for picture in report.write_refused(output, error)[:1]:
+                    run.say(f"see the picture {picture}")
         raise
     run.deliver(
         lambda: report.mesh_json(case, built, run.timings()),

@@ -83,9 +83,9 @@ def diagnose(
     """Find where the simulation of CASE misses its recordings, which physics was left out, and with what probability.
 
     The result lists the probability of every effect, the most probable models, and the fit before and after. With
-    -o DIR each fit is saved in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
-    first process leads and the others share the work, on one machine or several; --scheduler shares it among the
-    workers of Dask.
+    -o DIR each fit is saved in DIR/history-diagnose; the same command uses those of an earlier run. Under
+    `mpirun -n N` the first process leads and the others share the work, on one machine or several; --scheduler shares
+    it among the workers of Dask.
     """
     from bushcli.diagnosis.diagnose import diagnose as find
     from bushcli.runtime.store import SUFFIX

@@ -180,9 +180,9 @@ def inverse(
 ) -> int:
     """Identify the law of CASE from its recordings.
 
-    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from
-    which --resume continues after an interruption. --scheduler shares the starts among the workers of Dask, which
-    write no such files.
+    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from which the
+    same command continues after an interruption. --scheduler shares the starts among the workers of Dask, which write
+    no such files.
     """
     from bushcli.inverse import Task, refuse_fixed
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import io
 import json as json_format
@@ -342,7 +343,9 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except OSError as error:
         if debug:
             raise
-        code = unwritable(error)
+        # A library that cannot be mapped is an OSError without a number, which names no file.
+        starved = error.errno in (None, errno.ENOMEM) and _memory_limit()
+        code = mistaken(error) if starved else unwritable(error)
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise

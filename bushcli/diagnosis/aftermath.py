@@ -17,7 +17,7 @@ from bushcli.faults import masks
 from bushcli.likelihood.calibration import calibrated, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.maps import LocalMap
-from bushcli.runtime.condition import Condition
+from bushcli.runtime.condition import CONTINUE, Condition
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Fitted
 from bushcli.selection.model_cache import ModelCache
@@ -80,7 +80,7 @@ class Extras:
                 raise
             crew.stop()
             message = "interrupted after the search: the proposed test or the map of the bushing is missing"
-            self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
+            self.conditions = (Condition("interrupted", message, CONTINUE),)
 
 
 def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:

@@ -34,7 +34,7 @@ from bushcli.inverse.verdict import history_not_saved
 from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import Condition, history_damaged
+from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.history import history_of
 from bushcli.runtime.store import Store, holds_results
 from bushcli.runtime.workers import Workers
@@ -301,7 +301,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
             raise
         crew.stop()
         message = f"interrupted during the search: {could_shift(search.left)}"
-        return "interrupted", {}, [Condition("interrupted", message, "run it again with --resume")]
+        return "interrupted", {}, [Condition("interrupted", message, CONTINUE)]
     return ended, unnoticed, []
 
 
@@ -330,7 +330,7 @@ def _finished(
         message = (
             "interrupted after the search: the plain law is fitted less accurately than by bushcli inverse"
         )
-        return best, rough, [Condition("interrupted", message, "run it again with --resume")]
+        return best, rough, [Condition("interrupted", message, CONTINUE)]
     return best, plain, []
 
 

@@ -138,9 +138,7 @@ class Journal:
             )
 
     def _write_index(self) -> None:
-        text = json.dumps(
-            {"identity": self.identity, "contents": "evaluations of bushcli inverse, for --resume"}
-        )
+        text = json.dumps({"identity": self.identity, "contents": "evaluations of bushcli inverse"})
         try:
             if self._index.is_symlink():
                 what = "is a symbolic link, which is not followed"

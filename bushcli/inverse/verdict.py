@@ -12,7 +12,7 @@ from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
 from bushcli.recording.misfit import NOISE_FLOOR
-from bushcli.runtime.condition import Condition
+from bushcli.runtime.condition import CONTINUE, Condition
 from cases.mode import modes
 from forms.law import laws
 
@@ -53,7 +53,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             Condition(
                 "interrupted",
                 f"stopped after {fit.sweeps} evaluations; this is the best point so far",
-                "run it again" if task.source == "coupons" else "run it again with --resume",
+                "run it again" if task.source == "coupons" else CONTINUE,
             )
         )
     elif best.beside_failure:
@@ -100,16 +100,16 @@ def profiles_cut_short() -> Condition:
     return Condition(
         "interrupted",
         "stopped after the search, while profiles were computed: intervals are missing",
-        "run it again with --resume",
+        CONTINUE,
     )
 
 
 def history_not_saved(reason: str) -> Condition:
-    """Return the condition that the evaluations could not be saved for `--resume`."""
+    """Return the condition that the evaluations could not be saved."""
     return Condition(
         "history_not_kept",
-        f"the history for --resume could not be written: {reason}; the result is complete",
-        "free some space or choose another -o, so that the run can be resumed",
+        f"the history could not be written: {reason}; the result is complete",
+        "free some space or choose another -o, so that the run can be continued",
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.contents import drawn, geometry_pictures, text_file
-from bushcli.report.folder import RESULT, Content, refuse_others, write_files
+from bushcli.report.folder import RESULT, Content, earlier_result, refuse_others, write_files
 from bushcli.report.output import FIELDS
 from bushcli.runtime.claims import claim
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: The case file that `bushcli mesh PART` writes.
 BEGINNING = "case.toml"
+#: Folder beside a result for the picture of a geometry that was refused: the result keeps its own.
+REFUSED = "refused-mesh"
 
 
 def write_meshes(
@@ -64,7 +66,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     Parameters
     ----------
     directory : Path
-        Folder for the picture; created if necessary.
+        Folder for the picture, created if necessary; if it holds a result, `REFUSED` in it.
     error : GeometryError
         The error, whose message becomes the title.
 
@@ -75,6 +77,8 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     """
     if error.view is None:
         return ()
+    if earlier_result(directory) is not None:
+        directory = directory / REFUSED
     pictures = geometry_pictures(error.view, str(error), {})
     refuse_others(directory, pictures, [])
     with suppress(OSError):  # `write_files` says why

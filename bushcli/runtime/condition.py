@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: Remedy of a run that was interrupted, whose work is saved in the folder of -o.
+CONTINUE = "run the same command again: with the same -o it continues, without -o it begins anew"
+
 
 @dataclass(frozen=True)
 class Condition:

@@ -97,7 +97,7 @@ def notes_of(
         Origin (mm) and direction of the case.
     """
     origin, direction = given
-    notes = []
+    notes = [f"the file states the unit of length {part.unit}"] if part.unit else []
     for tag, role in roles.items():
         state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"
         notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {part.volume(tag):.5g} mm3')

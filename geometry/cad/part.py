@@ -34,6 +34,8 @@ class Part:
         Colours of the faces whose colour is not that of their solid.
     size
         Largest extent, mm.
+    unit
+        Unit of length that the file states, if it does.
     lost
         "names", "colours", or both, of faces that several solids have: faces are other ones after the solids are cut at
         each other.
@@ -45,6 +47,7 @@ class Part:
     face_names: dict[int, str] = field(default_factory=dict)
     colours: dict[int, tuple[int, int, int]] = field(default_factory=dict)
     size: float = 0.0
+    unit: str = ""
     lost: str = ""
     areas: dict[int, float] = field(default_factory=dict)
     volumes: dict[int, float] = field(default_factory=dict)
@@ -86,11 +89,12 @@ def open_part(path: Path, unit: Unit | None) -> Part:
         # Gmsh makes elements without area in parts of 22,000 mm. Scaled shapes lose their names and colours.
         _read(path, scale)
     size = _size(path)
+    stated = next((name for name, factor in MILLIMETRES.items() if factor == text.unit), "")
     if len(solids) > 1:
         solids_now = _fragmented(solids, named, str(path))
         lost = " and ".join(word for word, there in (("names", names), ("colours", colours)) if there)
-        return Part(solids_now, size=size, lost=lost)
-    return Part(dict(zip(solids, named, strict=True)), names, colours, size)
+        return Part(solids_now, size=size, unit=stated, lost=lost)
+    return Part(dict(zip(solids, named, strict=True)), names, colours, size, stated)
 
 
 def _read(path: Path, scale: float = 1.0) -> None:

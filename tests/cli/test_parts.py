@@ -62,8 +62,14 @@ def test_what_a_bond_rule_does_not_find_is_refused_with_a_picture(cli: Cli, fold
     assert "geometry.bonds.outer: the rule (radius = 21.0) selects no face" in done.stderr
     assert (folder / "part" / "geometry.png").exists()
     assert not (folder / "part" / "case.toml").exists()
-    # The picture is replaced by that of the next attempt, whether or not it succeeds.
+    # The picture is replaced by that of the next attempt, until there is a result, which keeps its own.
     assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
+    finished = {file: file.read_bytes() for file in (folder / "part").iterdir()}
+    done = cli("mesh", "kidney.step", "-o", "part", "--set", "geometry.bonds.outer.radius=21", cwd=folder)
+    assert done.returncode == 2
+    assert "see the picture part/refused-mesh/geometry.png" in done.stderr
+    assert (folder / "part" / "refused-mesh" / "geometry.png").stat().st_size > 10_000
+    assert {file: file.read_bytes() for file in finished} == finished
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ import pytest
 from geometry.cad.found import CadStatements, find_part
 from geometry.cad.ready import read_mesh
 from geometry.errors import GeometryError
-from geometry.isolated import isolated
+from geometry.isolated import Mistake, isolated, seconds_for
 from geometry.section.dxf import read_dxf
 from geometry.section.found import find_section
 from tests.parts import make
@@ -45,6 +45,15 @@ def test_whatever_happens_to_the_reader_is_one_sentence_and_the_next_file_is_rea
     assert refused.value.where == "part.step"
     assert "\n" not in str(refused.value)
     assert in_the_reader(math.sqrt)(16.0) == 4.0
+
+
+def test_a_mistake_of_our_own_is_not_the_file_s_fault():
+    with pytest.raises(Mistake, match=r"TypeError: .*str") as mistake:
+        in_the_reader(seconds_for)("many")
+    assert "geometry/isolated.py" in str(mistake.value.__cause__)
+    # A library raises the same for a damaged file.
+    with pytest.raises(GeometryError, match="cannot be read: "):
+        in_the_reader(ezdxf.readfile)(None)
 
 
 def drawn(path, draw, **header):

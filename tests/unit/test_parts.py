@@ -169,6 +169,7 @@ def test_units_rules_and_axis_of_the_case(folder):
     brep = CAD(file=str(make("plain", folder, ".brep")))
     assert brep.measures() == pytest.approx(metres.measures())
     assert [note for note in brep.notes if "states no unit" in note]
+    assert "the file states the unit of length mm" in metres.notes
     assert not [note for note in metres.notes if "states no unit" in note]
     flanged = str(make("flange", folder))
     ruled = CAD(
