@@ -37,7 +37,7 @@ LONGEST, MOST_MEMORY = 60.0, 6_000_000_000
 _WAITING = 5.0
 #: Elements of a free mesh, as estimated before, that are made in a second at the least. A part with kidney voids on a
 #: busy machine: 9,000 in 1.6 s, 120,000 in 6 s, 380,000 in 13 s; a section: 1,000 in 0.1 s. With `LONGEST` the bound
-#: is at least fifty times as long.
+#: is some fifty times as long.
 _SLOWEST = 500.0
 _ROOT = Path(__file__).resolve().parents[1]
 # What an error in a program raises. A damaged file makes our parsers raise errors of values, keys or numbers, and
