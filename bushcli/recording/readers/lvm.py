@@ -13,6 +13,7 @@ specification-for-the-labview-measurement-file---lvm-.html
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -198,6 +199,10 @@ def _x_values(
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
     if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
         first, step = (_get(head, key, channel, form.decimal) for key in ("x0", "delta_x"))
+        if not math.isfinite(first + step * len(body)):
+            raise ValueError(
+                f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
+            )
         return np.asarray(first + step * np.arange(len(body)))
     return _column(body, at, form.decimal)
 

@@ -109,6 +109,7 @@ def test_what_does_not_fit_is_refused(tmp_path, old, new, message):
     cut=st.integers(0, 8000),
 )
 @example(at=205, what="\n", cut=0)  # the line "Channels" without a number
+@example(at=361, what="9" * 400, cut=0)  # an increment that is infinite
 def test_a_damaged_file_is_read_or_refused(tmp_path, at, what, cut):
     text = lvm(segments=2)
     text = (text[:at] + what + text[at + 1 :])[: max(len(text) - cut, 1)]
