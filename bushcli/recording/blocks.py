@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise, takewhile
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header import is_units_row, named_columns
 from bushcli.recording.lines import Line, numbers_in, split_line, trimmed
+from bushcli.recording.units import certain_unit
 
 _APART = "each table in a file of its own: a # in front of this line would mix their columns"
 
@@ -44,40 +46,62 @@ def in_one_order(
     RecordingError
         A header between the rows has other names or units than the first.
     """
-    index = {line.number: i for i, line in enumerate(body)}
-    rows = [i for i in range(start, len(body)) if numbers_in(split[i], decimal) >= 2]
-    last = body[rows[-1]].number if rows else 0
+    first = body[start].number
     names: list[str] = []
     units: list[str] = []
-    order: list[int] = []
     text: dict[bool, str] = {}
+    named = False
+    for line in takewhile(lambda line: line.number < first, lines):
+        cells = trimmed(split_line(line.uncommented.strip(), delimiter))
+        has_names = named_columns(cells) >= 2
+        if has_names or _is_units(cells, named):
+            names, units = (cells, units) if has_names else (names, cells)
+            text[has_names] = line.text
+        named = has_names
+    if not names:
+        return []
+    # What has a number is a row: the words of a header are looked at in the few other lines only.
+    last = next((i for i in range(len(body) - 1, start, -1) if numbers_in(split[i], decimal) >= 2), start)
+    index = {body[i].number: i for i in range(start, last) if not numbers_in(split[i], decimal)}
+    between = (line for line in lines if first < line.number < body[last].number)
+    order: list[int] = []
     said: list[str] = []
-    for line in lines:
+    changed: list[tuple[int, list[int]]] = []
+    headers: set[int] = set()
+    named = False
+    for line in (line for line in between if line.comment or line.number in index):
         i = index.get(line.number)
-        fields = split_line(line.uncommented.strip(), delimiter) if i is None else split[i]
-        cells = trimmed(fields)
-        has_names, has_units = named_columns(cells) >= 2, bool(cells) and is_units_row(cells)
-        if line.number < body[start].number:
-            if has_names or has_units:
-                names, units = (cells, units) if has_names else (names, cells)
-                text[has_names] = line.text
-        elif line.number < last and names and not numbers_in(cells, decimal) and (has_names or has_units):
-            if line.comment and len(cells) != len(names):
-                continue  # a remark
-            if has_names:
-                order = _order(path, line, cells, names)
-                said += [
+        cells = trimmed(split_line(line.uncommented.strip(), delimiter) if i is None else split[i])
+        has_names = named_columns(cells) >= 2
+        # Other comments are remarks.
+        is_header = has_names or _is_units(cells, named)
+        named = has_names
+        if not is_header or numbers_in(cells, decimal) or (i is None and len(cells) != len(names)):
+            continue
+        if has_names:
+            order = _order(path, line, cells, names)
+            changed.append((line.number, order))
+            if order != sorted(order):
+                said.append(
                     f"the columns from line {line.number} on are put into the order of the first header"
-                ] * (order != sorted(order))
-            elif len(cells) != len(order or names) or _ordered(cells, order) != units:
-                what = f'"{" ".join(cells)}" below the first rows: other units than above them'
-                raise RecordingError(Problem(f"{path}:{line.number}", what, "", _APART))
-            if i is not None:
-                split[i] = list(names if has_names else units)
-                body[i] = replace(line, text=text[has_names])
-        elif i is not None and order:
-            split[i] = _ordered(fields, order)
+                )
+        elif len(cells) != len(order or names) or _ordered(cells, order) != units:
+            what = f'"{" ".join(cells)}" below the first rows: other units than above them'
+            raise RecordingError(Problem(f"{path}:{line.number}", what, "", _APART))
+        if i is not None:
+            split[i] = list(names if has_names else units)
+            body[i] = replace(line, text=text[has_names])
+            headers.add(i)
+    for (begin, order), (end, _) in pairwise([*changed, (body[-1].number + 1, [])]):
+        for i in range(start, len(body)) if order != sorted(order) else ():
+            if begin < body[i].number < end and i not in headers:
+                split[i] = _ordered(split[i], order)
     return said
+
+
+def _is_units(cells: list[str], named: bool) -> bool:
+    """Whether a line holds units: below names, where columns may have units of any quantity, one known unit is enough."""
+    return bool(cells) and (is_units_row(cells) or (named and any(map(certain_unit, cells))))
 
 
 def _order(path: Path, line: Line, cells: list[str], names: list[str]) -> list[int]:

@@ -223,6 +223,24 @@ def test_a_further_table_with_its_columns_in_another_order_is_put_in_order(tmp_p
     )
 
 
+@pytest.mark.parametrize("sign", ["", "# "])
+def test_tables_with_lines_above_each_and_columns_of_other_quantities_are_put_in_order(tmp_path, sign):
+    """As a rig writes them: a line with the time of each table, and units that no column needs."""
+    lines = []
+    for begin, order in ((0, ("Displacement", "Force")), (20, ("Force", "Displacement"))):
+        unit = {"Displacement": "mm", "Force": "N"}
+        lines += [f"{sign}Data Acquisition\t\t\tTime:\t{begin + 1.9}\tSec\t3/29/2016 1:54:32 PM"]
+        lines += [sign + "\t".join(("Running Time", *order, "Axial Count"))]
+        lines += [sign + "\t".join(("Sec", *(unit[name] for name in order), "segments"))]
+        for i in range(begin, begin + 20):
+            value = {"Displacement": 0.1 * (20 - abs(20 - i)), "Force": 10.0 * (20 - abs(20 - i))}
+            lines.append(f"{i}\t{value[order[0]]:.2f}\t{value[order[1]]:.2f}\t1")
+    (tmp_path / "rig.dat").write_text("\n".join(lines) + "\n")
+    found = read_recording(Source("axial", tmp_path / "rig.dat"))
+    assert len(found.force) == 40
+    assert found.force == pytest.approx(100.0 * found.displacement)
+
+
 @pytest.mark.parametrize(
     ("second", "units"),
     [
