@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise, takewhile
 from pathlib import Path
@@ -47,17 +47,7 @@ def in_one_order(
         A header between the rows has other names or units than the first.
     """
     first = body[start].number
-    names: list[str] = []
-    units: list[str] = []
-    text: dict[bool, str] = {}
-    named = False
-    for line in takewhile(lambda line: line.number < first, lines):
-        cells = trimmed(split_line(line.uncommented.strip(), delimiter))
-        has_names = named_columns(cells) >= 2
-        if has_names or _is_units(cells, named):
-            names, units = (cells, units) if has_names else (names, cells)
-            text[has_names] = line.text
-        named = has_names
+    names, units, text = _above(takewhile(lambda line: line.number < first, lines), delimiter)
     if not names:
         return []
     # What has a number is a row: the words of a header are looked at in the few other lines only.
@@ -72,11 +62,12 @@ def in_one_order(
     for line in (line for line in between if line.comment or line.number in index):
         i = index.get(line.number)
         cells = trimmed(split_line(line.uncommented.strip(), delimiter) if i is None else split[i])
-        has_names = named_columns(cells) >= 2
-        # Other comments are remarks.
-        is_header = has_names or _is_units(cells, named)
+        # A comment with a number, or with another number of fields, is a row or a remark.
+        fits = i is not None or (len(cells) == len(names) and not numbers_in(cells, decimal))
+        has_names = fits and named_columns(cells) >= 2
+        is_header = has_names or (fits and _is_units(cells, named))
         named = has_names
-        if not is_header or numbers_in(cells, decimal) or (i is None and len(cells) != len(names)):
+        if not is_header:
             continue
         if has_names:
             order = _order(path, line, cells, names)
@@ -99,8 +90,24 @@ def in_one_order(
     return said
 
 
+def _above(lines: Iterable[Line], delimiter: str) -> tuple[list[str], list[str], dict[bool, str]]:
+    """Return the names and the units in the lines above the first row, and the texts of both lines."""
+    names: list[str] = []
+    units: list[str] = []
+    text: dict[bool, str] = {}
+    named = False
+    for line in lines:
+        cells = trimmed(split_line(line.uncommented.strip(), delimiter))
+        has_names = named_columns(cells) >= 2
+        if has_names or _is_units(cells, named):
+            names, units = (cells, units) if has_names else (names, cells)
+            text[has_names] = line.text
+        named = has_names
+    return names, units, text
+
+
 def _is_units(cells: list[str], named: bool) -> bool:
-    """Whether a line holds units: below names, where columns may have units of any quantity, one known unit is enough."""
+    """Whether a line holds units; below names, where columns may have units of any quantity, one known is enough."""
     return bool(cells) and (is_units_row(cells) or (named and any(map(certain_unit, cells))))
 
 
