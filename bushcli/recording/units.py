@@ -467,6 +467,15 @@ def _size(bare: str, measured: str) -> _Size | None:
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
+    single = _single(word, measured)
+    if single is not None:
+        return single
+    pairs = (_glued(word[:cut], word[cut:], measured) for cut in range(1, len(word)))
+    return next((pair for pair in pairs if pair is not None), None)
+
+
+def _single(word: str, measured: str) -> _Size | None:
+    """Return the size of a unit with or without prefix; None for other words."""
     pounds = _OF_FORCE.get(word) or (
         _OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None
     )
@@ -481,18 +490,12 @@ def _word(word: str, measured: str) -> _Size | None:
     # only short unit that rigs write like a title.
     plain = word.isupper() or word.islower() or (word.istitle() and (len(word) > 2 or word == "In"))
     folded = _FOLDED.get(word.lower(), set()) if plain else set()
-    if len(folded) == 1:
-        return next(iter(folded))
-    for cut in range(1, len(word)):
-        pair = _glued(word[:cut], word[cut:], measured)
-        if pair is not None:
-            return pair
-    return None
+    return next(iter(folded)) if len(folded) == 1 else None
 
 
 def _glued(first: str, second: str, measured: str) -> _Size | None:
     """Return the moment of a force and a length written together, ``daNcm``, ``ftlb``, ``mkp``, ``nm``; or None."""
-    one, two = _word(first, measured), _word(second, measured)
+    one, two = _single(first, measured), _single(second, measured)
     kinds = [size and _MEASURED.get(size.powers) for size in (one, two)]
     if one is None or two is None or sorted(map(str, kinds)) != ["force", "length"]:
         return None

@@ -6,6 +6,7 @@ A spelling that is understood is never read with another factor, and one that is
 from __future__ import annotations
 
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -228,3 +229,10 @@ def test_a_list_of_units_that_does_not_fit_the_columns_is_not_ignored(tmp_path, 
     (tmp_path / "rig.csv").write_text(f"# units: s, deg, %\n{names}\n{rows}")
     with pytest.raises(RecordingError, match=r"what line 1 states is not a unit of"):
         read_recording(Source(mode, tmp_path / "rig.csv"))
+
+
+def test_a_long_word_that_units_could_make_up_is_refused_at_once():
+    """A force and a length may be written together, but not more than these two."""
+    begin = time.process_time()
+    assert scaled_unit("Nmkgcmlbft" * 20, "moment") is None
+    assert time.process_time() - begin < 1.0
