@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, six
-from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.case import (
+    DENSITY,
+    Case,
+    DynamicTest,
+    LoadCase,
+    Material,
+    MeshOptions,
+    load_case_names,
+)
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
@@ -77,13 +85,14 @@ class Builder:
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
+        tables = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material)
-            for table, keys in self._list(data, "load_cases", LoadCaseTable)
+            self._load_case(table, keys, shape, material) for table, keys in tables if table.dynamic is None
         ]
+        tests = [self._dynamic_test(table, keys, shape, material) for table, keys in tables if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
-        active = self._effects(data, load_cases, recordings, shape)
+        active = self._effects(data, [*load_cases, *tests], recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -98,7 +107,7 @@ class Builder:
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in load_cases if load] + [source.mode for source in recordings]
+        used = [load.mode for load in (*load_cases, *tests) if load] + [source.mode for source in recordings]
         self.findings += mesh_size(shape, options, used)
         if self.findings:
             return None
@@ -109,6 +118,7 @@ class Builder:
             mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
+            dynamic=tuple(item for item in tests if item),
             recordings=recordings,
             coupons=coupons,
             effects=active,
@@ -186,7 +196,9 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
-        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
+        material = Material(
+            table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
+        )
         self.findings += checks.parameters(material)
         return material
 
@@ -246,6 +258,17 @@ class Builder:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
 
+    def _dynamic_test(
+        self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
+    ) -> DynamicTest | None:
+        if not self._mode(keys, table.mode, shape, None, material):
+            return None
+        from bushcli.case import dynamic  # few cases have a dynamic test
+
+        found, findings = dynamic.test(table, keys, shape, self._validated)
+        self.findings += findings
+        return found
+
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
@@ -281,7 +304,7 @@ class Builder:
     def _effects(
         self,
         data: dict[str, Any],
-        load_cases: Sequence[LoadCase | None],
+        load_cases: Sequence[LoadCase | DynamicTest | None],
         recordings: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
@@ -299,7 +322,12 @@ class Builder:
             effects.DeclaredChannel(
                 name,
                 load.mode,
-                ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
+                ("load_cases", i)
+                if isinstance(load, LoadCase)
+                and load.source is None
+                and load.rate is None
+                and load.six is None
+                else (),
             )
             for i, (name, load) in enumerate(named)
         ]

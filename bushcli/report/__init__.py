@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bushcli.report.diagnosis import diagnosis_text
     from bushcli.report.diagnosis_document import diagnosis_json
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
+    from bushcli.report.dynamic import dynamic_json, dynamic_text, write_dynamic
     from bushcli.report.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
     from bushcli.report.identification import inverse_json, inverse_text
     from bushcli.report.occupied import occupy
@@ -48,6 +49,8 @@ __all__ = [
     "diagnosis_text",
     "direct_json",
     "direct_text",
+    "dynamic_json",
+    "dynamic_text",
     "earlier_result",
     "fit_json",
     "fit_text",
@@ -69,6 +72,7 @@ __all__ = [
     "write_design",
     "write_diagnosis",
     "write_direct",
+    "write_dynamic",
     "write_fit",
     "write_inverse",
     "write_meshes",
@@ -83,6 +87,7 @@ _MODULES = {
     "diagnosis": ("diagnosis_text",),
     "diagnosis_document": ("diagnosis_json",),
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
+    "dynamic": ("dynamic_json", "dynamic_text", "write_dynamic"),
     "folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
     "identification": ("inverse_json", "inverse_text"),
     "occupied": ("occupy",),
