@@ -96,7 +96,9 @@ def dynamic_text(response: DynamicResponse, fit: Fit | None) -> Group:
     fit : Fit or None
         As for `dynamic_json`.
     """
-    return Group(*(Shown(_table(one)) for one in response.curves), *problem_parts(response.conditions))
+    parts: list[Any] = [Shown(_table(one)) for one in response.curves]
+    parts += problem_parts(response.conditions)
+    return Group(*parts)
 
 
 def _title(curve: DynamicCurve) -> str:
