@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bushcli.report.design import design_json, design_text
     from bushcli.report.diagnosis import diagnosis_text
     from bushcli.report.diagnosis_document import diagnosis_json
-    from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
+    from bushcli.report.json.direct import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
     from bushcli.report.identification import inverse_json, inverse_text
     from bushcli.report.occupied import occupy
@@ -82,7 +82,7 @@ _MODULES = {
     "design": ("design_json", "design_text"),
     "diagnosis": ("diagnosis_text",),
     "diagnosis_document": ("diagnosis_json",),
-    "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
+    "json.direct": ("case_json", "direct_json", "fit_json", "mesh_json"),
     "folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
     "identification": ("inverse_json", "inverse_text"),
     "occupied": ("occupy",),

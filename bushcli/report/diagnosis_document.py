@@ -14,7 +14,7 @@ from bushcli.mismatch.record import Location, Mismatch
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline
-from bushcli.report.document import cleaned, faults_json, head
+from bushcli.report.json.direct import cleaned, faults_json, head
 from bushcli.report.quantity import quantities
 from bushcli.selection.searched import Searched
 

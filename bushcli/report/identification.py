@@ -13,7 +13,7 @@ from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.file_units import in_file_units
 from bushcli.report.cycles import fit_histories, history_json, with_hysteresis
-from bushcli.report.document import cleaned, faults_json, head
+from bushcli.report.json.direct import cleaned, faults_json, head
 from bushcli.report.fit_part import curves_by_mode, fit_part
 from bushcli.report.identification_tables import (
     correlation_table,

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Group
 from rich.text import Text
 
-from bushcli.report.document import cleaned, direct_json, head
+from bushcli.report.json.direct import cleaned, direct_json, head
 from bushcli.report.quantity import number
 from bushcli.report.tables import ReportTable, Row
 from bushcli.report.text import Shown, problem_parts

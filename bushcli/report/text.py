@@ -20,7 +20,7 @@ from bushcli.faults import DataFault, condition
 from bushcli.report.contact import contact_tables
 from bushcli.report.cycles import ChannelHistory, response_histories
 from bushcli.report.cycles_tables import history_tables
-from bushcli.report.document import problems_of
+from bushcli.report.json.direct import problems_of
 from bushcli.report.quantity import percent
 from bushcli.report.six import six_tables
 from bushcli.report.tables import (
