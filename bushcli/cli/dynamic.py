@@ -31,8 +31,8 @@ def dynamic(run: Run, weighting: str) -> int:
             response, interrupted = ended.response, True
     run.deliver(
         lambda: report.dynamic_json(response, found, run.timings()),
-        lambda: report.dynamic_text(response, found),
-        lambda output, result: report.write_dynamic(output, result, response),
+        lambda pictures=(): report.dynamic_document(response, found, pictures),
+        lambda: report.dynamic_files(response),
     )
     if interrupted:
         raise KeyboardInterrupt

@@ -34,6 +34,7 @@ from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.program import Program, path
 from cases.simulate import prepare
+from cases.six import PAIR_MODES
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -81,6 +82,11 @@ class DynamicCurve:
     model: DynamicModel = field(repr=False)
     matrix: Complex | None = None
     touching: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def mode(self) -> str:
+        """Mode whose displacement and force are those of the vibration."""
+        return self.test.mode if self.test.six is None else PAIR_MODES[self.test.motion]
 
     @property
     def loss_angle(self) -> Array:

@@ -21,11 +21,12 @@ from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response, Simulated
 from cases.stretches import Surface
+from geometry.view import View
 
 # Title of the picture of a geometry file.
 INTERPRETED = "How the file was interpreted"
 
-__all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
+__all__ = ["Picture", "direct_figures", "fit_figures", "geometry_picture", "mesh_figures"]
 
 
 def direct_figures(
@@ -59,8 +60,7 @@ def direct_figures(
         found += fit_figures(fit)
     shape = response.case.geometry
     if shape.view is not None:
-        figure = geometry_figure(shape.view, INTERPRETED, shape.measures())
-        found.append(picture("geometry", "geometry", INTERPRETED, figure))
+        found.append(geometry_picture(shape.view, INTERPRETED, shape.measures()))
     drawn: list[Surface] = []
     for channel in response.channels:
         if channel.surface is None:
@@ -95,6 +95,11 @@ def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
         figure = mesh_figure(mesh.surface, title, _note(mesh.surface))
         found.append(picture(f"mesh-{mesh.name}", "mesh", title, figure))
     return tuple(found)
+
+
+def geometry_picture(view: View, title: str, measures: Mapping[str, float]) -> Picture:
+    """Return the picture of the interpretation of a geometry."""
+    return picture("geometry", "geometry", title, geometry_figure(view, title, measures))
 
 
 def _deformed_title(channel: Simulated) -> str:

@@ -11,7 +11,7 @@ from bushcli.inverse import Fit, FittedCurve
 from bushcli.report.figures.curves import smooth
 from bushcli.report.figures.picture import BLACK, BLUE, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import percent, quantities
-from bushcli.report.tables import curves_of
+from bushcli.report.views.fit import curves_of
 
 _ACROSS = 3
 

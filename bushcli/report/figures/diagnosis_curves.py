@@ -14,7 +14,6 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
-from bushcli.report.diagnosis_words import channel_label
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,
@@ -30,6 +29,7 @@ from bushcli.report.figures.picture import (
 )
 from bushcli.report.figures.plot import Plot, Region, Series
 from bushcli.report.quantity import percent, quantities
+from bushcli.report.views.diagnosis.words import channel_label
 
 Array = NDArray[np.float64]
 

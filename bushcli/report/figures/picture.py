@@ -9,8 +9,7 @@ import io
 import warnings
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -19,32 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-Kind = Literal[
-    "curve",
-    "coupons",
-    "mesh",
-    "geometry",
-    "deformed",
-    "ranking",
-    "certainty",
-    "profiles",
-    "convergence",
-    "starts",
-    "cycles",
-    "holds",
-    "six",
-    "probabilities",
-    "priors",
-    "diagnosed",
-    "missing",
-    "record_map",
-    "bushing_map",
-    "next_test",
-    "tornado",
-    "band",
-    "scatter",
-    "histogram",
-]
+from bushcli.report.document import Picture as Picture
 
 # Okabe and Ito's palette, distinguishable with any colour vision: https://jfly.uni-koeln.de/color/
 BLACK, BLUE, ORANGE, GREEN, RED = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -82,30 +56,6 @@ _STYLE: Mapping[str, Any] = {
     # The same input gives the same file, byte for byte.
     "svg.hashsalt": "bushcli",
 }
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A drawn figure.
-
-    Attributes
-    ----------
-    name : str
-        Name of its files.
-    kind : str
-    title : str
-        Contents in words.
-    channel : str
-        The channel that it belongs to; empty for a picture of all channels.
-    png, svg : bytes
-    """
-
-    name: str
-    kind: Kind
-    title: str
-    channel: str
-    png: bytes = field(repr=False)
-    svg: bytes = field(repr=False)
 
 
 def style() -> AbstractContextManager[None]:
@@ -164,14 +114,14 @@ def legend(axes: Axes, **options: Any) -> None:
         axes.legend(**options)
 
 
-def picture(name: str, kind: Kind, title: str, figure: Figure, channel: str = "") -> Picture:
+def picture(name: str, kind: str, title: str, figure: Figure, channel: str = "") -> Picture:
     """Save a figure as PNG and SVG in memory.
 
     Parameters
     ----------
     name : str
         File name without its suffix.
-    kind : Kind
+    kind : str
         Kind of picture, by which a page groups pictures.
     title : str
         Title in words, for the page.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, RED, legend, literal, new_figure, style
-from bushcli.report.six import largest_reactions, shown_motion
+from bushcli.report.quantity import largest_reactions, shown_motion
 from bushcli.simulate.six import SixCurve
 from cases.six import MOTIONS, REACTIONS
 
