@@ -88,14 +88,14 @@ def bends(model: FiniteElementModel, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
         return False
     ksp.setOperators(matrix)
     ksp.setUp()
-    negative = negative_eigenvalues(ksp)
-    return negative is not None and negative > model.system.free_pressures
+    return negative_eigenvalues(ksp) > model.system.free_pressures
 
 
-def negative_eigenvalues(ksp: PETSc.KSP) -> int | None:
-    """Return how many negative eigenvalues a factorised tangent has; None where its solver does not say."""
-    if ksp.getPC().getType() != PETSc.PC.Type.CHOLESKY:
-        return None
+def negative_eigenvalues(ksp: PETSc.KSP) -> int:
+    """Return how many negative eigenvalues a factorised tangent has."""
+    if ksp.getPC().getType() == PETSc.PC.Type.PYTHON:
+        context: Small = ksp.getPC().getPythonContext()
+        return context.negative_eigenvalues()
     factor = ksp.getPC().getFactorMatrix()
     mumps = ksp.getPC().getFactorSolverType() == "mumps"
     return int(factor.getMumpsInfog(NEGATIVE) if mumps else factor.getInertia()[0])

@@ -50,6 +50,8 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
+#: kg/m3: cellular rubber, and rubber filled with lead.
+RUBBER = (100.0, 5000.0)
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -92,7 +94,7 @@ class Builder:
         tests = [self._dynamic_test(table, keys, shape, material) for table, keys in tables if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
-        active = self._effects(data, [*load_cases, *tests], recordings, shape)
+        active = self._effects(data, load_cases, tests, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -304,7 +306,8 @@ class Builder:
     def _effects(
         self,
         data: dict[str, Any],
-        load_cases: Sequence[LoadCase | DynamicTest | None],
+        load_cases: Sequence[LoadCase | None],
+        tests: Sequence[DynamicTest | None],
         recordings: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
@@ -322,16 +325,17 @@ class Builder:
             effects.DeclaredChannel(
                 name,
                 load.mode,
-                ("load_cases", i)
-                if isinstance(load, LoadCase)
-                and load.source is None
-                and load.rate is None
-                and load.six is None
-                else (),
+                ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
             )
             for i, (name, load) in enumerate(named)
         ]
         channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        vibrating = [test for test in tests if test is not None]
+        channels += [
+            effects.DeclaredChannel(name, test.mode)
+            for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
+            if name not in {channel.name for channel in channels}
+        ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)

@@ -329,7 +329,9 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    tests = zip(load_case_names(case.dynamic, ()), (test.mode for test in case.dynamic), strict=True)
+    channels = (*case.channels, *tests)
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
     return {
         "name": active.effect.name,
         "parameters": {

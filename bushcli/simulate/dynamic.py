@@ -65,6 +65,8 @@ class DynamicCurve:
         Vectors to which the body was reduced.
     model : DynamicModel
         For other frequencies, branches and densities.
+    branches : Branches
+        Those of the rubber.
     matrix : shape (f, 6, 6) or None
         Of a pose: N, mm, rad.
     touching : tuple of (str, str)
@@ -80,8 +82,14 @@ class DynamicCurve:
     reduction_error: float
     vectors: int
     model: DynamicModel = field(repr=False)
+    branches: Branches
     matrix: Complex | None = None
     touching: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def static(self) -> float:
+        """Stiffness of the relaxed rubber without inertia: the slope of the static curve at the preload."""
+        return float(self.model.stiffness(np.zeros(1), ()).real[0])
 
     @property
     def mode(self) -> str:
@@ -319,6 +327,7 @@ class _Vibrations:
             model.error(frequency, self._branches),
             len(found.equilibrium),
             model,
+            self._branches,
             None if pose is None else model.matrix(frequency, self._branches),
             tuple(one.surfaces for one in met),
         )

@@ -85,7 +85,7 @@ class Pencil:
     def __init__(self, model: FiniteElementModel, solver: Equilibrium, metal: Mapping[str, float]) -> None:
         self.model, self._solver = model, solver
         solver.factorise()
-        if (negative_eigenvalues(solver.factor) or 0) > model.system.free_pressures:
+        if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
         self._spring = model.body.rubber.resting_moduli()
         self._spring *= model.shear_modulus

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from bushcli.report.figures.picture import (
     BLACK,
@@ -24,8 +25,13 @@ from bushcli.report.figures.picture import (
 from bushcli.report.views.dynamic import point_in_words, preload_in_words, stiffness_unit, title
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
 
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
 # Frequencies that span more than this factor are drawn on a logarithmic axis.
 _WIDE = 20.0
+# Frequencies of a line, between those that were asked for.
+_DENSE = 300
 
 
 def dynamic_figures(response: DynamicResponse, names: Mapping[str, str]) -> tuple[Picture, ...]:
@@ -47,25 +53,30 @@ def dynamic_figures(response: DynamicResponse, names: Mapping[str, str]) -> tupl
 
 
 def _figure(curves: Sequence[DynamicCurve], words: str) -> Figure:
-    frequency = np.sort(curves[0].frequency)
+    asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
+    wide = asked[-1] > _WIDE * asked[0]
+    lines = (np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE)
     with style():
         figure = new_figure(7.5, 6.4)
         panels = figure.subplots(2, 1, sharex=True)
         for number, curve in enumerate(curves):
-            order = np.argsort(curve.frequency)
             color = (BLUE, RED, GREEN, ORANGE, BLACK)[number % 5]
-            line = "-" if number < 5 else "--"
-            mark = {"marker": "o", "ms": 3.5} if len(order) < 30 else {}
-            values = (np.abs(curve.stiffness), np.degrees(curve.loss_angle))
-            for axes, value in zip(panels, values, strict=True):
-                label = f"preload {preload_in_words(curve)}"
-                axes.plot(curve.frequency[order], value[order], line, color=color, label=label, **mark)
+            line = curve.model.stiffness(lines, curve.branches)
+            for axes, between, value in zip(panels, _shown(line), _shown(curve.stiffness), strict=True):
+                axes.plot(lines, between, "-" if number < 5 else "--", color=color)
+                axes.plot(curve.frequency, value, "o", ms=3.0, color=color)
+            panels[0].plot([], [], color=color, label=f"preload {preload_in_words(curve)}")
         panels[0].set(ylabel=f"|K*| [{stiffness_unit(curves[0].mode)}]")
         panels[1].set(ylabel="loss angle [deg]", xlabel="frequency [Hz]")
-        if frequency[-1] > _WIDE * frequency[0]:
+        if wide:
             panels[1].set_xscale("log")
-            log_ticks(panels[1].xaxis, frequency[0], frequency[-1])
+            log_ticks(panels[1].xaxis, asked[0], asked[-1])
         legend(panels[0], loc="best")
         figure.suptitle(literal(words))
         figure.align_ylabels()
     return figure
+
+
+def _shown(stiffness: Complex) -> tuple[Array, Array]:
+    """Return |K*| and the loss angle in degrees."""
+    return np.abs(stiffness), np.asarray(np.degrees(np.angle(stiffness)))

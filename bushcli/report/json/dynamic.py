@@ -41,6 +41,7 @@ def dynamic_json(response: DynamicResponse, fit: Fit | None, timings: Mapping[st
 def _curve(curve: DynamicCurve) -> dict[str, Any]:
     shown, test = quantities(curve.mode), curve.test
     preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
+    preload["stiffness"] = curve.static
     entry: dict[str, Any] = {
         "name": curve.name,
         "mode": test.mode,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +36,7 @@ def dynamic_document(
     pictures : sequence of Picture
         For the page.
     """
-    count = len(response.curves)
+    count, tables = len(response.curves), [_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
@@ -45,7 +46,10 @@ def dynamic_document(
         [
             *([] if fit is None else [fit_section(fit, pictures)]),
             Section("Dynamic stiffness and loss angle", of_kind(pictures, "dynamic")),
-            Section("Tables", [_table(curve) for curve in response.curves]),
+            Section("Preloads", [_summary(response.curves)]),
+            Section(
+                "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
+            ),
             Section("Solution", [_solved(response)]),
         ],
         response.conditions,
@@ -74,6 +78,20 @@ def point_in_words(curve: DynamicCurve) -> str:
 def title(curve: DynamicCurve) -> str:
     """Return the name of a load case, and which motion vibrates on a path of six."""
     return curve.name if curve.test.six is None else f"{curve.name} ({MOTIONS[curve.test.motion]})"
+
+
+def _summary(curves: Sequence[DynamicCurve]) -> Table:
+    """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
+    heads = ("load case", "preload", "static rate", "|K*| from", "to", "", "over static", "loss angle to")
+
+    def row(curve: DynamicCurve) -> Row:
+        size = np.abs(curve.stiffness)
+        rates = (number(value, 4) for value in (curve.static, float(size.min()), float(size.max())))
+        ratio = number(float(size.max()) / abs(curve.static), 3)
+        angle = f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"
+        return (title(curve), preload_in_words(curve), *rates, stiffness_unit(curve.mode), ratio, angle)
+
+    return Table("", heads, tuple(map(row, curves)), left=2)
 
 
 def _table(curve: DynamicCurve) -> Table:
