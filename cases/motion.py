@@ -172,16 +172,24 @@ class Motion:
             return self.over_all(moved @ self.twists(q))
         return self.over_all(self._along_sleeve(self._setting.rate, q))
 
-    def held_rate(self) -> Array:
-        """Rigid motion of the held sleeve in the direction of `rate` at rest, over all local unknowns."""
-        c = self.constrained
-        dimension = 3 if self._setting.kinematics == "cartesian" else 2
-        moved = self._setting.rate(c.x[:, :dimension].T, 0.0)
-        return self.over_all(np.where(self._held, moved[c.component, np.arange(len(c.dofs))], 0.0))
+    def rigid(self, x: Array, q: float) -> Array:
+        """Rigid motions of the whole body as it is deformed, in the directions in which the sleeve can move.
 
-    @property
-    def _held(self) -> NDArray[np.bool_]:
-        return ~self.constrained.driven & np.isin(self.constrained.boundary, list(self._mode.held))
+        Parameters
+        ----------
+        x
+            Where its points are now, shape (d, n), mm.
+        q
+            mm or rad; s of a path of six motions.
+
+        Returns
+        -------
+        shape (m, components, n)
+            Per mm or rad: one motion, or all six.
+        """
+        if self.six is not None:
+            return twists(x - self.pose(q)[:3, None], np.zeros(6))
+        return np.asarray(self._setting.rate(x, 0.0))[None]
 
     # -- with six motions ----------------------------------------------------------------------------------------
 
@@ -215,15 +223,6 @@ class Motion:
             # Affine in the coordinates: the difference drops the constant.
             fields = twists(x + slope(), pose) - fields
         return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
-
-    def held_twists(self, q: float) -> Array:
-        """Rigid motions of the held sleeve along, and about, the axes through the driven one's centre.
-
-        They are (6, constrained), as in `twists`; q is the path's parameter, s.
-        """
-        c = self.constrained
-        fields = twists(c.x.T - self.pose(q)[:3, None], np.zeros(6))
-        return np.where(self._held, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
 
     def arms(self, q: float) -> Array:
         """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""

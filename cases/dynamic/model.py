@@ -73,7 +73,7 @@ class DynamicModel:
         density : float or None
             Of the rubber, t/mm^3; None = the one for which the model was reduced.
         """
-        return self._taken(self.reduced.stiffness(sweep(frequencies, branches), density))
+        return self._taken(np.array(self.reduced.stiffness(sweep(frequencies, branches), density)))
 
     def slopes(
         self, frequencies: Array, branches: Branches, density: float | None = None
@@ -102,9 +102,7 @@ class DynamicModel:
         frequencies, branches, density
             As for `stiffness`: Hz, t/mm^3.
         """
-        whole = self.reduced.stiffness(sweep(frequencies, branches), density)
-        d = self.reduced.driven
-        return -whole[:, d:, :d] if self._crosses else whole[:, :d, :d]
+        return self.reduced.stiffness(sweep(frequencies, branches), density)[self.transfer]
 
     def error(self, frequencies: Array, branches: Branches, density: float | None = None) -> float:
         """Return the bound of the largest relative error of the reduction.
@@ -116,11 +114,5 @@ class DynamicModel:
         """
         return float(self.reduced.errors(sweep(frequencies, branches), density).max())
 
-    @property
-    def _crosses(self) -> bool:
-        return self.transfer and self.reduced.motions > self.reduced.driven
-
-    def _taken(self, whole: Complex) -> Complex:
-        if self._crosses:
-            return -whole[:, self.reduced.driven + self.motion, self.motion]
-        return whole[:, self.motion, self.motion]
+    def _taken(self, both: Complex) -> Complex:
+        return np.asarray(both[int(self.transfer), :, self.motion, self.motion])

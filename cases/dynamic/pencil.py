@@ -22,6 +22,7 @@ from cases.newton import negative_eigenvalues
 from cases.ranks import summed
 from cases.rigid import completed, reactions, solved, turned
 from cases.six import possible, skew
+from geometry.dolfinx_api import collapsed
 
 Array = NDArray[np.float64]
 
@@ -70,9 +71,9 @@ class Pencil:
     Attributes
     ----------
     motions : shape (m, n)
-        Unit motions of the boundaries: those of the driven sleeve, then (of a bushing) those of the held one.
-    driven : int
-        Number of the former.
+        Unit motions of the driven sleeve.
+    rigid : shape (m, n)
+        The same motions of the whole body, (0, n) for a coupon.
     static : shape (m, m)
         Stiffness due to the present forces on lever arms that turn, N and mm.
 
@@ -92,35 +93,43 @@ class Pencil:
         self._metal = [metal[name] for name in model.mesh.sleeves]
         self._state = model.state.x.array.copy()
         self.static: Array = np.zeros((0, 0))
-        self.motions, self.driven = self._motions(solver.q)
+        self.motions = self._motions(solver.q)
+        self.rigid = self._rigid(solver.q)
 
-    def _motions(self, q: float) -> tuple[Array, int]:
-        motion = self.model.motion
-        residual = self.model.system.create_vector()
-        self.model.system.residual(residual)
+    def _motions(self, q: float) -> Array:
+        motion, system = self.model.motion, self.model.system
+        residual = system.create_vector()
+        system.residual(residual)
         if motion.six is not None:
             moves = list(possible(self.model.mesh.mirrors))
-            twists = np.vstack([motion.twists(q)[moves], motion.held_twists(q)[moves]])
-            forces = reactions(self.model, residual, q)
-            self.static = np.zeros((12, 12))
-            self.static[3:6, 3:6] = turned(self.model, residual, q) + 0.5 * skew(forces[3:])
-            # Moments of the held sleeve are about the centre of the driven one, which moves.
-            self.static[9:, :3] = -skew(forces[:3])
-            self.static[9:, 3:6] = -0.5 * skew(forces[3:])
-            both = [*moves, *(6 + k for k in moves)]
-            self.static = self.static[np.ix_(both, both)]
-            found, driven = motion.over_all(twists), len(moves)
+            turning = np.zeros((6, 6))
+            # Symmetric as the second derivative of the energy (`cases.rigid`).
+            turning[3:, 3:] = turned(self.model, residual, q)
+            turning[3:, 3:] += 0.5 * skew(reactions(self.model, residual, q)[3:])
+            self.static = turning[np.ix_(moves, moves)]
+            found = motion.over_all(motion.twists(q)[moves])
         else:
-            rate = motion.rate(q)
-            rates = [rate] if self.model.mode.specimen == "coupon" else [rate, motion.held_rate()]
             bend = (motion.rate(q + BEND) - motion.rate(q - BEND)) / (2.0 * BEND)
-            owned = self.model.system.owned
-            work = float(summed(self.model.comm, float(residual.array_r @ bend[:owned])))
-            self.static = np.zeros((len(rates), len(rates)))
-            self.static[0, 0] = work * self.model.multiplicity
-            found, driven = np.array(rates), 1
+            work = float(summed(self.model.comm, float(residual.array_r @ bend[: system.owned])))
+            self.static = np.full((1, 1), work * self.model.multiplicity)
+            found = motion.rate(q)[None]
         residual.destroy()
-        return found, driven
+        return found
+
+    def _rigid(self, q: float) -> Array:
+        if self.model.mode.specimen == "coupon":
+            return self.motions[:0]
+        model, six = self.model, self.model.motion.six is not None
+        space, parent = collapsed(model.space.sub(0))
+        components = model.space.sub(0).num_sub_spaces
+        # Of the half-plane the radius and z; its angle moves no point of it.
+        plane = [0, components - 1] if model.mesh.dimension == 2 else [0, 1, 2]
+        x = space.tabulate_dof_coordinates()[:, : model.mesh.dimension].T
+        now = x + self._state[parent].reshape(-1, components).T[plane]
+        moved = model.motion.rigid(now, q)
+        found = np.zeros((len(moved), len(self._state)))
+        found[:, parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
+        return found[list(possible(model.mesh.mirrors))] if six else found
 
     def act(self, directions: Array) -> Actions:
         """Multiply all matrices with some vectors, shape (k, n)."""
@@ -137,7 +146,7 @@ class Pencil:
         return Actions(self.model.system.pulls(directions), viscous, rubber, metal)
 
     def followed(self) -> Array:
-        """Response of the body to each of the motions at rest, K_eq alone; shape (m, n)."""
+        """Response of the body to each of the sleeve's motions, K_eq alone; shape (m, n)."""
         pull = completed(self.model, self.model.system.pulls(np.ascontiguousarray(self.motions)))
         return self.motions - solved(self.model, self._solver.factor, pull)
 

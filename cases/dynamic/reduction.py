@@ -19,12 +19,12 @@ Prud'homme et al. (2002), Reliable real-time solution of parametrized partial di
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.dynamic.pencil import Pencil
+from cases.dynamic.pencil import Actions, Pencil
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -55,12 +55,15 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Reduced:
-    """Matrices over the responses to the m motions and the k free vectors after them.
+    """Matrices over the responses to motions of the driven sleeve, rigid motions of the body, and free vectors.
+
+    The work of the momentum on a rigid motion is the difference between the force where the bushing is driven and that
+    on all that holds it, be it bonded or in contact. Rigid motions have their mass alone here.
 
     Attributes
     ----------
     motions, driven : int
-        m, and how many of these motions are the driven sleeve's; the others are the held one's.
+        m, the number of both kinds of motions together, and the number of the former.
     equilibrium, viscous, rubber, metal : shape (m + k, m + k)
         As in `cases.dynamic.pencil.Actions`.
     static : shape (m, m)
@@ -89,8 +92,8 @@ class Reduced:
         unit = np.broadcast_to(np.eye(m), (len(P), m, m))
         return np.concatenate([unit, free], axis=1)
 
-    def stiffness(self, at: Sweep, density: float | None = None) -> Complex:
-        """Return the stiffness, shape (f, m, m).
+    def stiffness(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
+        """Return driving-point and transfer stiffness, shape (f, driven, driven) each.
 
         Parameters
         ----------
@@ -99,22 +102,32 @@ class Reduced:
             Of the rubber, t/mm^3; None = `density`.
         """
         m, P = self.motions, self._dynamic(at, density)
-        x = self.states(at, density)
-        return self.static + P[:, :m, :m] + P[:, :m, m:] @ x[:, m:]
+        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(at, density)[:, m:], self.static)
+
+    def _apart(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
+        """Return driving-point and transfer stiffness from the works of forces on all motions, (f, m, m)."""
+        d = self.driven
+        driving = np.asarray(static + forces[:, :d, :d])
+        return driving, driving - forces[:, d:, :d] if self.motions > d else driving
 
     def slopes(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
-        """Return the derivatives x^T (dK/dp) x of the stiffness by s and by the rubber's density, shape (f, m, m) each.
+        """Return the derivatives x^T (dK/dp) x of both stiffnesses by s and by the rubber's density.
 
         Parameters
         ----------
         at : Sweep
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
+
+        Returns
+        -------
+        by_s, by_density : shape (2, f, driven, driven)
+            Driving-point stiffness first.
         """
         x = self.states(at, density)
         turned = x.transpose(0, 2, 1)
         by_density = -at.squared[:, None, None] * (turned @ self.rubber @ x)
-        return turned @ self.viscous @ x, by_density
+        return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
 
     def errors(self, at: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
@@ -122,7 +135,7 @@ class Reduced:
         Driving-point and transfer stiffness of every motion are looked at.
         """
         norms, beta = self._judged(at, density)
-        return np.asarray(self._relative(self.stiffness(at, density), norms, beta).max(axis=1))
+        return np.asarray(self._relative(at, density, norms, beta).max(axis=1))
 
     def _dynamic(self, at: Sweep, density: float | None) -> Complex:
         mass = (self.density if density is None else density) * self.rubber + self.metal
@@ -149,26 +162,22 @@ class Reduced:
         beta = np.linalg.svd(within, compute_uv=False)[:, -1]
         return np.sqrt(np.maximum(squares, 0.0)), np.minimum(beta, 1.0)
 
-    def _relative(self, stiffness: Complex, norms: Array, beta: Array) -> Array:
+    def _relative(self, at: Sweep, density: float | None, norms: Array, beta: Array) -> Array:
         """Bound of the relative error by motion of the driven sleeve, (f, driven)."""
-        d = np.arange(self.driven)
-        own = norms[:, d] ** 2 / np.abs(stiffness[:, d, d])
-        if self.motions > self.driven:
-            other = d + self.driven
-            across = norms[:, d] * norms[:, other] / np.abs(stiffness[:, d, other])
-            own = np.maximum(own, across)
-        return np.asarray(own / beta[:, None])
+        d = self.driven
+        driven, rigid = norms[:, :d], norms[:, d:] if self.motions > d else 0.0
+        driving, transfer = (
+            np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at, density)
+        )
+        error = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer)
+        return np.asarray(error / beta[:, None])
 
     def weights(self, at: Sweep) -> Array:
         """Return the weight of each residual in the choice of further vectors, (f, m): over beta and stiffness."""
         _, beta = self._judged(at, None)
-        stiffness = self.stiffness(at)
-        size = np.abs(stiffness[:, np.arange(self.motions), np.arange(self.motions)])
-        if self.motions > self.driven:
-            d = np.arange(self.driven)
-            across = np.abs(stiffness[:, d, d + self.driven])
-            size = np.minimum(size, np.hstack([across, across]))
-        return np.asarray(1.0 / np.sqrt(size * beta[:, None]))
+        sizes = [np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at)]
+        least = np.tile(np.minimum(*sizes), (1, self.motions // self.driven))
+        return np.asarray(1.0 / np.sqrt(least * beta[:, None]))
 
 
 def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Reduced:
@@ -186,6 +195,7 @@ def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Redu
     """
     basis = _Basis(pencil, density)
     basis.add(pencil.followed())
+    basis.add_rigid()
     for _ in range(MOST_ROUNDS):
         found = basis.reduced()
         if float(found.errors(at).max()) <= tolerance:
@@ -207,14 +217,27 @@ class _Basis:
         self._forces = pencil.act(none)
 
     @property
+    def _motions(self) -> int:
+        return len(self._pencil.motions) + len(self._pencil.rigid)
+
+    @property
     def _mass(self) -> Array:
         return self._density * self._forces.rubber + self._forces.metal
 
+    def add_rigid(self) -> None:
+        """Add the rigid motions, with their mass alone: what is fixed to the ground would move with the body."""
+        found = self._pencil.act(self._pencil.rigid)
+        none = np.zeros_like(self._pencil.rigid)
+        self._add(self._pencil.rigid, replace(found, equilibrium=none, viscous=none))
+
     def add(self, vectors: Array) -> None:
         """Add vectors, shape (k, n)."""
+        self._add(vectors, self._pencil.act(vectors))
+
+    def _add(self, vectors: Array, forces: Actions) -> None:
         known = len(self._vectors)
         self._vectors = np.vstack([self._vectors, vectors])
-        self._forces = self._forces.with_(self._pencil.act(vectors))
+        self._forces = self._forces.with_(forces)
         right = np.vstack([self._forces.viscous[known:], self._mass[known:]])
         viscous, inertial = np.split(self._pencil.solve(right), 2)
         self._viscous = np.vstack([self._viscous, viscous])
@@ -222,20 +245,26 @@ class _Basis:
 
     @property
     def _parts(self) -> Array:
-        m = len(self._pencil.motions)
+        m = self._motions
         return np.vstack([self._vectors[m:], self._viscous, self._inertial])
 
     def reduced(self) -> Reduced:
         """Return the matrices over the present vectors."""
-        pencil, m = self._pencil, len(self._pencil.motions)
-        equilibrium, viscous, rubber, metal = (
-            _even(pencil.products(self._vectors, force)) for force in vars(self._forces).values()
-        )
+        pencil, m = self._pencil, self._motions
+        rigid = slice(len(pencil.motions), m)
+
+        def matrix(forces: Array) -> Array:
+            found = pencil.products(self._vectors, forces)
+            # Of rigid motions the forces alone are without those of the ground.
+            found[rigid] = found[:, rigid].T
+            return _even(found)
+
+        equilibrium, viscous, rubber, metal = map(matrix, vars(self._forces).values())
         forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
         inner = _even(pencil.products(self._parts, forces))
         return Reduced(
             m,
-            pencil.driven,
+            len(pencil.motions),
             equilibrium,
             viscous,
             rubber,
