@@ -120,7 +120,7 @@ class Builder:
             mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
-            dynamic=tuple(item for item in tests if item),
+            vibrations=tuple(item for item in tests if item),
             recordings=recordings,
             coupons=coupons,
             effects=active,
@@ -265,9 +265,9 @@ class Builder:
     ) -> DynamicTest | None:
         if not self._mode(keys, table.mode, shape, None, material):
             return None
-        from bushcli.case import dynamic  # few cases have a dynamic test
+        from bushcli.case import vibrations  # few cases have a dynamic test
 
-        found, findings = dynamic.test(table, keys, shape, self._validated)
+        found, findings = vibrations.test(table, keys, shape, self._validated)
         self.findings += findings
         return found
 

@@ -156,7 +156,7 @@ class Case:
     mesh : MeshOptions
     material : Material
     load_cases : tuple of LoadCase
-    dynamic : tuple of DynamicTest
+    vibrations : tuple of DynamicTest
         Load cases with ``[load_cases.dynamic]``, which are not among the former.
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
@@ -175,7 +175,7 @@ class Case:
     mesh: MeshOptions
     material: Material
     load_cases: tuple[LoadCase, ...] = ()
-    dynamic: tuple[DynamicTest, ...] = ()
+    vibrations: tuple[DynamicTest, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
@@ -274,7 +274,7 @@ def resolved(case: Case) -> dict[str, Any]:
         },
         "load_cases": [
             *(_load_case(load_case, folder) for load_case in case.load_cases),
-            *map(_dynamic, case.dynamic),
+            *map(_dynamic, case.vibrations),
         ],
         "recordings": [_source(source, folder) for source in case.recordings],
         "coupons": [_source(source, folder) for source in case.coupons],
@@ -329,7 +329,7 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    tests = zip(load_case_names(case.dynamic, ()), (test.mode for test in case.dynamic), strict=True)
+    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
     channels = (*case.channels, *tests)
     turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
     return {

@@ -55,7 +55,7 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         parameters += f" (identified from the {source or 'coupon tests'})"
     rows.append(("law", f"{used.law}: {parameters}"))
     rows.append(("bulk modulus", _bulk(used)))
-    if case.dynamic:
+    if case.vibrations:
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     return rows + _effects(case) + _limits(case)
 

@@ -166,7 +166,7 @@ def vibrate(
     check_material(case, material)
     run = _Run(case, material, sharing(case, comm), progress)
     try:
-        for name, test in zip(load_case_names(case.dynamic, ()), case.dynamic, strict=True):
+        for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
             run.test(name, test)
     except (KeyboardInterrupt, Interrupted) as stopped:
         if not run.curves:
@@ -189,7 +189,7 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
 def _check(case: Case) -> None:
     """Refuse a case without dynamic load cases, without branches, or with an effect that has no dynamic stiffness."""
     where = case.path.name
-    if not case.dynamic:
+    if not case.vibrations:
         example = "frequency = [1, 10, 100]"
         expected = (
             f"add a table [load_cases.dynamic] with {example} (and preload) to a load case without amplitude"
@@ -197,7 +197,7 @@ def _check(case: Case) -> None:
         raise InputError(Problem(where, "no load case has vibrations", "", expected))
     require_values(case.effects, where)
     problems = []
-    for name, test in zip(load_case_names(case.dynamic, ()), case.dynamic, strict=True):
+    for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
         active = acting(case.effects, name, test.mode)
         if not branches_of(active):
             what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"

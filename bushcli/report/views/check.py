@@ -63,7 +63,7 @@ def check_document(found: Checked) -> Document:
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
-        Section("Vibrations", [_dynamic_table(case.dynamic)]),
+        Section("Vibrations", [_dynamic_table(case.vibrations)]),
         Section("Recordings", [recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
         *protocol_sections(found.tests),

@@ -380,7 +380,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     if command == "direct":
         channels = [name for name, _ in case.channels]
     if command == "dynamic":
-        channels = list(load_case_names(case.dynamic, ()))
+        channels = list(load_case_names(case.vibrations, ()))
     endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
     endings += [".xdmf", ".h5"] if command == "direct" else []
     curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
