@@ -139,6 +139,18 @@ def test_odds_and_priors_are_those_of_the_code():
         assert f"`{name}." in text
 
 
+def test_each_constant_of_the_calculation_says_what_it_is():
+    tables = generator()
+    rows = [
+        (file.stem, *row)
+        for room in tables._WITH_CONSTANTS
+        for file in (tables.ROOT / "bushcli" / room).glob("*.py")
+        for row in tables.constants(file)
+    ]
+    assert len(rows) > 100
+    assert [row[:2] for row in rows if len(row[2].split()) < 4] == []
+
+
 def test_exports_are_those_of_the_code():
     text = page("exports.md")
     assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
