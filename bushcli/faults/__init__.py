@@ -12,7 +12,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bushcli.faults.fault import DataFault, Kind, condition, masks
+from bushcli.faults.fault import DataFault, condition, masks
 
 if TYPE_CHECKING:
     from bushcli.faults.find import bad_samples, find_faults, sample_faults
