@@ -48,6 +48,11 @@ class DataFault:
     samples: Mask = field(repr=False, compare=False)
     probability: float = 1.0
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether an unusual specimen may explain it."""
+        return self.probability < 1.0
+
 
 def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
     """Return which samples (n,) of a recording a fit must not use.
@@ -73,7 +78,7 @@ def condition(fault: DataFault) -> Condition:
     "bad_samples" otherwise.
     """
     return Condition(
-        "faulty_data" if fault.fatal else "bad_samples" if fault.probability == 1.0 else "doubtful_data",
+        "faulty_data" if fault.fatal else "doubtful_data" if fault.doubtful else "bad_samples",
         f"{fault.channel}: {fault.where}",
         fault.remedy,
     )

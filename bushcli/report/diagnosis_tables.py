@@ -210,7 +210,7 @@ def fault_table(found: Diagnosis) -> ReportTable:
             "correct first"
             if one.fatal
             else f"{100 * one.probability:.0f} % probable"
-            if one.probability < 1.0
+            if one.doubtful
             else f"{int(one.samples.sum())} samples left out",
             one.remedy,
         )
