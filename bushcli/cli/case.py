@@ -58,10 +58,7 @@ def check(run: Run, strict: bool) -> int:
     faults = find_faults(case, [*records, *materials])
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    paths = [
-        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
-    ]
-    odd = unusual(case, case.material, paths)
+    odd = unusual(case, case.material, (*records, *materials, *filter(None, programs)))
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
     result = report.case_json(case, records, materials, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]

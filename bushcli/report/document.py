@@ -167,14 +167,9 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
-    odd = unusual(
-        response.case,
-        response.material,
-        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
-    )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
-    return with_hysteresis(known, response_histories(response, misfits))
+    # What is unusual about the case is said by the fit to its coupons and by the simulation.
+    known = dict.fromkeys((*(fit.conditions if fit else ()), *response.conditions, *left))
+    return with_hysteresis(tuple(known), response_histories(response, misfits))
 
 
 def head(
