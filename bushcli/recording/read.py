@@ -100,6 +100,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         numbers=numbers,
+        sound=source.sound,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return _used(recording, source)

@@ -146,6 +146,8 @@ class Recording(Curve):
         The whole record of which these samples were selected: its earlier cycles are their history.
     selected : (n,) array of int, optional
         Their indices in the whole record.
+    sound : tuple of str
+        Kinds of data faults that the user has looked at and that are none.
     """
 
     name: str = ""
@@ -161,6 +163,7 @@ class Recording(Curve):
     numbers: NDArray[np.int_] | None = None
     selected_from: Recording | None = None
     selected: NDArray[np.int_] | None = None
+    sound: tuple[str, ...] = ()
 
     @property
     def record(self) -> Recording:

@@ -8,7 +8,7 @@ from bushcli.faults import DataFault
 from bushcli.report.quantity import listed
 
 # Conditions that repeat the faults of the data.
-FAULTS = frozenset({"faulty_data", "bad_samples"})
+FAULTS = frozenset({"faulty_data", "doubtful_data", "bad_samples"})
 _KINDS = {
     "sign": "wrong sign",
     "position": "displacement from another zero",
