@@ -52,6 +52,9 @@ class DynamicRecordingTable(CaseTable):
     across: Literal["amplitude", "preload"] | None = Field(
         default=None, description="what a length or a strain in the names of the columns is"
     )
+    accept: list[Literal["unit", "spikes", "temperature"]] | None = Field(
+        default=None, description="kinds of faults that are none"
+    )
     quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
     frequency: float | None = Field(default=None, gt=0, description="Hz, of the whole file")
     amplitude: float | None = Field(
@@ -144,6 +147,7 @@ def _source(table: DynamicRecordingTable, files: tuple[Path, ...], name: str) ->
         columns=dict(table.columns or {}),
         units=dict(table.units or {}),
         delimiter=_DELIMITERS.get(delimiter or "", delimiter),
+        accept=tuple(table.accept or ()),
         **given,
     )
 
@@ -157,5 +161,6 @@ def shown_source(source: DynamicSource) -> dict[str, Any]:
         if turned and shown_keys[key] is not None:
             shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
     shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
+    shown_keys["accept"] = list(source.accept) or None
     shown_keys |= {"kind": KIND, "file": source.pattern, "name": source.label}
     return {key: value for key, value in shown_keys.items() if value is not None}

@@ -34,6 +34,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
+    from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.dynamic_tables import dynamic_tables_json, dynamic_tables_parts
@@ -58,7 +59,7 @@ def check(run: Run, strict: bool) -> int:
         None if one.source is None else replace(read_program(one.source, run.tables), name=name)
         for name, one in zip(names, case.load_cases, strict=True)
     ]
-    faults = find_faults(case, [*records, *materials])
+    faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
     paths = [

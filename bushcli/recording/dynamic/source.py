@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from bushcli.recording.source import FaultKind
+
 #: Columns of a table, as in the ``columns`` and ``units`` keys of a case file.
 COLUMNS = (
     "frequency", "amplitude", "preload", "preload_force", "temperature", "stiffness", "storage", "loss", "loss_angle",
@@ -51,6 +53,8 @@ class DynamicSource:
         Modulus of a coupon.
     frequency, amplitude, preload, preload_force, temperature : float, optional
         Of the whole file: Hz; mm, rad or strain (peak); mm, rad or strain; N, N mm or MPa; degrees C.
+    accept : tuple of FaultKind
+        Kinds of faults that the case file says are none.
     """
 
     mode: str
@@ -72,6 +76,7 @@ class DynamicSource:
     preload: float | None = None
     preload_force: float | None = None
     temperature: float | None = None
+    accept: tuple[FaultKind, ...] = ()
 
     @property
     def label(self) -> str:

@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.recording.source import FaultKind
+
 Array = NDArray[np.float64]
 Quantity = Literal["stiffness", "E", "G"]
 
@@ -45,6 +47,8 @@ class DynamicTable:
         File and line, or file and times, of each row.
     remarks : tuple of str
         How the files were read, and what was understood from them.
+    accept : tuple of FaultKind
+        Kinds of faults that the case file says are none.
     """
 
     name: str
@@ -63,6 +67,7 @@ class DynamicTable:
     files: tuple[Path, ...] = ()
     places: tuple[str, ...] = field(default=(), repr=False)
     remarks: tuple[str, ...] = ()
+    accept: tuple[FaultKind, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""

@@ -86,7 +86,8 @@ def test_a_wide_table_has_its_conditions_in_the_names(tmp_path):
     assert len(table.conditions()) == 2
     over_amplitude = read(
         tmp_path,
-        "A pp [mm],K* 1 Hz [N/mm],δ 1 Hz [°],K* 10 Hz [N/mm],δ 10 Hz [°]\n0.2,500,5,550,6\n1,400,7,450,8\n2,300,7,350,8\n",
+        "A pp [mm],K* 1 Hz [N/mm],δ 1 Hz [°],K* 10 Hz [N/mm],δ 10 Hz [°]\n"
+        "0.2,500,5,550,6\n1,400,7,450,8\n2,300,7,350,8\n",
     )
     np.testing.assert_allclose(over_amplitude.frequency, [1, 1, 1, 10, 10, 10])
     np.testing.assert_allclose(over_amplitude.amplitude, [0.1, 0.5, 1, 0.1, 0.5, 1])
