@@ -34,7 +34,10 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
+    from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
+    from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.dynamic_tables import dynamic_tables_json, dynamic_tables_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -43,6 +46,7 @@ def check(run: Run, strict: bool) -> int:
     case = run.load()
     curves = [read_recording(source, tables=run.tables) for source in case.recordings]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
+    tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
     records, materials = [one.record for one in curves], [one.record for one in coupons]
     if not case.needs_fit:
@@ -55,7 +59,7 @@ def check(run: Run, strict: bool) -> int:
         None if one.source is None else replace(read_program(one.source, run.tables), name=name)
         for name, one in zip(names, case.load_cases, strict=True)
     ]
-    faults = find_faults(case, [*records, *materials])
+    faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
     odd = unusual(case, case.material, (*records, *materials, *filter(None, programs)))
@@ -64,12 +68,15 @@ def check(run: Run, strict: bool) -> int:
     result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
     result |= report.protocol_json(tests)
+    if tables:
+        result["dynamic"] = dynamic_tables_json(tables)
 
     def text() -> tuple[Any, ...]:
         from bushcli.report.text import problem_parts
 
         said = report.case_text(case, records, materials, faults, programs)
-        return (said, *report.protocol_parts(tests), *problem_parts(found))
+        shown = dynamic_tables_parts(tables)
+        return (said, *shown, *report.protocol_parts(tests), *problem_parts(found))
 
     run.deliver(lambda: result, text, lambda output, found: report.write_check(output, found, case))
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE

@@ -20,6 +20,7 @@ _KINDS = {
     "stuck": "values stuck",
     "time": "wrong times",
     "no_signal": "noise in place of a force",
+    "temperature": "two sweeps at one temperature",
 }
 
 
