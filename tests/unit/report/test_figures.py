@@ -13,7 +13,7 @@ from bushcli.report.figures.body import _Drawing, deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth
 from bushcli.report.figures.picture import style
 from bushcli.report.figures.six import six_figure
-from bushcli.report.six import largest_reactions
+from bushcli.report.quantity import largest_reactions
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.six import SixCurve
 from cases.stretches import Surface, mesh_surface
