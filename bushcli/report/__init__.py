@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from bushcli.report.design import design_json, design_text
     from bushcli.report.diagnosis import diagnosis_text
     from bushcli.report.diagnosis_document import diagnosis_json
-    from bushcli.report.json.direct import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
     from bushcli.report.identification import inverse_json, inverse_text
+    from bushcli.report.json.direct import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.occupied import occupy
     from bushcli.report.output import (
         check_output,

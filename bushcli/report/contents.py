@@ -14,7 +14,7 @@ from bushcli.report.six import six_columns
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import DiagnosedChannel
-    from bushcli.report.figures.picture import Picture
+    from bushcli.report.document import Picture
     from bushcli.report.folder import Content
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Simulated
@@ -33,11 +33,9 @@ def geometry_pictures(view: View, title: str, measures: Mapping[str, float]) -> 
     measures : mapping of str to float
         Areas (mm2) and volumes (mm3) by name.
     """
-    from bushcli.report.figures.geometry import geometry_figure
-    from bushcli.report.figures.picture import picture
+    from bushcli.report.drawing.results import geometry_picture
 
-    shown = picture("geometry", "geometry", title, geometry_figure(view, title, measures))
-    return {"geometry.png": data_file(shown.png), "geometry.svg": data_file(shown.svg)}
+    return drawn([geometry_picture(view, title, measures)])
 
 
 def drawn(pictures: Sequence[Picture]) -> dict[str, Content]:

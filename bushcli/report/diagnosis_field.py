@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.mismatch.maps import LocalMap
-from bushcli.report.figures.diagnosis_map import numbering
+from bushcli.report.drawing.bushing_map import numbering
 
 # VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
 _VTK = {

@@ -6,8 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from markupsafe import Markup
-
 from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.report.data_faults import FAULTS
@@ -34,15 +32,15 @@ from bushcli.report.diagnosis_words import (
     searched_lines,
     tone,
 )
-from bushcli.report.figures.diagnosis_curves import curve_plot, time_plot
-from bushcli.report.figures.picture import Picture
-from bushcli.report.figures.plot import svg
+from bushcli.report.document import Picture
+from bushcli.report.drawing.zoom import svg
 from bushcli.report.html import PageSection, by_kind, page
+from bushcli.report.plots.diagnosis import curve_plot, time_plot
 from bushcli.report.tables import ReportTable
 
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
-    "simulation is too stiff or too high, green where it is too soft or too low. Click a number to go there, a name to "
+    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name to "
     "hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked."
 )
 _PROBABILITIES = (
@@ -116,17 +114,17 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
 def _plots(found: Diagnosis) -> list[PageSection]:
     """Return the plots that can be zoomed: curves, and the misfit over time; of faulty data the recorded curves."""
     if found.verdict == "faulty_data":
-        curves = [Markup(svg(curve_plot(found, one))) for one in found.channels]
+        curves = [svg(curve_plot(found, one)) for one in found.channels]
         return [PageSection("Recorded curves", plots=curves)]
     return [
         PageSection(
             "Recorded and simulated curves",
-            plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
+            plots=[svg(curve_plot(found, one)) for one in found.channels],
             note=_HOW,
         ),
         PageSection(
             "Misfit over time",
-            plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
+            plots=[svg(time_plot(found, one)) for one in found.channels],
             note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
             + _out(found),
         ),

@@ -12,7 +12,6 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Any
 
 import jinja2
@@ -24,7 +23,8 @@ from bushcli.report.conditions import conditions
 from bushcli.report.contact import contact_tables
 from bushcli.report.cycles import ChannelHistory, response_histories
 from bushcli.report.cycles_tables import history_tables
-from bushcli.report.figures.picture import Picture
+from bushcli.report.document import Picture
+from bushcli.report.drawing.zoom import figure, script, style
 from bushcli.report.six import six_tables
 from bushcli.report.tables import (
     ReportTable,
@@ -211,7 +211,7 @@ def page(
         Section in a box above everything else.
     """
     shown = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
-    script = _script() if any(section.plots for section in shown) else ""
+    code = script() if any(section.plots or section.pictures for section in shown) else Markup("")
     return (
         _environment()
         .get_template("report.html")
@@ -226,8 +226,9 @@ def page(
             conditions=conditions(case, material, source),
             path=str(case.path),
             sections=shown,
-            script=script,
-            digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            script=code,
+            plot_style=style(),
+            digest=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
             versions=result["versions"],
             timings=result["timings_s"],
@@ -243,21 +244,6 @@ def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
     return kinds
 
 
-def _embedded(picture: Picture) -> str:
-    """Return a picture as a data URL: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
-    if picture.kind in ("mesh", "deformed"):
-        return "data:image/png;base64," + base64.b64encode(picture.png).decode()
-    return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
-
-
-@cache
-def _script() -> Markup:
-    """Return the script of the zoomable plots, which contains no text that would end its element."""
-    text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
-    assert "</" not in text
-    return Markup(f"\n{text}")
-
-
 @cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -267,5 +253,5 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["embedded"] = _embedded
+    environment.filters["figure"] = figure
     return environment

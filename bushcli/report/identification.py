@@ -13,7 +13,6 @@ from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.file_units import in_file_units
 from bushcli.report.cycles import fit_histories, history_json, with_hysteresis
-from bushcli.report.json.direct import cleaned, faults_json, head
 from bushcli.report.fit_part import curves_by_mode, fit_part
 from bushcli.report.identification_tables import (
     correlation_table,
@@ -22,6 +21,7 @@ from bushcli.report.identification_tables import (
     model_table,
 )
 from bushcli.report.identification_words import answer, determined, search
+from bushcli.report.json.direct import cleaned, faults_json, head
 from bushcli.report.ranking import effective_samples, information_criterion
 from bushcli.report.text import Shown, history_parts, problem_parts
 

@@ -8,7 +8,7 @@ from typing import Any
 from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.report.cycles import fit_histories
-from bushcli.report.figures.picture import Picture
+from bushcli.report.document import Picture
 from bushcli.report.html import PageSection, by_kind, history_sections, page
 from bushcli.report.identification_tables import curve_table, estimate_table, leverage_table, model_table
 from bushcli.report.identification_words import answer, determined, search

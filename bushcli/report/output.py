@@ -108,7 +108,7 @@ def write_direct(
             files[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
 
     def draw() -> dict[str, Content]:
-        from bushcli.report.figures import direct_figures
+        from bushcli.report.drawing.results import direct_figures
         from bushcli.report.html import direct_html
 
         pictures = direct_figures(response, misfits, fit, names)
@@ -148,7 +148,7 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
         )
 
     def draw() -> dict[str, Content]:
-        from bushcli.report.figures import fit_figures
+        from bushcli.report.drawing.results import fit_figures
         from bushcli.report.html import fit_html
 
         pictures = fit_figures(fit)
@@ -196,8 +196,7 @@ def write_inverse(
 
     def draw() -> dict[str, Content]:
         from bushcli.report.cycles import fit_histories
-        from bushcli.report.figures.cycles import history_figures
-        from bushcli.report.figures.identification import inverse_figures
+        from bushcli.report.drawing.results import history_figures, inverse_figures
         from bushcli.report.identification_html import inverse_html
 
         pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
@@ -235,7 +234,7 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
 
     def draw() -> dict[str, Content]:
         from bushcli.report.diagnosis_html import diagnosis_html
-        from bushcli.report.figures.diagnosis import diagnosis_figures
+        from bushcli.report.drawing.results import diagnosis_figures
 
         pictures = diagnosis_figures(found, names)
         return drawn(pictures) | {REPORT: text_file(diagnosis_html(result, found, pictures))}

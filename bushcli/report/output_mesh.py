@@ -49,7 +49,7 @@ def write_meshes(
     """
 
     def draw() -> dict[str, Content]:
-        from bushcli.report.figures import mesh_figures
+        from bushcli.report.drawing.results import mesh_figures
 
         seen = None if shape is None else shape.view
         known = {} if seen is None or shape is None else shape.measures()

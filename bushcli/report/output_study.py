@@ -36,7 +36,7 @@ def write_study(
     """
 
     def draw() -> dict[str, Content]:
-        from bushcli.report.figures.study import study_figures
+        from bushcli.report.drawing.results import study_figures
         from bushcli.report.study_html import study_html
 
         pictures = study_figures(found)

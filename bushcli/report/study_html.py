@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from bushcli.report.figures.picture import Picture
+from bushcli.report.document import Picture
 from bushcli.report.html import PageSection, by_kind, page
 from bushcli.report.study import headline, lines, tables
 from bushcli.study.study import Study

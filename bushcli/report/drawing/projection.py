@@ -272,6 +272,84 @@ def shade(pieces: Array, view: Projection) -> Array:
     return np.asarray(0.84 + 0.16 * np.abs(_normal(pieces) @ light) / np.linalg.norm(light))
 
 
+def clipped(triangles: Array, normal: Array, level: float = 0.0) -> tuple[Array, NDArray[np.int_]]:
+    """Return the parts of triangles on the side of a plane to which its normal points, and which triangle each is of.
+
+    Parameters
+    ----------
+    triangles : (n, 3, 3) array
+        Corners, mm.
+    normal : (3,) array
+        Unit vector.
+    level : float
+        Distance of the plane from the origin along its normal, mm.
+    """
+    height = triangles @ normal - level
+    order = np.argsort(-height, axis=1, kind="stable")
+    corners, h = (
+        np.take_along_axis(triangles, order[..., None], axis=1),
+        np.take_along_axis(height, order, axis=1),
+    )
+    inside = (h > 0.0).sum(axis=1)
+
+    def cut(at: NDArray[np.int_], i: int, j: int) -> Array:
+        share = h[at, i] / (h[at, i] - h[at, j])
+        return np.asarray(corners[at, i] + share[:, None] * (corners[at, j] - corners[at, i]))
+
+    one, two, whole = (np.flatnonzero(inside == k) for k in (1, 2, 3))
+    b, c = cut(two, 0, 2), cut(two, 1, 2)
+    parts = [
+        triangles[whole],
+        np.stack([corners[one, 0], cut(one, 0, 1), cut(one, 0, 2)], axis=1),
+        np.stack([corners[two, 0], corners[two, 1], c], axis=1),
+        np.stack([corners[two, 0], c, b], axis=1),
+    ]
+    return np.concatenate(parts), np.concatenate([whole, one, two, two])
+
+
+# Edges of a triangle or tetrahedron that a plane cuts, by the number of corners below it; corners from below upwards.
+_CUT = {
+    3: {1: ((0, 1), (0, 2)), 2: ((0, 2), (1, 2))},
+    4: {
+        1: ((0, 1), (0, 2), (0, 3), (0, 3)),
+        2: ((0, 2), (0, 3), (1, 3), (1, 2)),
+        3: ((0, 3), (1, 3), (2, 3), (2, 3)),
+    },
+}
+
+
+def crossed(simplices: Array, normal: Array, level: float) -> tuple[Array, NDArray[np.int_]]:
+    """Return where a plane cuts triangles, (m, 2, 3), or tetrahedra, (m, 4, 3), and which one each part is of.
+
+    Parameters
+    ----------
+    simplices : (n, 3, 3) or (n, 4, 3) array
+        Corners, mm.
+    normal : (3,) array
+        Unit vector.
+    level : float
+        Distance of the plane from the origin along its normal, mm.
+    """
+    height = simplices @ normal - level
+    order = np.argsort(height, axis=1, kind="stable")
+    corners, h = (
+        np.take_along_axis(simplices, order[..., None], axis=1),
+        np.take_along_axis(height, order, axis=1),
+    )
+    below = (h < 0.0).sum(axis=1)
+    parts, owner = [], []
+    for count, edges in _CUT[simplices.shape[1]].items():
+        at = np.flatnonzero(below == count)
+        shares = [(h[at, i] / (h[at, i] - h[at, j]))[:, None] for i, j in edges]
+        ends = [
+            corners[at, i] + s * (corners[at, j] - corners[at, i])
+            for s, (i, j) in zip(shares, edges, strict=True)
+        ]
+        parts.append(np.stack(ends, axis=1))
+        owner.append(at)
+    return np.concatenate(parts), np.concatenate(owner)
+
+
 def _bounding(faces: Array) -> NDArray[np.bool_]:
     middle = np.round(face_edges(faces).mean(axis=1), 5)
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
