@@ -7,12 +7,14 @@ of its columns and rows are left out on the terminal.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]
 Row = tuple[str, ...]
@@ -41,10 +43,10 @@ class Series:
 
     key: str
     label: str
-    x: Array
-    y: Array
+    x: NDArray[np.floating[Any]]
+    y: NDArray[np.floating[Any]]
     mark: Literal["line", "dots", "both", "crosses"] = "line"
-    error: Array | None = None
+    error: NDArray[np.floating[Any]] | None = None
 
 
 @dataclass(frozen=True)
@@ -221,13 +223,13 @@ class Paragraph:
     Attributes
     ----------
     text : str
-    kind : {"plain", "note", "strong"}
+    kind : {"plain", "note"}
         A note is in small print on the page, and dim on a terminal.
     on : {"both", "page", "terminal"}
     """
 
     text: str
-    kind: Literal["plain", "note", "strong"] = "plain"
+    kind: Literal["plain", "note"] = "plain"
     on: On = "both"
 
 
@@ -238,15 +240,16 @@ class Table:
     Attributes
     ----------
     title : str
+        Empty for a table that its section's heading describes.
     heads : tuple of str
     rows : tuple of rows
     left : int
         Number of columns, from the left, that are words; the others are numbers and aligned right.
     on : {"both", "page", "terminal"}
-    detail : frozenset of int
-        Columns that are on the page only.
+    detail : collection of int
+        Columns, counted from 0, that are on the page only.
     most : int or None
-        Largest number of rows on the terminal; None for all.
+        Largest number of rows on the terminal, for tables that may be long; None for all.
     """
 
     title: str
@@ -254,26 +257,43 @@ class Table:
     rows: tuple[Row, ...]
     left: int = 1
     on: On = "both"
-    detail: frozenset[int] = frozenset()
+    detail: Sequence[int] = ()
     most: int | None = None
 
+    def without_detail(self) -> Table:
+        """Return the table without the columns that are on the page only."""
+        kept = [i for i in range(len(self.heads)) if i not in self.detail]
+        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
+        left = sum(i < self.left for i in kept)
+        return replace(self, heads=tuple(self.heads[i] for i in kept), rows=rows, left=left, detail=())
 
-Block = Paragraph | Table | Plot | Picture
+    def shortened(self, most: int) -> Table:
+        """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""
+        if len(self.rows) <= most:
+            return self
+        tail = most // 4
+        gap = ("...", *("" for _ in self.heads[1:]))
+        rows = (*self.rows[: most - tail - 1], gap, *self.rows[-tail:])
+        return replace(self, title=f"{self.title} ({len(self.rows)} in all)", rows=rows)
+
+
+Block = Paragraph | Table | Picture
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a document; without blocks it is left out.
+    """A part of a document; one without blocks is left out.
 
     Attributes
     ----------
     heading : str
+        On a terminal it is written above text, and above a table that has no title.
     blocks : sequence of blocks
     on : {"both", "page", "terminal"}
     fold : str
-        Label to be clicked on the page to unfold the blocks in `folded`.
+        Label to be clicked on the page to unfold what is in `folded`.
     folded : sequence of blocks
-        On the page only, at the end of the section, folded at first.
+        At the end of the section, on the page only.
     """
 
     heading: str
@@ -281,3 +301,85 @@ class Section:
     on: On = "both"
     fold: str = ""
     folded: Sequence[Block] = ()
+
+
+@dataclass(frozen=True)
+class Document:
+    """What is told of a result: the verdict, its sections, its problems.
+
+    Attributes
+    ----------
+    headline : str
+        The verdict in one sentence, without its full stop; empty for a result without a verdict.
+    lines : sequence of str
+        Sentences below the headline.
+    tone : {"good", "bad", "plain"}
+    sections : sequence of Section
+    problems : sequence of Condition
+    conditions : sequence of (str, str)
+        What was simulated, in pairs of name and value, for the page.
+    warning : Section or None
+        Above everything else.
+    ends_with_verdict : bool
+        Whether the verdict follows the sections on a terminal, where the last lines are seen first.
+    """
+
+    headline: str
+    lines: Sequence[str]
+    tone: Tone
+    sections: Sequence[Section]
+    problems: Sequence[Condition] = ()
+    conditions: Sequence[tuple[str, str]] = ()
+    warning: Section | None = None
+    ends_with_verdict: bool = False
+
+
+def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
+    """Return the sections with the blocks that are written there; empty ones are left out.
+
+    Parameters
+    ----------
+    where : {"page", "terminal"}
+    sections : iterable of Section
+    """
+    found = []
+    for section in sections:
+        if section.on not in ("both", where):
+            continue
+        blocks = [block for block in section.blocks if _is_on(where, block)]
+        folded = section.folded if where == "page" else ()
+        if blocks or folded:
+            found.append(replace(section, blocks=blocks, folded=folded))
+    return found
+
+
+def _is_on(where: str, block: Block) -> bool:
+    if isinstance(block, Table) and not block.rows:
+        return False
+    return where == "page" if isinstance(block, Picture) else block.on in ("both", where)
+
+
+def paragraphs(
+    lines: Iterable[str], on: On = "both", kind: Literal["plain", "note"] = "plain"
+) -> list[Block]:
+    """Return a paragraph for each line that is not empty.
+
+    Parameters
+    ----------
+    lines : iterable of str
+    on : {"both", "page", "terminal"}
+    kind : {"plain", "note"}
+    """
+    return [Paragraph(line, kind, on) for line in lines if line]
+
+
+def of_kind(pictures: Iterable[Picture], *kinds: str) -> list[Block]:
+    """Return the pictures of these kinds, kind by kind.
+
+    Parameters
+    ----------
+    pictures : iterable of Picture
+    *kinds : str
+    """
+    known = list(pictures)
+    return [one for kind in kinds for one in known if one.kind == kind]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from bushcli.mismatch.maps import LocalMap
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK
 from bushcli.report.drawing.picture import literal, new_figure, style
-from bushcli.report.drawing.projection import clipped, crossed, cut_view, shade
+from bushcli.report.drawing.projection import cut, cut_view, shade
+from bushcli.report.plots.places import numbering
 
 Array = NDArray[np.float64]
 
@@ -110,20 +111,6 @@ def map_figure(found: LocalMap) -> Figure:
         return figure
 
 
-def numbering(found: LocalMap) -> str:
-    """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
-
-    The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
-    1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
-    """
-    if found.cells.shape[1] == found.points.shape[1] + 1:
-        return "simplex"
-    a, b, c, d = (found.points[found.cells[:, i]] for i in range(4))
-    tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
-    ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
-    return "tensor" if tensor <= ring else "ring"
-
-
 def _section(found: LocalMap) -> tuple[Array, Array, Array]:
     """Return the faces of the half-plane and of its mirror image."""
     (corners,) = _SECTION[numbering(found)]
@@ -147,10 +134,10 @@ def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
         # Nodes lie in y = 0: a plane through them would cut no cell.
         y, level = np.eye(3)[1], 1.234e-4 * reach
         triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
-        kept, of = clipped(triangles, y, level)
+        kept, of = cut(triangles, y, level, above=True)
         cells = np.array(_TETRAHEDRA[kind])
-        cut, of_cell = crossed(found.points[found.cells[:, cells].reshape(-1, 4)], y, level)
-        shapes = np.concatenate([kept[:, [0, 1, 2, 2]], cut])
+        met, of_cell = cut(found.points[found.cells[:, cells].reshape(-1, 4)], y, level, above=False)
+        shapes = np.concatenate([kept[:, [0, 1, 2, 2]], met])
         values = np.concatenate([np.tile(values, 2)[of], np.repeat(found.factor, len(cells))[of_cell]])
     view = cut_view(shapes)
     order = np.argsort(view.depth(shapes.mean(axis=1)))

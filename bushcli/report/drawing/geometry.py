@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.drawing.looks import GREY, INK, METAL
 from bushcli.report.drawing.picture import literal, new_figure, style
-from bushcli.report.drawing.projection import clipped, crossed
+from bushcli.report.drawing.projection import cut
 from geometry.view import View
 
 Array = NDArray[np.float64]
@@ -131,7 +131,7 @@ def _cut(axes: Axes, view: View) -> None:
     image = np.ones((_ROWS, columns, 4))
     image[..., 3] = 0.0
     for number in np.unique(view.solid_label):
-        lines = crossed(view.solids[view.solid_label == number], np.eye(3)[1], level)[0][..., [0, 2]]
+        lines = _crossed(view.solids[view.solid_label == number], level)
         start, end = lines[:, 0], lines[:, 1]
         for row, height in enumerate(z):
             met = (start[:, 1] > height) != (end[:, 1] > height)
@@ -147,14 +147,15 @@ def _cut(axes: Axes, view: View) -> None:
         if name in view.names:
             bond = view.triangles[view.label == view.names.index(name)]
             ink = _colour(name, view)
-            axes.add_collection(
-                LineCollection(
-                    list(crossed(bond, np.eye(3)[1], level)[0][..., [0, 2]]), colors=ink, linewidths=3.5
-                )
-            )
+            axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
     axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
     axes.set_xlabel("x, mm")
     axes.set_ylabel("z, mm")
+
+
+def _crossed(triangles: Array, level: float) -> Array:
+    """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
+    return cut(triangles, np.eye(3)[1], level, above=False)[0][..., [0, 2]]
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:
@@ -170,9 +171,9 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     triangles, label = view.triangles, view.label
     if opened:
         x, y = np.eye(3)[:2]
-        front, of_front = clipped(triangles, x)
-        behind, of_behind = clipped(front, y)
-        left, of_left = clipped(triangles, -x)
+        front, of_front = cut(triangles, x, above=True)
+        behind, of_behind = cut(front, y, above=True)
+        left, of_left = cut(triangles, -x, above=True)
         triangles = np.concatenate([left, behind])
         label = label[np.concatenate([of_left, of_front[of_behind]])]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])

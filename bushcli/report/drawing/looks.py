@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from matplotlib.colors import LinearSegmentedColormap
 
-# Okabe and Ito's palette, distinguishable with any colour vision (https://jfly.uni-koeln.de/color/), for light paper and
-# for dark screens. Orange is kept for "too stiff" and purple for "too soft", as in ColorBrewer's scale PuOr.
+# Okabe and Ito's palette, distinguishable with any colour vision (https://jfly.uni-koeln.de/color/), for light paper
+# and for dark screens. Orange is kept for "too stiff" and purple for "too soft", as in ColorBrewer's scale PuOr.
 INK = ("#1a1a1a", "#e4e7eb")
 BLUE = ("#0072B2", "#56b4e9")
 AMBER = ("#E69F00", "#e6a817")

@@ -27,7 +27,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullL
 from bushcli.report.document import Panels, Picture, Plot, Series
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
 from bushcli.report.drawing.prepared import prepared, shade
-from bushcli.report.drawing.zoom import ticks
+from bushcli.report.drawing.zoom import tick, ticks
 
 _DPI = 160
 # Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.
@@ -183,8 +183,16 @@ def _series(axes: Axes, one: Series, level: float) -> Line2D:
         zorder=level,
     )
     if one.error is not None and one.error.any():
-        bars = {"fmt": "none", "ecolor": GREY[0], "elinewidth": 1.1, "capsize": 2.5, "zorder": level + 0.05}
-        axes.errorbar(one.x, one.y, one.error, **bars)
+        axes.errorbar(
+            one.x,
+            one.y,
+            one.error,
+            fmt="none",
+            ecolor=GREY[0],
+            elinewidth=1.1,
+            capsize=2.5,
+            zorder=level + 0.05,
+        )
     return drawn
 
 
@@ -203,16 +211,13 @@ def _axis(axes: Axes, plot: Plot, name: str) -> None:
         axes.grid(visible=False, axis=name)  # type: ignore[arg-type]  # "x" or "y"
         axes.tick_params(axis=name, length=0)  # type: ignore[arg-type]
         return
+    limits = axes.get_xlim() if name == "x" else axes.get_ylim()
     if plot.log == name:
-        limits = axes.get_xlim() if name == "x" else axes.get_ylim()
         (axes.set_xscale if name == "x" else axes.set_yscale)("log")
-        axis.set_major_locator(FixedLocator(ticks(*limits, 9, logarithmic=True)))
         axis.set_minor_locator(NullLocator())
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        return
     most = plot.width / 75 if name == "x" else (plot.height - 58) / 45
-    axis.set_major_locator(FixedLocator(ticks(*(plot.x if name == "x" else plot.y), max(3, round(most)))))  # type: ignore[misc]
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}".replace("-", "\N{MINUS SIGN}")))
+    axis.set_major_locator(FixedLocator(ticks(*limits, max(3, round(most)), plot.log == name)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
 
 
 def _head(axes: Axes, plot: Plot, handles: Mapping[str, Any]) -> None:

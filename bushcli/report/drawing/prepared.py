@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.document import Plot, Region, Series
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 # Points of a curve up to which it is drawn as it is: 5,000 take 40 kB of a page, and are more than the eye resolves.
 MOST = 5000
@@ -97,9 +98,8 @@ def _limits(plot: Plot, axis: int) -> tuple[float, float]:
 def _thinned(series: Series) -> Series:
     if len(series.x) <= MOST or series.error is not None:
         return series
-    return replace(
-        series, **dict(zip("xy", thinned(series.x, series.y, MOST, series.mark != "line"), strict=True))
-    )
+    x, y = thinned(series.x, series.y, MOST, series.mark != "line")
+    return replace(series, x=x, y=y)
 
 
 def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:

@@ -12,16 +12,16 @@ import html
 import math
 from functools import cache
 from importlib import resources
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from bushcli.report.document import Band, Note, Picture, Plot, Region, Series
-from bushcli.report.drawing.looks import style_sheet
 from bushcli.report.drawing.prepared import pane, position, prepared, shade
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 # Widths or heights of the pane, further than a user can pan: there a band without end ends.
 _FAR = 50.0
@@ -33,11 +33,6 @@ def script() -> Markup:
     text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
     assert "</" not in text
     return Markup(f"\n{text}")
-
-
-def style() -> Markup:
-    """Return the colours of plots as CSS."""
-    return Markup(style_sheet())
 
 
 def figure(picture: Picture) -> Markup:
@@ -58,7 +53,7 @@ def figure(picture: Picture) -> Markup:
     scale = ""
     if panels.rows[0][0].scale:
         end, label = panels.rows[0][0].scale
-        ends = [_tick(float(f"{sign * end:.3g}")) for sign in (-1, 1)]
+        ends = [tick(float(f"{sign * end:.3g}")) for sign in (-1, 1)]
         scale = f'<p class="scale">{ends[0]} <i></i> {ends[1]} {html.escape(label)}</p>'
     note = f'<p class="note">{html.escape(panels.note)}</p>' if panels.note else ""
     rows = [
@@ -161,7 +156,7 @@ def _grid(plot: Plot) -> str:
         if not plot.x_names:
             zero = ' class="zero"' if value == 0 else ""
             parts.append(f'<line{zero} x1="{x:.2f}" x2="{x:.2f}" y1="{top:g}" y2="{top + height:g}"/>')
-        parts.append(_words("x", x, top + height + 17, name or _tick(value), first=True))
+        parts.append(_words("x", x, top + height + 17, name or tick(value), first=True))
     for value, name in plot.y_names or [
         (v, "") for v in ticks(*plot.y, max(3, round(height / 45)), plot.log == "y")
     ]:
@@ -169,7 +164,7 @@ def _grid(plot: Plot) -> str:
         if not plot.y_names:
             zero = ' class="zero"' if value == 0 else ""
             parts.append(f'<line{zero} x1="{left:g}" x2="{left + width:g}" y1="{y:.2f}" y2="{y:.2f}"/>')
-        parts.append(_words("y", left - 7, y + 4, name or _tick(value)))
+        parts.append(_words("y", left - 7, y + 4, name or tick(value)))
     return "".join(parts)
 
 
@@ -183,13 +178,15 @@ def _words(axis: str, x: float, y: float, text: str, first: bool = False) -> str
     )
 
 
-def _tick(value: float) -> str:
+def tick(value: float) -> str:
+    """Return a number at an axis."""
     return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def _path(x: Array, y: Array, closed: bool = False) -> str:
     """Return points as a path in relative steps of a hundredth, which is half as long as absolute ones; NaN: a gap."""
-    parts, pen, at = [], "M", np.zeros(2)
+    parts: list[str] = []
+    pen, at = "M", np.zeros(2)
     # Points far outside the pane would have numbers that a browser cannot draw.
     for point in np.round(100 * np.clip(np.stack([x, y], axis=1), -1e5, 1e5)):
         if not np.isfinite(point).all():

@@ -1,36 +1,22 @@
-"""Result -> JSON, on which scripts rely. It has JSON's own types only: nan becomes null, infinity "inf"."""
+"""A direct prediction -> JSON-ready data."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from bushcli.case import Case, resolved
-from bushcli.case.typical import unusual
-from bushcli.faults import DataFault, condition
-from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.contact import contact_json
-from bushcli.report.cycles import (
-    by_name,
-    energy_unit,
-    history_json,
-    response_histories,
-    with_hysteresis,
-)
-from bushcli.report.fit_part import fit_part
-from bushcli.report.quantity import quantities
-from bushcli.report.six import six_json
+from bushcli.report.cycles import by_name, energy_unit, response_histories
+from bushcli.report.json.common import cleaned, faults_json, head, material_json
+from bushcli.report.json.cycles import history_json
+from bushcli.report.json.fit import fit_part
+from bushcli.report.quantity import quantities, shown_motion
 from bushcli.report.verdict import Verdict, all_within_10_percent, judge
-from bushcli.report.versions import versions
-from bushcli.runtime.condition import Condition
+from bushcli.report.views.direct import displacement_at, problems_of
 from cases.mode import modes
+from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
-    from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
 
@@ -54,11 +40,7 @@ def direct_json(
     document = head("direct", response.case, problems_of(response, misfits, fit), timings)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
-    document["material"] = {
-        "law": response.material.law,
-        "bulk_modulus": response.material.bulk_modulus,
-        "parameters": dict(response.material.parameters),
-    }
+    document["material"] = material_json(response.material)
     document["verdict"] = _verdict(judge(response, misfits), misfits)
     document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
     histories = by_name(response_histories(response, misfits))
@@ -67,172 +49,6 @@ def direct_json(
     if fit is not None:
         document["fit"] = fit_part(fit)
     return cleaned(document)
-
-
-def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
-    return cleaned(document | fit_part(fit))
-
-
-def case_json(
-    case: Case,
-    curves: Sequence[Recording],
-    coupons: Sequence[Recording],
-    timings: Mapping[str, float],
-    faults: Sequence[DataFault] = (),
-) -> dict[str, Any]:
-    """Return a checked case, the contents of its recordings and their faults as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    curves : sequence of Recording
-        Recordings of the bushing.
-    coupons : sequence of Recording
-        Coupon tests.
-    timings : mapping of str to float
-        Seconds by stage.
-    faults : sequence of DataFault
-        Faults of recordings and coupon tests.
-    """
-    document = head("check", case, map(condition, faults), timings)
-    document["data_faults"] = faults_json(faults)
-    document["recordings"] = [_summary(curve) for curve in curves]
-    document["coupons"] = [_summary(curve) for curve in coupons]
-    return cleaned(document)
-
-
-def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return the meshes of a case as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    meshes : sequence of Meshed
-        Its meshes, in the order of the tables.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("mesh", case, unusual(case, case.material), timings)
-    document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
-    document["meshes"] = [
-        {
-            "name": mesh.name,
-            "modes": list(mesh.modes),
-            "dimension": mesh.dimension,
-            "cells": mesh.cells,
-            "nodes": mesh.nodes,
-            "boundaries": dict(mesh.boundaries),
-            "regions": dict(mesh.regions),
-        }
-        for mesh in meshes
-    ]
-    return cleaned(document)
-
-
-def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """Return the conditions of a direct prediction.
-
-    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
-    that are not simulated.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
-    left = tuple(
-        Condition(
-            "not_compared",
-            f"{channel.name}: the simulation ended before the recording could be compared with it",
-            "see why the simulation stopped",
-        )
-        for channel in response.channels
-        if channel.recording is not None and channel.name not in misfits
-    )
-    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
-    odd = unusual(
-        response.case,
-        response.material,
-        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
-    )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
-    return with_hysteresis(known, response_histories(response, misfits))
-
-
-def head(
-    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
-) -> dict[str, Any]:
-    """Return the entries that every result has.
-
-    Parameters
-    ----------
-    command : str
-        Name of the command: "direct", "inverse".
-    case : Case
-        The validated case.
-    problems : iterable of Condition
-        Conditions of the result.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    return {
-        "command": command,
-        "case": resolved(case),
-        "versions": versions(),
-        "timings_s": dict(timings),
-        "problems": [{"name": p.name, "message": p.message, "remedy": p.remedy} for p in problems],
-    }
-
-
-def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
-    """Return faults of recordings as JSON-ready data."""
-    return [
-        {
-            "channel": fault.channel,
-            "kind": fault.kind,
-            "where": fault.where,
-            "remedy": fault.remedy,
-            "fatal": fault.fatal,
-            "samples": int(np.count_nonzero(fault.samples)),
-        }
-        for fault in faults
-    ]
-
-
-def _summary(curve: Recording) -> dict[str, Any]:
-    shown = quantities(curve.mode)
-    found = branches(curve)
-    return {
-        "name": curve.name,
-        "mode": curve.mode,
-        "file": str(curve.source) if curve.source else None,
-        "samples": len(curve.displacement),
-        "cycles": len({branch.cycle for branch in found}),
-        "holds": sum(branch.kind == "hold" for branch in found),
-        "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
-        "units": {"displacement": shown.displacement_unit or shown.displacement, "force": shown.force_unit},
-        "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
-        "force": [float(curve.force.min()), float(curve.force.max())],
-        "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
-    }
 
 
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
@@ -275,7 +91,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     if channel.six is not None:
         # It is that of the leading motion; six motions have no single displacement.
         document.pop("displacement")
-    return document | six_json(channel) | contact_json(channel)
+    return document | _six(channel) | _contact(channel)
 
 
 def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
@@ -297,6 +113,58 @@ def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
         "tolerance_percent": found.tolerance.percent,
         "compared": found.compared,
         "force_range": found.force_range,
+    }
+
+
+def _six(channel: Simulated) -> dict[str, Any]:
+    """Return motions, reactions and stiffness matrices of a channel as JSON-ready data, where there are any."""
+    document: dict[str, Any] = {}
+    if channel.six is not None:
+        six, motion = channel.six, shown_motion(channel.six)
+        document = {
+            "mode": "path",
+            "units": {
+                "motion": "mm, deg",
+                "force": "N, N mm",
+                "stiffness": quantities(channel.mode).stiffness_unit,
+            },
+            "time": six.time,
+            "motion": {name: motion[:, k] for k, name in enumerate(MOTIONS)},
+            "force": {name: six.force[:, k] for k, name in enumerate(REACTIONS)},
+            "free": [MOTIONS[k] for k in six.free],
+            "lead": MOTIONS[six.lead],
+            "reach": channel.reach if channel.stopped else float(six.time[-1]),
+        }
+    for state, (displacement, matrix) in (channel.stiffness or {}).items():
+        name = "stiffness_matrix" if state == "end" else f"stiffness_matrix_{state}"
+        document[name] = matrix.tolist()
+        document["stiffness_matrix_state"] = "unrelaxed" if channel.unrelaxed else "relaxed"
+        if state == "at":
+            document["stiffness_matrix_at_displacement"] = displacement_at(channel, displacement)
+    return document
+
+
+def _contact(channel: Simulated) -> dict[str, Any]:
+    """Return which surfaces of a channel met, as JSON-ready data.
+
+    Parameters
+    ----------
+    channel : Simulated
+        A simulated channel.
+    """
+    shown = quantities(channel.mode)
+    return {
+        "contact": [
+            {
+                "surfaces": list(one.surfaces),
+                "first": one.first if channel.in_time else shown.at(one.first),
+                "largest_force": one.force,
+                "at": one.at if channel.in_time else shown.at(one.at),
+                "radius": one.radius,
+                "height": one.height,
+            }
+            for one in channel.touched
+        ]
     }
 
 
@@ -335,25 +203,3 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
             "explains_most": factor.explains,
         }
     return document
-
-
-def cleaned(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with JSON's own types only."""
-    clean = _clean(document)
-    assert isinstance(clean, dict)
-    return clean
-
-
-def _clean(value: Any) -> Any:
-    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
-    if isinstance(value, Mapping):
-        return {str(key): _clean(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _clean(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_clean(item) for item in value]
-    if isinstance(value, np.generic):
-        return _clean(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
-    return value

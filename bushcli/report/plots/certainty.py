@@ -9,11 +9,10 @@ import numpy as np
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
-from bushcli.report.diagnosis_names import short_chance
-from bushcli.report.diagnosis_unlikely import undetectable, unlikely
-from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
 from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
 from bushcli.report.plots.fit import bar
+from bushcli.report.views.diagnosis.values import ShownQuantity, derived_text, shown
+from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
 
 # Effects that are less probable than this are named in a line under the bars.
 _SMALL = 0.01

@@ -11,11 +11,11 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
-from bushcli.report.diagnosis_words import channel_label
 from bushcli.report.document import Band, Panels, Plot, Region, Series
 from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
 from bushcli.report.plots.fit import force_limits
 from bushcli.report.quantity import percent, quantities
+from bushcli.report.views.diagnosis.words import channel_label
 
 # Samples of a place at which its number may stand, those of the largest misfit first.
 _PLACES = 12

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from bushcli.recording import Recording, branches
 from bushcli.recording.curve import Curve
 from bushcli.report.document import Band, Panels, Plot, Region, Series
-from bushcli.report.quantity import Quantities, number, percent, quantities
-from bushcli.report.six import largest_reactions, shown_motion
+from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated

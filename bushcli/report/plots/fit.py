@@ -17,7 +17,7 @@ from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import Array, capital, recorded_series, rest_lines, smooth
 from bushcli.report.plots.search import convergence_panels, ends_panels
 from bushcli.report.quantity import number, percent, quantities
-from bushcli.report.tables import curves_of
+from bushcli.report.views.fit import curves_of
 
 # The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
 LEAVES = 0.6

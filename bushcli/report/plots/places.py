@@ -8,7 +8,7 @@ import numpy as np
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
-from bushcli.mismatch.maps import MissingProfile
+from bushcli.mismatch.maps import LocalMap, MissingProfile
 from bushcli.report.document import Band, Panels, Plot, Region, Series
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, changed, force_range
@@ -108,8 +108,8 @@ def _cells(
         regions.append(Region("bar", "", [bar(row, *x, 0.96)], value=mean))
         if any(one.significant for one in members):
             dots.append((sum(x) / 2, float(row)))
-    x, y = np.reshape(dots, (-1, 2)).T
-    return regions, (x, y)
+    at = np.reshape(dots, (-1, 2))
+    return regions, (at[:, 0], at[:, 1])
 
 
 def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile], file: str) -> Panels:
@@ -212,3 +212,17 @@ def program(test: NextTest) -> tuple[Array, Array]:
             time.append(time[-1] + hold)
             q.append(target)
     return np.array(time), np.array(q)
+
+
+def numbering(found: LocalMap) -> str:
+    """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
+
+    The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
+    1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
+    """
+    if found.cells.shape[1] == found.points.shape[1] + 1:
+        return "simplex"
+    a, b, c, d = (found.points[found.cells[:, i]] for i in range(4))
+    tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
+    ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
+    return "tensor" if tensor <= ring else "ring"

@@ -47,9 +47,8 @@ def study_panels(found: Study) -> list[Panels]:
 def _limits(found: Summary, axis: str) -> list[Band]:
     if found.limits is None:
         return []
-    return [
-        Band("limit", **{axis: (v, v)}) for v in (found.limits.low, found.limits.high) if math.isfinite(v)
-    ]
+    ends = [(v, v) for v in (found.limits.low, found.limits.high) if math.isfinite(v)]
+    return [Band("limit", x=end) if axis == "x" else Band("limit", y=end) for end in ends]
 
 
 def _tornado(found: Summary, label: str, index: int) -> Plot:

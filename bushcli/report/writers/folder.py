@@ -239,7 +239,7 @@ def staging(directory: Path) -> Iterator[Path]:
     Parameters
     ----------
     directory : Path
-        Folder of results, which no other run uses (`bushcli.report.occupied`).
+        Folder of results, which no other run uses (`bushcli.report.writers.occupied`).
 
     Raises
     ------

@@ -1,29 +1,19 @@
-"""Identified laws -> JSON and text."""
+"""Identified laws -> JSON-ready data."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.console import Group
-from rich.padding import Padding
-from rich.text import Text
-
 from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.file_units import in_file_units
-from bushcli.report.cycles import fit_histories, history_json, with_hysteresis
-from bushcli.report.fit_part import curves_by_mode, fit_part
-from bushcli.report.identification_tables import (
-    correlation_table,
-    curve_table,
-    estimate_table,
-    model_table,
-)
-from bushcli.report.identification_words import answer, determined, search
-from bushcli.report.json.direct import cleaned, faults_json, head
+from bushcli.report.cycles import fit_histories, with_hysteresis
+from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.json.cycles import history_json
+from bushcli.report.json.fit import curves_by_mode, fit_part
 from bushcli.report.ranking import effective_samples, information_criterion
-from bushcli.report.text import Shown, history_parts, problem_parts
+from bushcli.report.views.inverse import answer
 
 
 def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
@@ -113,31 +103,3 @@ def _model(fit: Fit) -> dict[str, Any]:
         "seconds": fit.seconds,
         "problems": [condition.name for condition in fit.conditions],
     }
-
-
-def inverse_text(fits: Sequence[Fit]) -> Group:
-    """Return the ranking of several laws and, for the best one, verdict, parameters, curves, search and problems.
-
-    Parameters
-    ----------
-    fits
-        The best first.
-    """
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
-    parts: list[object] = []
-    if len(fits) > 1:
-        parts += [Shown(model_table(fits)), Text()]
-    parts += [Shown(estimate_table(best)), Text(), Shown(curve_table(best))]
-    histories = fit_histories(best)
-    parts += history_parts(histories)
-    if len(best.parameters) > 1:
-        parts += [Text(), Shown(correlation_table(best))]
-    parts += [Text(), *(Text(line) for line in determined(best))]
-    parts += [Text(line, "dim") for line in search(best)]
-    found = answer(best)
-    style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[found.tone]
-    parts += [Text(), Text(f"{found.headline}.", style)]
-    parts += [Padding(Text(line), (0, 0, 0, 2)) for line in found.lines]
-    parts += problem_parts(with_hysteresis(best.conditions, histories))
-    return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable

@@ -7,24 +7,27 @@ import math
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.titles import NOTHING
-from bushcli.report.data_faults import fault_lines
-from bushcli.report.diagnosis_names import chance, law_title, model_title, together
-from bushcli.report.diagnosis_values import parameters_text
-from bushcli.report.diagnosis_words import (
+from bushcli.report.quantity import listed, percent
+from bushcli.report.verdict import fault_lines
+from bushcli.report.views.diagnosis.values import parameters_text
+from bushcli.report.views.diagnosis.words import (
     best_probability,
     catalogue,
+    chance,
     effects_with_chance,
     ended,
     form_error_line,
     group_of,
     is_missing,
+    law_title,
     likely,
     missing_lines,
     missing_physics,
+    model_title,
     searched_lines,
     shows_nothing,
+    together,
 )
-from bushcli.report.quantity import listed, percent
 
 # Largest number of sets of effects that are named; the report has the others in a table.
 _SETS = 6

@@ -1,21 +1,14 @@
-"""A study -> JSON, tables and sentences, for both the terminal and the page."""
+"""A study of many designs -> its document: answers, worst cases, influences, failures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Sequence
 
-from rich.console import Group
-from rich.text import Text
-
-from bushcli.report.json.direct import cleaned, direct_json, head
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, Tone, of_kind
 from bushcli.report.quantity import number
-from bushcli.report.tables import ReportTable, Row
-from bushcli.report.text import Shown, problem_parts
-from bushcli.simulate.misfit import misfits
-from bushcli.simulate.response import Response
-from bushcli.study.analysis import Failure, Limits, Summary
+from bushcli.study.analysis import Failure, Limits
 from bushcli.study.study import Study
 
 #: Names of the ways to choose designs.
@@ -30,72 +23,60 @@ NAMES = {
 }
 
 
-def described(response: Response) -> Mapping[str, Any]:
-    """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
-    return direct_json(response, misfits(response), None, {})
-
-
-def study_json(found: Study, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a study as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Study
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("study", found.case, found.conditions, timings)
-    document["sampling"] = found.plan.sampling
-    document["designs"] = len(found.plan.rows)
-    document["failed"] = found.failed
-    document["resumed"] = found.resumed
-    document["seconds_of_designs"] = found.seconds
-    document["variables"] = {
-        one.key: {"spec": one.spec, "low": one.low, "high": one.high, "nominal": one.nominal}
-        for one in found.plan.variables
-    }
-    document["failures"] = [vars(reason) for reason in found.failures]
-    units = {one.name: one.unit for one in found.task.answers}
-    document["answers"] = {name: _answer(one, units[name]) for name, one in found.summaries.items()}
-    return cleaned(document)
-
-
-def _answer(found: Summary, unit: str) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        "unit": unit,
-        "count": found.count,
-        "mean": found.mean,
-        "std": found.std,
-        **{f"p{level:02d}": value for level, value in zip((5, 50, 95), found.quantiles, strict=True)},
-        "worst": {"lowest": vars(found.lowest), "highest": vars(found.highest)},
-        "linear_share": found.linear,
-        "influences": {key: _influence(vars(one)) for key, one in found.influences.items()},
-    }
-    if found.limits is not None:
-        limits = found.limits
-        document["limits"] = {"low": limits.low, "high": limits.high}
-        document["yield"] = {"share": limits.share, "lower": limits.interval[0], "upper": limits.interval[1]}
-    return document
-
-
-def _influence(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an influence, with Sobol indices only if there are any."""
-    return {k: v for k, v in values.items() if not (isinstance(v, float) and math.isnan(v))}
-
-
 # A rank correlation is stated in a sentence if it exceeds this value and this number of standard deviations
 # 1 / sqrt(n - 1), which unrelated columns exceed once in twenty times.
 _WEAK, _CHANCE = 0.1, 1.96
 
 
-def study_text(found: Study) -> Group:
-    """Return the verdict, the tables and the problems of a study."""
-    parts: list[object] = [Text(f"{headline(found)}.", "bold")]
-    parts += [Text(f"  {line}") for line in lines(found)]
-    for table in tables(found):
-        parts += [Text(), Shown(table)]
-    parts += problem_parts(found.conditions)
-    return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
+_ANSWERS = (
+    "Quantiles are of the designs that have a result. initial is the stiffness at rest, secant that from one end of "
+    "the curve to the other."
+)
+_WORST = (
+    "Among the designs that were simulated; design is their number in designs.parquet, from 0. A sample seldom reaches "
+    "all limits at once; --sampling corners does."
+)
+_ALONE = (
+    "At 5 % and at 95 %: the change of the answer from its mean when the key goes to that quantile and the others "
+    "stay, by linear regression on all keys. Correlations are of values and of their ranks."
+)
+_SOBOL = (
+    " Sobol indices are shares of the variance, of the key alone (first) and with all its interactions (total); ± is "
+    "the half width of the 95 % interval."
+)
+
+
+def study_document(found: Study, pictures: Sequence[Picture] = ()) -> Document:
+    """Return the document of a study.
+
+    Parameters
+    ----------
+    found : Study
+    pictures : sequence of Picture
+        For the page.
+    """
+    indices = _SOBOL if found.plan.sampling == "saltelli" else ""
+    sections = [
+        Section("What matters", of_kind(pictures, "tornado")),
+        Section("Curves of all designs", of_kind(pictures, "band")),
+        Section("Answers against the varied keys", of_kind(pictures, "scatter")),
+        Section("Spread of the answers", of_kind(pictures, "histogram")),
+        *_noted(
+            [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
+        ),
+        Section("Designs without a result", [_failures(found)]),
+    ]
+    worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
+    tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
+    seen = conditions(found.case, found.task.material)
+    return Document(headline(found), lines(found), tone, sections, found.conditions, seen)
+
+
+def _noted(tables: Iterable[tuple[Table, str]]) -> list[Section]:
+    """Return a section for each table that has rows, with its note."""
+    return [
+        Section(table.title, [table, Paragraph(note, "note", "page")]) for table, note in tables if table.rows
+    ]
 
 
 def headline(found: Study) -> str:
@@ -133,17 +114,7 @@ def lines(found: Study) -> list[str]:
     return text
 
 
-def _share(limits: Limits) -> str:
-    return f"{100 * limits.share:.1f} %"
-
-
-def tables(found: Study) -> list[ReportTable]:
-    """Return answers, worst cases, influences and failures."""
-    made = [_answers(found), _worst(found), _influences(found), _failures(found)]
-    return [table for table in made if table.rows]
-
-
-def _answers(found: Study) -> ReportTable:
+def _answers(found: Study) -> Table:
     limited = any(one.limits for one in found.summaries.values())
     heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
     heads += ("limits", "within", "95 % interval") if limited else ()
@@ -159,21 +130,19 @@ def _answers(found: Study) -> ReportTable:
         elif limited:
             row += ("-", "-", "-")
         rows.append(row)
-    return ReportTable("Answers", heads, tuple(rows), left=2)
+    return Table("Answers", heads, tuple(rows), left=2)
 
 
-def _worst(found: Study) -> ReportTable:
+def _worst(found: Study) -> Table:
     rows: list[Row] = []
     for name, one in found.summaries.items():
         for what, extreme in (("lowest", one.lowest), ("highest", one.highest)):
             at = tuple(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
             rows.append((name, what, number(extreme.value, 4), str(extreme.design), *at))
-    return ReportTable(
-        "Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2
-    )
+    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2)
 
 
-def _influences(found: Study) -> ReportTable:
+def _influences(found: Study) -> Table:
     indices = found.plan.sampling == "saltelli"
     heads: Row = ("answer", "key", "correlation", "of ranks", "at 5 %", "at 95 %")
     heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()
@@ -187,7 +156,16 @@ def _influences(found: Study) -> ReportTable:
                 values = (influence.first, influence.first_error, influence.total, influence.total_error)
                 row += tuple("-" if math.isnan(value) else f"{value:.2f}" for value in values)
             rows.append(row)
-    return ReportTable("Effect of each key alone", heads, tuple(rows), left=2)
+    return Table("Effect of each key alone", heads, tuple(rows), left=2)
+
+
+def _failures(found: Study) -> Table:
+    rows = tuple(
+        (one.kind.replace("_", " "), one.reason, _few(one), str(one.count)) for one in found.failures
+    )
+    return Table(
+        "Designs without a result", ("kind", "reason, of the first", "designs", "number"), rows, left=3
+    )
 
 
 def _few(one: Failure) -> str:
@@ -195,10 +173,5 @@ def _few(one: Failure) -> str:
     return ", ".join(map(str, one.designs)) + more
 
 
-def _failures(found: Study) -> ReportTable:
-    rows = tuple(
-        (one.kind.replace("_", " "), one.reason, _few(one), str(one.count)) for one in found.failures
-    )
-    return ReportTable(
-        "Designs without a result", ("kind", "reason, of the first", "designs", "number"), rows, left=3
-    )
+def _share(limits: Limits) -> str:
+    return f"{100 * limits.share:.1f} %"

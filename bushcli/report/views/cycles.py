@@ -1,4 +1,4 @@
-"""Tables and sections of cycles and holds."""
+"""Cycles and holds of channels -> a section of a document."""
 
 from __future__ import annotations
 
@@ -8,48 +8,48 @@ from collections.abc import Sequence
 from bushcli.recording.cycles import Cycle, Uncertain
 from bushcli.recording.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
+from bushcli.report.document import Paragraph, Picture, Row, Section, Table, of_kind
 from bushcli.report.quantity import number, quantities, with_std
-from bushcli.report.tables import ReportTable, Row
 
-# Largest number of rows on the terminal, and on the page; result.json has all.
-FEW, MANY = 12, 100
+# Largest number of rows on the terminal.
+FEW = 12
+_NOTE = (
+    "Energy is the net work of a cycle, the area of its loop where it closes; loss is that energy over the work "
+    "done while loading. ± is one standard error from the noise of the recording. A law without memory has "
+    "neither loops nor relaxation."
+)
 
 
-def history_tables(histories: Sequence[ChannelHistory], *, brief: bool) -> list[ReportTable]:
-    """Return tables of cycles and of holds, channel by channel.
+def history_section(histories: Sequence[ChannelHistory], pictures: Sequence[Picture] = ()) -> Section:
+    """Return cycles and holds channel by channel; without blocks where no path comes back or holds.
 
     Parameters
     ----------
     histories : sequence of ChannelHistory
         Channels with cycles or holds.
-    brief : bool
-        Whether to shorten them for the terminal: no peak forces, and long tables without their middle rows.
+    pictures : sequence of Picture
+        Those of other kinds are left out.
     """
-    tables = []
+    tables: list[Table] = []
     for history in histories:
-        tables.append(cycle_table(history, peaks=not brief))
+        tables.append(cycle_table(history))
         if history.holds:
             tables.append(hold_table(history))
-    return [_shortened(table, FEW if brief else MANY) for table in tables]
+    if not tables:
+        return Section("Cycles and holds", ())
+    note = Paragraph(_NOTE, "note", "page")
+    return Section("Cycles and holds", [*tables, note, *of_kind(pictures, "cycles", "holds")])
 
 
-def cycle_table(history: ChannelHistory, *, peaks: bool = True) -> ReportTable:
-    """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated.
-
-    Parameters
-    ----------
-    history : ChannelHistory
-        One channel.
-    peaks : bool
-        Whether the table has peak forces.
-    """
+def cycle_table(history: ChannelHistory) -> Table:
+    """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
     timed = history.path.time is not None
     columns = [
         ("energy", f"energy, {energy_unit(history.mode)}", 1.0),
         ("loss", "loss, %", 100.0),
         ("secant", f"secant, {shown.stiffness_unit}", 1.0 / shown.per_internal),
-        *([("peak_force", f"peak, {shown.force_unit}", 1.0)] if peaks else []),
+        ("peak_force", f"peak, {shown.force_unit}", 1.0),
     ]
     rows: list[Row] = []
     for known, recorded, simulated in history.cycles:
@@ -63,14 +63,12 @@ def cycle_table(history: ChannelHistory, *, peaks: bool = True) -> ReportTable:
         rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
     unit = shown.displacement_unit
     heads: Row = ("cycle", unit or shown.displacement, *((f"{unit or '1'}/s",) if timed else ()))
-    return ReportTable(
-        f"{_name(history)}: cycles, {_seen(both)}",
-        heads + _paired([head for _, head, _ in columns], both),
-        tuple(rows),
-    )
+    heads += _paired([head for _, head, _ in columns], both)
+    peaks = range(len(heads) - (2 if both else 1), len(heads))
+    return Table(f"{_name(history)}: cycles, {_seen(both)}", heads, tuple(rows), detail=peaks, most=FEW)
 
 
-def hold_table(history: ChannelHistory) -> ReportTable:
+def hold_table(history: ChannelHistory) -> Table:
     """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
     times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
@@ -83,9 +81,8 @@ def hold_table(history: ChannelHistory) -> ReportTable:
         rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
     values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in times), "end, %"]
     heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
-    return ReportTable(
-        f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}", heads, tuple(rows)
-    )
+    title = f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
+    return Table(title, heads, tuple(rows), most=FEW)
 
 
 def _name(history: ChannelHistory) -> str:
@@ -132,13 +129,3 @@ def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -
 def _plain(value: float) -> str:
     # Two decimals are enough for noise about zero.
     return f"{float(f'{value:.2f}') + 0.0:g}"
-
-
-def _shortened(table: ReportTable, most: int) -> ReportTable:
-    if len(table.rows) <= most:
-        return table
-    tail = most // 4
-    head = most - tail - 1
-    gap = ("...", *("" for _ in table.heads[1:]))
-    rows = (*table.rows[:head], gap, *table.rows[-tail:])
-    return ReportTable(f"{table.title} ({len(table.rows)} in all)", table.heads, rows, table.left)

@@ -1,18 +1,19 @@
-"""A diagnosis in sentences: headline, alternatives that it cannot distinguish, assumptions, extent of the search."""
+"""A diagnosis in sentences: names, headline, alternatives that it cannot distinguish, extent of the search."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
-from bushcli.report.data_faults import faulty_data
-from bushcli.report.diagnosis_names import chance, law_title, together
+from bushcli.report.document import Tone
 from bushcli.report.quantity import listed, percent
+from bushcli.report.verdict import faulty_data
 
+# A probability beyond these is given as a limit, because no model is certain.
+_ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
 # Sets of effects that are less probable than this are in the tables only.
 _NAMED = 0.05
 # Largest number of sets of effects in the headline.
@@ -225,9 +226,9 @@ def _probability(found: Diagnosis, names: Sequence[str]) -> float:
     return sum(one.probability for one in found.models if set(one.effects) == set(names))
 
 
-def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:
+def tone(found: Diagnosis) -> Tone:
     """Return the tone of the verdict, which selects its colour."""
-    tones: dict[str, Literal["good", "bad", "plain"]] = {
+    tones: dict[str, Tone] = {
         "explained": "good",
         "unexplained": "bad",
         "faulty_data": "bad",
@@ -338,5 +339,99 @@ def _share(value: float) -> str:
 
 
 def ended(lines: Iterable[str]) -> list[str]:
-    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
-    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]
+    """Return sentences that begin with a capital, unless that would change a name, and end with a full stop."""
+    found = []
+    for line in filter(None, lines):
+        first = line.split(maxsplit=1)[0]
+        started = line if "_" in first or first.endswith(":") else line[:1].upper() + line[1:]
+        found.append(started if started.endswith((".", ":")) else f"{started}.")
+    return found
+
+
+def law_title(name: str) -> str:
+    """Return the name of a law as in the literature: "Mooney-Rivlin", "neo-Hookean"."""
+    return "-".join(part if part == "neo" else part.capitalize() for part in name.split("_"))
+
+
+def together(names: Sequence[str], none: str = "no effect") -> str:
+    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset".
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of effects, with their rigs.
+    none : str
+        Words for an empty set.
+    """
+    first, *others = [phrase(name) for name in names] or [none]
+    return f"{first} with {listed(others)}" if others else first
+
+
+def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
+    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
+
+    Parameters
+    ----------
+    law : str
+        Name of the law.
+    names : sequence of str
+        Names of effects, with their rigs.
+    variants : mapping of str to str, optional
+        Effect -> what distinguishes it from the same effect in another model: "viscoelasticity, 2 branches".
+    """
+    if not names:
+        return f"{law_title(law)} alone"
+    known = variants or {}
+    parts = [f"{phrase(name)} ({known[name]})" if known.get(name) else phrase(name) for name in names]
+    return " + ".join((law_title(law), *parts))
+
+
+def chance(probability: float) -> str:
+    """Return a probability in words: "97 %", "more than 99 %", "less than 1 %"; never 0 or 100 %."""
+    return short_chance(probability).replace(">", "more than").replace("<", "less than")
+
+
+def short_chance(probability: float) -> str:
+    """Return a probability for a table: "97 %", "> 99 %", "< 1 %"; a dash for nan."""
+    if probability != probability:
+        return "-"
+    if probability < _ALMOST_NEVER:
+        return "< 1 %"
+    return "> 99 %" if probability > _ALMOST_CERTAIN else f"{100 * probability:.0f} %"
+
+
+def unlikely(found: Diagnosis, limit: float) -> list[str]:
+    """Return the effects that are less probable than a limit and that these recordings could show.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1.
+
+    Returns
+    -------
+    list of str
+        Names, the most probable first; unknown physics and `nothing` are among them.
+    """
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    return [name for name, p in ranked if p < limit and name not in found.searched.untestable]
+
+
+def undetectable(found: Diagnosis, limit: float) -> list[str]:
+    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1; an effect that reaches it beside another effect is left out.
+
+    Returns
+    -------
+    list of str
+        Names, in the order of the search.
+    """
+    return [name for name in found.searched.untestable if found.probability.get(name, 0.0) < limit]

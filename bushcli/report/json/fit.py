@@ -1,13 +1,34 @@
-"""Identified law -> the part of a result that describes it."""
+"""An identified law -> JSON-ready data."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.views.fit import bulk_modulus_std
+
 if TYPE_CHECKING:
+    from bushcli.case import Case
     from bushcli.inverse import Fit, FittedCurve
+
+
+def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return an identified law as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
+    return cleaned(document | fit_part(fit))
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
@@ -61,12 +82,6 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             ],
         },
     }
-
-
-def bulk_modulus_std(fit: Fit) -> float | None:
-    """Return the standard error of an identified bulk modulus, MPa; None where it was not identified."""
-    found = fit.parameters.get("compliance")
-    return None if found is None or not found.value > 0 else found.std / found.value**2
 
 
 def _interval(found: tuple[float, float] | None) -> list[float | None] | None:

@@ -1,15 +1,10 @@
-"""The protocol of a case's tests as text and as JSON: cycles, rates and holds, standards, open questions."""
+"""The protocol of a case's tests -> sections: cycles, rates and holds, standards, open questions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
-from rich.padding import Padding
-from rich.text import Text
-
 from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.table import SHOWN
+from bushcli.report.document import Section, paragraphs
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.standards import Clause, Lack, Observed
 from bushcli.standards.protocol import Protocol
@@ -17,69 +12,28 @@ from cases.mode import modes
 
 #: What a coupon's columns are called.
 _COUPON = {"displacement": "strain", "force": "stress"}
+
+
 #: Most unused columns that are listed.
 _MOST = 8
+
+
 _MARKS = {True: "yes", False: "no", None: "not known"}
 
 
-def protocol_json(found: Protocol) -> dict[str, Any]:
-    """Return the protocol as JSON-ready data: the keys that `bushcli check` adds to its result."""
-    return {
-        "protocol": [_observed(one) for one in (*found.recordings, *found.coupons)],
-        "standards": [
-            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
+def protocol_sections(found: Protocol) -> list[Section]:
+    """Return the sections that describe the tests of a case."""
+    said = [f"{channel}: {text}" for channel, text in found.remarks]
+    tests = [_line(one) for one in (*found.recordings, *found.coupons)]
+    return [
+        Section("How the files were read", paragraphs([*map(_file, found.files), *said])),
+        Section("What the tests are", paragraphs(tests)),
+        *(
+            Section(f"{channel} and {name}", paragraphs(map(_clause, asked)))
             for channel, name, asked in found.judged
-        ],
-        "open_questions": [vars(lack) | {"channels": list(lack.channels)} for lack in found.lacks],
-        "sources": [
-            {
-                "channel": one.name,
-                "columns": [vars(column) for column in one.columns],
-                "unused": list(one.unused),
-            }
-            for one in found.files
-        ],
-        "remarks": [{"channel": channel, "text": text} for channel, text in found.remarks],
-    }
-
-
-def _observed(one: Observed) -> dict[str, Any]:
-    shown = quantities(one.mode)
-    return {
-        "channel": one.channel,
-        "cycles": len(one.compared),
-        "conditioning": one.conditioning,
-        "amplitudes": [shown.per_internal * value for value in one.compared],
-        "conditioning_amplitudes": [
-            shown.per_internal * value for value in one.amplitudes[: one.conditioning]
-        ],
-        "rates": [shown.per_internal * rate for rate in one.rates],
-        "holds_s": list(one.holds),
-        "rests_s": list(one.rests),
-        "pauses_s": list(one.pauses),
-        "timed": one.timed,
-        "from_rest": one.from_rest,
-        "unloads": one.unloads,
-    }
-
-
-def protocol_parts(found: Protocol) -> list[object]:
-    """Return the parts of the summary of a case that describe its tests."""
-    parts: list[object] = []
-    if found.files or found.remarks:
-        said = [f"{channel}: {text}" for channel, text in found.remarks]
-        parts += _titled("How the files were read", [*map(_file, found.files), *said])
-    if found.recordings or found.coupons:
-        parts += _titled("What the tests are", [_line(one) for one in (*found.recordings, *found.coupons)])
-    for channel, name, asked in found.judged:
-        parts += _titled(f"{channel} and {name}", [_clause(clause) for clause in asked])
-    if found.lacks:
-        parts += _titled("What the recordings leave open", [_lack(lack) for lack in found.lacks])
-    return parts
-
-
-def _titled(title: str, lines: Sequence[str]) -> list[object]:
-    return [Text(), Text(title, "bold"), *(Padding(Text(line), (0, 0, 0, 2)) for line in lines)]
+        ),
+        Section("What the recordings leave open", paragraphs(map(_lack, found.lacks))),
+    ]
 
 
 def _file(one: Recording | RecordedProgram) -> str:

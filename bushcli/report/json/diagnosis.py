@@ -1,21 +1,20 @@
-"""Diagnosis -> JSON, on which scripts rely; displacements of rotational modes are in degrees."""
+"""A diagnosis -> JSON-ready data; displacements of rotational modes are in degrees."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.case import Material
 from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
 from bushcli.mismatch.record import Location, Mismatch
-from bushcli.report.diagnosis_paragraph import paragraph
-from bushcli.report.diagnosis_values import derived, shown
-from bushcli.report.diagnosis_words import headline
-from bushcli.report.json.direct import cleaned, faults_json, head
+from bushcli.report.json.common import cleaned, faults_json, head, material_json
 from bushcli.report.quantity import quantities
+from bushcli.report.views.diagnosis.paragraph import paragraph
+from bushcli.report.views.diagnosis.values import derived, shown
+from bushcli.report.views.diagnosis.words import headline
 from bushcli.selection.searched import Searched
 
 
@@ -38,8 +37,8 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "law_from": found.law_from,
         "law_fixed": found.law_fixed,
         "law": found.material.law,
-        "plain": _material(found.plain),
-        "material": _material(found.material),
+        "plain": material_json(found.plain),
+        "material": material_json(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
         "probability": dict(found.probability),
@@ -164,14 +163,6 @@ def _searched(found: Searched) -> dict[str, Any]:
         ],
         "lost": list(found.lost),
         "untestable": dict(found.untestable),
-    }
-
-
-def _material(material: Material) -> dict[str, Any]:
-    return {
-        "law": material.law,
-        "bulk_modulus": material.bulk_modulus,
-        "parameters": dict(material.parameters),
     }
 
 
