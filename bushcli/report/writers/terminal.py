@@ -70,7 +70,9 @@ def _groups(section: Section) -> list[Sequence[RenderableType]]:
     """Return what belongs together without an empty line between: text under its heading, a table with its notes."""
     first = section.blocks[0]
     # A table has a title of its own, and a note follows what is above it.
-    has_own = first.title if isinstance(first, Table) else isinstance(first, Paragraph) and first.kind == "note"
+    has_own = (
+        first.title if isinstance(first, Table) else isinstance(first, Paragraph) and first.kind == "note"
+    )
     has_heading = bool(section.heading) and not has_own
     groups: list[list[RenderableType]] = [[Text(section.heading, "bold")] if has_heading else []]
     for block in section.blocks:

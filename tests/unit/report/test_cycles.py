@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bushcli.report.figures.cycles import cycle_figure, history_figures
 from rich.console import Console
 
 from bushcli import report
@@ -14,7 +15,6 @@ from bushcli.recording import Recording, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
-from bushcli.report.figures.cycles import cycle_figure, history_figures
 from bushcli.report.views.cycles import cycle_table, history_section, hold_table
 
 DATA = Path(__file__).parents[1] / "data"

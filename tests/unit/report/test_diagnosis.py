@@ -8,6 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bushcli.report.figures.diagnosis import diagnosis_figures, program, record_figure
+from bushcli.report.figures.diagnosis_curves import curve_plot, diagnosed_figure, time_plot
+from bushcli.report.figures.diagnosis_map import map_figure, numbering
+from bushcli.report.figures.diagnosis_missing import missing_figure
+from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
+from bushcli.report.figures.plot import svg, ticks
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text as MplText
 from rich.console import Console
@@ -20,12 +26,6 @@ from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
 from bushcli.recording import Recording
-from bushcli.report.figures.diagnosis import diagnosis_figures, program, record_figure
-from bushcli.report.figures.diagnosis_curves import curve_plot, diagnosed_figure, time_plot
-from bushcli.report.figures.diagnosis_map import map_figure, numbering
-from bushcli.report.figures.diagnosis_missing import missing_figure
-from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
-from bushcli.report.figures.plot import svg, ticks
 from bushcli.report.views.diagnosis.document import bar, model_table, probability_table
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import parameters_text

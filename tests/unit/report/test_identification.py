@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bushcli.report.figures.identification import inverse_figures
 from rich.console import Console
 
 from bushcli import report
@@ -18,7 +19,6 @@ from bushcli.faults import DataFault
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
 from bushcli.recording.curve import Curve
-from bushcli.report.figures.identification import inverse_figures
 from bushcli.report.ranking import effective_samples, information_criterion
 from bushcli.report.views.inverse import answer, bulk_modulus, with_error
 from bushcli.runtime.condition import Condition

@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bushcli.report.figures.picture import BLACK, GREY, METAL, literal, new_figure, style
+from bushcli.report.drawing.looks import GREY, INK, METAL
+from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.projection import cut
 from geometry.view import View
 
 Array = NDArray[np.float64]
@@ -64,7 +66,9 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
                 sides[1].set_title("without the quarter in front", fontsize=10)
         figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
         handles = [
-            Patch(facecolor=_colour(name, view), edgecolor=GREY, label=literal(_label(name, measures, view)))
+            Patch(
+                facecolor=_colour(name, view), edgecolor=GREY[0], label=literal(_label(name, measures, view))
+            )
             for name in dict.fromkeys(view.names)
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
@@ -106,10 +110,10 @@ def _section(axes: Axes, view: View) -> None:
             rasterized=True,
         )
     )
-    ink = [BLACK if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
+    ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
-    axes.axvline(0.0, color=GREY, linestyle="-.", linewidth=0.8)
+    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_xlabel("r, mm")
@@ -144,24 +148,14 @@ def _cut(axes: Axes, view: View) -> None:
             bond = view.triangles[view.label == view.names.index(name)]
             ink = _colour(name, view)
             axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
-    axes.axvline(0.0, color=GREY, linestyle="-.", linewidth=0.8)
+    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
     axes.set_xlabel("x, mm")
     axes.set_ylabel("z, mm")
 
 
 def _crossed(triangles: Array, level: float) -> Array:
     """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
-    y = triangles[:, :, 1] - level
-    found = triangles[(y.min(axis=1) < 0.0) & (y.max(axis=1) > 0.0)]
-    lines = np.zeros((len(found), 2, 2))
-    for number, corners in enumerate(found):
-        ends = []
-        for i, j in ((0, 1), (1, 2), (2, 0)):
-            a, b = corners[i], corners[j]
-            if (a[1] > level) != (b[1] > level):
-                ends.append((a + (level - a[1]) / (b[1] - a[1]) * (b - a))[[0, 2]])
-        lines[number] = ends
-    return lines
+    return cut(triangles, np.eye(3)[1], level, above=False)[0][..., [0, 2]]
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:
@@ -174,9 +168,14 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     )
     right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
     up = np.cross(toward, right)
-    centre = view.triangles.mean(axis=1)
-    keep = ~((centre[:, 0] > 0) & (centre[:, 1] < 0)) if opened else np.full(len(centre), True)
-    triangles, label = view.triangles[keep], view.label[keep]
+    triangles, label = view.triangles, view.label
+    if opened:
+        x, y = np.eye(3)[:2]
+        front, of_front = cut(triangles, x, above=True)
+        behind, of_behind = cut(front, y, above=True)
+        left, of_left = cut(triangles, -x, above=True)
+        triangles = np.concatenate([left, behind])
+        label = label[np.concatenate([of_left, of_front[of_behind]])]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     # Where the part is open both sides of a face are visible: the side towards the eye is lit.

@@ -1,45 +1,42 @@
-"""Recording, plain law and most probable model of a channel, with their mismatches: zoomable, and as a picture."""
+"""Plots of a diagnosed channel: recording, plain law and most probable model with their mismatches, and the misfit."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
-from bushcli.report.figures.picture import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    RED,
-    legend,
-    literal,
-    new_figure,
-    style,
-)
-from bushcli.report.figures.plot import Plot, Region, Series
+from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
+from bushcli.report.plots.fit import force_limits
 from bushcli.report.quantity import percent, quantities
 from bushcli.report.views.diagnosis.words import channel_label
 
-Array = NDArray[np.float64]
-
-# Up to this many samples are drawn as separate points, more as a line.
-_SEPARATE = 80
-# The axes extend at most this share of the force range beyond the curves; a plain law further away leaves the picture.
-_LEAVES = 0.6
-_COLOURS = {"stiff": RED, "soft": GREEN}
+# Samples of a place at which its number may stand, those of the largest misfit first.
+_PLACES = 12
 # Label of the curve after the diagnosis.
 BEST = "most probable model"
+
+
+def diagnosed_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
+    """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    channel : DiagnosedChannel
+    file : str
+        Name of the channel's files.
+    """
+    rows = [[curve_plot(found, channel)]]
+    if simulated(channel):
+        rows.append([time_plot(found, channel)])
+    return Panels(f"{file}-diagnosis", "diagnosed", diagnosed_title(channel), rows, channel.name)
 
 
 def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
@@ -55,17 +52,16 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     units = quantities(channel.mode)
     recorded = channel.recording
     q, path = units.shown(recorded.displacement), units.shown(channel.path)
-    few = len(q) <= _SEPARATE
-    series = []
+    mark = "dots" if len(q) <= SEPARATE else "line"
+    good = np.where(channel.faulty, np.nan, recorded.force)
+    series = [Series("recorded", "recorded", q, good, mark)]  # type: ignore[arg-type]  # mypy infers str
     if simulated(channel):
         series.append(Series("before", _label("plain law", channel.before_percent), path, channel.before))
     if changed(channel):
         series.append(Series("after", _label(BEST, channel.after_percent), path, channel.after))
-    good = np.where(channel.faulty, np.nan, recorded.force)
-    series.append(Series("recorded", "recorded", q, good, dots=few))
     if channel.faulty.any():
         bad = np.where(channel.faulty, recorded.force, np.nan)
-        series.append(Series("faulty", "left out: faulty data", q, bad, dots=True))
+        series.append(Series("left_out", "left out: faulty data", q, bad, "crosses"))
     regions = []
     for i, mismatch in numbered(found, channel):
         outlines = [
@@ -76,15 +72,14 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
             for run in _pieces(channel, mismatch.samples & _known(channel))
         ]
         worst = _worst(channel, mismatch)
-        at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
-        text = sentence(mismatch, len(found.channels))
-        regions.append(Region(i, _sense(mismatch), text, outlines, at))
+        at = np.stack([q[worst], (recorded.force[worst] + channel.before[worst]) / 2], axis=1)
+        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     return Plot(
         f"curve-{found.channels.index(channel)}",
         f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
         units.displacement_label,
         units.force_label,
-        _padded(np.concatenate([q, path]), 0.03),
+        padded(np.concatenate([q, path]), 0.03),
         _force_limits(channel),
         series,
         regions,
@@ -117,104 +112,37 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
             for run in runs
         ]
         worst = _worst(channel, mismatch)
-        regions.append(
-            Region(
-                i,
-                _sense(mismatch),
-                sentence(mismatch, len(found.channels)),
-                outlines,
-                (float(x[worst]), float(before[worst])),
-            )
-        )
+        at = np.stack([x[worst], before[worst]], axis=1)
+        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     noise = 2 * channel.noise_percent
-    nan = float("nan")
-    bands = [(nan, nan, -noise, noise, "noise")]
-    bands += [(*_around(x, run), nan, nan, "faulty") for run in _runs(channel.faulty, least=1)]
+    bands = [Band("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
+    bands += [Band("faulty", x=_around(x, run)) for run in _runs(channel.faulty, least=1)]
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
         f"{channel.name}: misfit over time",
         _abscissa_label(channel),
         "misfit [% of range]",
-        _padded(x, 0.01),
-        _padded(np.concatenate(misfits), 0.06),
+        padded(x, 0.01),
+        padded(np.concatenate(misfits), 0.06),
         series,
         regions,
         bands,
         height=280.0,
-        brief=True,
+        numbers_only=True,
         heading=_heading(found, channel),
     )
 
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
     """Return the title of the picture."""
-    name = channel_label(channel)
-    name = name[:1].upper() + name[1:]
+    name = capital(channel_label(channel))
     if not simulated(channel):
         return f"{name}: recorded, not simulated"
     if not changed(channel):
         return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
     before, after = percent(channel.before_percent), percent(channel.after_percent)
     return f"{name}: {before} rms before, {after} after, noise {percent(channel.noise_percent)}"
-
-
-def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the curves with their mismatches; below them, if simulated, the misfit over time and the noise.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    channel : DiagnosedChannel
-        The channel to draw.
-    """
-    plots = [curve_plot(found, channel)]
-    if simulated(channel):
-        plots.append(time_plot(found, channel))
-    drawn = {
-        "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
-        "before": {"color": ORANGE, "lw": 1.6, "zorder": 2},
-        "faulty": {"color": RED, "lw": 0, "marker": "x", "ms": 5, "zorder": 3.5},
-        "after": {"color": BLUE, "lw": 2.4, "alpha": 0.75, "zorder": 2.5},
-    }
-    with style():
-        figure = new_figure(7.6, 6.8 if len(plots) > 1 else 4.8)
-        panels = np.atleast_1d(figure.subplots(len(plots), 1, height_ratios=(2.4, 1)[: len(plots)]))
-        for axes, plot in zip(panels, plots, strict=True):
-            axes.axhline(0, color=GREY, lw=0.8, zorder=1)
-            for x0, x1, y0, y1, key in plot.bands:
-                if key == "noise":
-                    axes.axhspan(y0, y1, color=LIGHT, lw=0, label="noise (± 2 standard deviations)")
-                else:
-                    axes.axvspan(x0, x1, color="#fbe3d6", lw=0, zorder=0)
-            for region in plot.regions:
-                outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))
-                colour = _COLOURS[region.key]
-                axes.add_patch(PathPatch(outline, fc=colour, alpha=0.28, lw=0, zorder=1.5))
-                axes.annotate(
-                    str(region.number),
-                    region.at,
-                    ha="center",
-                    va="center",
-                    fontsize=9,
-                    fontweight="bold",
-                    color="white",
-                    zorder=5,
-                    bbox={"boxstyle": "circle,pad=0.25", "fc": _COLOURS[region.key], "ec": "white"},
-                )
-            for one in plot.series:
-                look = dict(drawn[one.key])
-                if one.dots and one.key != "faulty":
-                    look |= {"lw": 0, "marker": "o", "ms": 3.5}
-                axes.plot(one.x, one.y, label=one.label, **look)
-            axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xlim=plot.x, ylim=plot.y)
-        if len(plots) > 1:
-            panels[1].set_ylabel("simulated -\nrecorded [%]")
-        panels[0].set_title(literal(diagnosed_title(channel)))
-        legend(panels[0], loc="upper left")
-        figure.align_ylabels(list(panels))
-        return figure
 
 
 def simulated(channel: DiagnosedChannel) -> bool:
@@ -276,9 +204,13 @@ def _sense(mismatch: Mismatch) -> str:
     return "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft"
 
 
-def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> int:
+def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
+    """Return samples of a place, that of the largest misfit first, the others spread over the place."""
     size = np.abs(channel.before - channel.recording.force)
-    return int(np.argmax(np.where(mismatch.samples & _known(channel), size, -1.0)))
+    inside = np.flatnonzero(mismatch.samples & _known(channel))
+    spread = inside[np.linspace(0, len(inside) - 1, min(_PLACES, len(inside))).astype(int)]
+    order = spread[np.argsort(-size[spread], kind="stable")]
+    return np.concatenate([inside[[int(np.argmax(size[inside]))]], order])
 
 
 def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
@@ -324,19 +256,7 @@ def _oriented(one: Array, other: Array) -> Array:
     return points if area >= 0 else points[::-1]
 
 
-def _padded(values: Array, share: float) -> tuple[float, float]:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    margin = share * (high - low) or 1.0
-    return low - margin, high + margin
-
-
 def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
-    recorded = np.where(channel.faulty, np.nan, channel.recording.force)
-    if channel.faulty.all():
-        recorded = channel.recording.force
-    both = np.concatenate([recorded, channel.after])
-    low, high = float(np.nanmin(both)), float(np.nanmax(both))
-    reach = _LEAVES * (high - low)
-    before = channel.before if simulated(channel) else both
-    ends = [max(low - reach, float(np.nanmin(before))), min(high + reach, float(np.nanmax(before)))]
-    return _padded(np.array([low, high, *ends]), 0.05)
+    recorded = channel.recording.force if channel.faulty.all() else channel.recording.force[~channel.faulty]
+    near = np.concatenate([recorded, channel.after])
+    return force_limits(near, channel.before if simulated(channel) else near)

@@ -20,9 +20,10 @@ from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.report.figures import projection
-from bushcli.report.figures.picture import BLACK, GREY, METAL, literal, new_figure, style
-from bushcli.report.figures.projection import Projection
+from bushcli.report.drawing import projection
+from bushcli.report.drawing.looks import GREY, INK, METAL
+from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.projection import Projection
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
@@ -138,7 +139,7 @@ class _Drawing:
         wrapped = "\n".join(textwrap.wrap(title, max(20, int(9.5 * figure.get_figwidth()))))
         axes.set_title(literal(wrapped), fontsize=11.5)
         if note:
-            figure.supxlabel(literal(note), fontsize=8.5, color=GREY, x=0.01, ha="left")
+            figure.supxlabel(literal(note), fontsize=8.5, color=GREY[0], x=0.01, ha="left")
         return figure
 
     def _faces(self, axes: Axes) -> None:
@@ -180,7 +181,7 @@ class _Drawing:
 
     def _lines(self, segments: Array, opacity: float, width: float, depth: Array) -> _Layer:
         """Return segments (n, 2, 3) as polygons without area."""
-        ink = np.tile((*to_rgb(BLACK), opacity), (len(segments), 1))
+        ink = np.tile((*to_rgb(INK[0]), opacity), (len(segments), 1))
         return segments[:, [0, 1, 1, 0]], np.zeros_like(ink), ink, width, depth
 
     def _paint(self, axes: Axes, layers: Sequence[_Layer]) -> None:
@@ -205,7 +206,7 @@ class _Drawing:
         edges = projection.face_edges(self.surface.reference)[projection.outline(self.surface)]
         lines = self.view.project(projection.once(edges))
         axes.add_collection(
-            LineCollection(list(lines), colors=GREY, linewidths=0.8, linestyles=(0, (4, 3)), zorder=3)
+            LineCollection(list(lines), colors=GREY[0], linewidths=0.8, linestyles=(0, (4, 3)), zorder=3)
         )
 
     def _colour_bar(self, figure: Figure, axes: Axes) -> None:
@@ -225,7 +226,7 @@ class _Drawing:
     def _section_axes(self, axes: Axes) -> None:
         if self.scale is not None:
             self._former_outline(axes)
-        axes.axvline(0.0, color=GREY, lw=0.9, ls=(0, (10, 3, 2, 3)))
+        axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
         axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
         axes.grid(False)
 
@@ -235,17 +236,17 @@ class _Drawing:
         (left, right), bottom = axes.get_xlim(), axes.get_ylim()[0]
         length = _round_length(0.3 * self.extent)
         y = bottom + 0.01 * self.extent
-        axes.plot([right - length, right], [y, y], color=BLACK, lw=2.0, solid_capstyle="butt")
+        axes.plot([right - length, right], [y, y], color=INK[0], lw=2.0, solid_capstyle="butt")
         middle = (right - length / 2, y)
         axes.annotate(f"{length:g} mm", middle, (0, 3), textcoords="offset points", ha="center", fontsize=9)
         origin = np.array([left + 0.06 * self.extent, y + 0.04 * self.extent])
         for name, direction in zip("xyz", np.eye(3), strict=True):
             x, y = (float(value) for value in self.view.project(direction) * self.extent)
             tip = (origin[0] + 0.075 * x, origin[1] + 0.075 * y)
-            arrow = {"arrowstyle": "-|>", "color": GREY, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
+            arrow = {"arrowstyle": "-|>", "color": GREY[0], "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", tip, (origin[0], origin[1]), arrowprops=arrow)
             label = (origin[0] + 0.1 * x, origin[1] + 0.1 * y)
-            axes.annotate(name, label, ha="center", va="center", fontsize=9, color=GREY)
+            axes.annotate(name, label, ha="center", va="center", fontsize=9, color=GREY[0])
 
 
 def _round_length(length: float) -> float:

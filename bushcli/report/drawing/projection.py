@@ -7,7 +7,7 @@ order nor the colour shows how coarse the elements are. This module does not dep
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -270,6 +270,63 @@ def shade(pieces: Array, view: Projection) -> Array:
     """
     light = view.towards + 0.7 * view.up - 0.5 * view.right
     return np.asarray(0.84 + 0.16 * np.abs(_normal(pieces) @ light) / np.linalg.norm(light))
+
+
+# What a plane makes of a triangle or a tetrahedron, by the number of corners below it: the corners of each part lie on
+# the edges between two corners, counted upwards, or are corners.
+_Shapes: TypeAlias = dict[int, list[tuple[tuple[int, int], ...]]]
+_ABOVE: _Shapes = {
+    0: [((0, 0), (1, 1), (2, 2))],
+    1: [((1, 1), (2, 2), (0, 1)), ((2, 2), (0, 2), (0, 1))],
+    2: [((2, 2), (0, 2), (1, 2))],
+}
+_ACROSS: dict[int, _Shapes] = {
+    3: {1: [((0, 1), (0, 2))], 2: [((0, 2), (1, 2))]},
+    4: {
+        1: [((0, 1), (0, 2), (0, 3), (0, 3))],
+        2: [((0, 2), (0, 3), (1, 3), (1, 2))],
+        3: [((0, 3), (1, 3), (2, 3), (2, 3))],
+    },
+}
+
+
+def cut(
+    simplices: Array, normal: Array, level: float = 0.0, *, above: bool
+) -> tuple[Array, NDArray[np.int_]]:
+    """Cut triangles or tetrahedra by a plane.
+
+    Parameters
+    ----------
+    simplices : (n, 3, 3) or (n, 4, 3) array
+        Corners, mm.
+    normal : (3,) array
+        Unit vector.
+    level : float
+        Distance of the plane from the origin along its normal, mm.
+    above : bool
+        Whether the parts of triangles above the plane are returned, (m, 3, 3); otherwise where the plane cuts triangles,
+        (m, 2, 3), or tetrahedra, (m, 4, 3), whose last corner is repeated where it is a triangle.
+
+    Returns
+    -------
+    tuple of (m, k, 3) array and (m,) array
+        The parts, and the simplex of which each is a part.
+    """
+    height = simplices @ normal - level
+    order = np.argsort(height, axis=1, kind="stable")
+    corners = np.take_along_axis(simplices, order[..., None], axis=1)
+    h = np.take_along_axis(height, order, axis=1)
+    below = (h < 0.0).sum(axis=1)
+    parts, owner = [], []
+    for count, shapes in (_ABOVE if above else _ACROSS[simplices.shape[1]]).items():
+        at = np.flatnonzero(below == count)
+        for shape in shapes:
+            i, j = np.array(shape).T
+            low, high = h[at][:, i], h[at][:, j]
+            share = np.where(i == j, 0.0, low / np.where(low == high, 1.0, low - high))[..., None]
+            parts.append(corners[at][:, i] + share * (corners[at][:, j] - corners[at][:, i]))
+            owner.append(at)
+    return np.concatenate(parts), np.concatenate(owner)
 
 
 def _bounding(faces: Array) -> NDArray[np.bool_]:
