@@ -11,8 +11,8 @@ from bushcli.report.figures.cycles import cycle_figure, history_figures
 from rich.console import Console
 
 from bushcli import report
+from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, read_recording
-from bushcli.recording.curve import Curve
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
 from bushcli.report.views.cycles import cycle_table, history_section, hold_table
