@@ -51,13 +51,20 @@ class Path(Protocol):
     """A recording, or the program of a load case: mm, rad or stretch - 1, over s."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the channel."""
+
     @property
-    def mode(self) -> str: ...
+    def mode(self) -> str:
+        """Name of the mode."""
+
     @property
-    def displacement(self) -> Array: ...
+    def displacement(self) -> Array:
+        """Shape (n,)."""
+
     @property
-    def time(self) -> Array | None: ...
+    def time(self) -> Array | None:
+        """Shape (n,), or None."""
 
 
 def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:
