@@ -45,7 +45,8 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
-        accept=tuple(sorted(set(table.accept or ()))),
+        accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
+        sound=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
         group=table.group,
         sample_rate=table.sample_rate,
     )
@@ -61,8 +62,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     source : Source
         Source in a known mode.
     """
-    from bushcli.recording.clock_times import is_form
-    from bushcli.recording.units import scaled_unit  # its tables of spellings serve recordings alone
+    from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
+    from bushcli.recording.text.clock_times import is_form
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():

@@ -276,7 +276,7 @@ class Table:
             return self
         tail = most // 4
         gap = ("...", *("" for _ in self.heads[1:]))
-        rows = (*self.rows[: most - tail - 1], gap, *self.rows[-tail:])
+        rows = (*self.rows[: most - tail - 1], gap, *self.rows[len(self.rows) - tail :])
         return replace(self, title=f"{self.title} ({len(self.rows)} in all)", rows=rows)
 
 

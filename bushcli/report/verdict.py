@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
 
 # Conditions that repeat the faults of the data.
-FAULTS = frozenset({"faulty_data", "bad_samples"})
+FAULTS = frozenset({"faulty_data", "doubtful_data", "bad_samples"})
 _KINDS = {
     "sign": "wrong sign",
     "position": "displacement from another zero",

@@ -21,7 +21,7 @@ from bushcli.cli import main
 from bushcli.effects.effect import effects
 from bushcli.export import all_writers
 from bushcli.recording import read_recording
-from bushcli.recording.header import match_quality
+from bushcli.recording.header.header import match_quality
 from bushcli.recording.source import UNITS, Source
 from bushcli.report import diagnosis_json
 from cases.mode import Mode, modes
@@ -137,6 +137,18 @@ def test_odds_and_priors_are_those_of_the_code():
     for name in effects():
         assert f"[`{name}`]" in text
         assert f"`{name}." in text
+
+
+def test_each_constant_of_the_calculation_says_what_it_is():
+    tables = generator()
+    rows = [
+        (file.stem, *row)
+        for room in tables._WITH_CONSTANTS
+        for file in (tables.ROOT / "bushcli" / room).glob("*.py")
+        for row in tables.constants(file)
+    ]
+    assert len(rows) > 100
+    assert [row[:2] for row in rows if len(row[2].split()) < 4] == []
 
 
 def test_exports_are_those_of_the_code():

@@ -90,6 +90,7 @@ def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
             "where": fault.where,
             "remedy": fault.remedy,
             "fatal": fault.fatal,
+            "probability": fault.probability,
             "samples": int(np.count_nonzero(fault.samples)),
         }
         for fault in faults

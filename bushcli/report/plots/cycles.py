@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bushcli.recording.cycles import Cycle, Uncertain
-from bushcli.recording.holds import Hold
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
 from bushcli.report.document import Band, Panels, Plot, Region, Series
 from bushcli.report.plots.direct import capital, rest_lines

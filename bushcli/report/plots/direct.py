@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, branches
-from bushcli.recording.curve import Curve
 from bushcli.report.document import Band, Panels, Plot, Region, Series
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer

@@ -74,11 +74,11 @@ def direct_document(
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     read = [*paragraphs(shape.notes), measure_table(shape), *of_kind(pictures, "geometry")]
     sections = [
-        *([] if fit is None else [fit_section(fit, pictures)]),
         Section("Channels", [channel_table(response, misfits), *paragraphs([error], kind="note")]),
         Section(f"Simulated {'and recorded ' if misfits else ''}curves", of_kind(pictures, "curve")),
         Section("Six motions", [*six_tables(response), *of_kind(pictures, "six")]),
         history_section(response_histories(response, misfits), pictures),
+        *([] if fit is None else [fit_section(fit, pictures)]),
         Section("Contact", [contact_table(response)]),
         Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", of_kind(pictures, "deformed")),

@@ -418,7 +418,11 @@ def fault_table(found: Diagnosis) -> Table:
             one.channel,
             fault_kind(one),
             one.where,
-            "correct first" if one.fatal else f"{int(one.samples.sum())} samples left out",
+            "correct first"
+            if one.fatal
+            else f"{100 * one.probability:.0f} % probable"
+            if one.doubtful
+            else f"{int(one.samples.sum())} samples left out",
             one.remedy,
         )
         for one in sorted(found.faults, key=lambda one: not one.fatal)
