@@ -62,8 +62,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     source : Source
         Source in a known mode.
     """
-    from bushcli.recording.clock_times import is_form
-    from bushcli.recording.units import scaled_unit  # its tables of spellings serve recordings alone
+    from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
+    from bushcli.recording.text.clock_times import is_form
 
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():

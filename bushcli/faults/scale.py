@@ -22,8 +22,8 @@ from bushcli.faults.fault import DataFault, Mask
 from bushcli.faults.signal import moving, slope
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording
+from bushcli.recording.header.units import find_unit
 from bushcli.recording.source import UNITS, Quantity, dimension
-from bushcli.recording.units import find_unit
 from cases.mode import modes
 from geometry.shape import Shape
 

@@ -14,8 +14,8 @@ from itertools import chain, combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.misfit import correlation_time
 from bushcli.likelihood.noise import Compared
-from bushcli.recording.misfit import correlation_time
 
 Array = NDArray[np.float64]
 

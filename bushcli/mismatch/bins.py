@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f, t
 
+from bushcli.curve.segment import Segment
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, branches, departure
-from bushcli.recording.segment import Segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
+from bushcli.curve.odd import unfolded
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood import calibration
 from bushcli.likelihood.linearised import linearised, weighed
@@ -26,7 +27,6 @@ from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.field import covariance, estimate, uniform, zoned
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
-from bushcli.recording.odd import unfolded
 from bushcli.simulate.six_simulation import Reaction
 from cases import local
 from cases.local import Cells, Local

@@ -12,13 +12,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.segment import Segment
 from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.maps import Missing, MissingProfile
 from bushcli.mismatch.waves import waves
 from bushcli.recording import Recording, branches
-from bushcli.recording.segment import Segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]

@@ -89,7 +89,7 @@ class Source:
     columns : mapping of Quantity to str or int
         Column by name or by 1-based number; a column that is not given is found by its name.
     units : mapping of Quantity to str
-        Unit by quantity; it overrides what the file says. See `UNITS` and `bushcli.recording.units`.
+        Unit by quantity; it overrides what the file says. See `UNITS` and `bushcli.recording.header.units`.
     delimiter : str, optional
         "," ";" "\t" or " " (any white space); recognised from the file when None.
     decimal : {".", ","}, optional

@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
+from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
-from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.report.data_faults import faulty_data
 from bushcli.report.quantity import listed, number, percent, with_std
 

@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from bushcli.recording import RecordedProgram, Recording
-from bushcli.recording.table import SHOWN
+from bushcli.recording.text.table import SHOWN
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.standards import Clause, Lack, Observed
 from bushcli.standards.protocol import Protocol

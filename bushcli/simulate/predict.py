@@ -13,13 +13,13 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
 from bushcli.recording import RecordedPath, displacement_noise
-from bushcli.recording.earlier import earlier
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files

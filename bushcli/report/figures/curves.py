@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, branches
-from bushcli.recording.curve import Curve
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.report.verdict import stiffer

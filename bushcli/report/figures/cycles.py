@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from bushcli.recording.cycles import Cycle, Uncertain
-from bushcli.recording.holds import Hold
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
 from bushcli.report.figures.picture import (
     BLACK,

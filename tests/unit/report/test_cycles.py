@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from bushcli import report
+from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, read_recording
-from bushcli.recording.curve import Curve
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
 from bushcli.report.cycles_tables import cycle_table, history_tables, hold_table

@@ -72,7 +72,7 @@ def test_a_march_that_stopped_says_so(direct, channel):
 
 
 def test_a_recording_that_was_not_reached_is_a_problem(direct, channel):
-    from bushcli.recording.curve import Curve
+    from bushcli.curve.curve import Curve
 
     at_rest = Curve("axial", [0.0, 1e-9], [0.0, 0.0])
     result = direct(channel("axial", measured=100.0, curve=at_rest, stopped="DIVERGED_MAX_IT"))

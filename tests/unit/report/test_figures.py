@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from bushcli.recording.curve import Curve
+from bushcli.curve.curve import Curve
 from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, projection
 from bushcli.report.figures.body import _Drawing, deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth

@@ -12,12 +12,12 @@ from rich.console import Console
 
 from bushcli import report
 from bushcli.case import Material
+from bushcli.curve.curve import Curve
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.faults import DataFault
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
-from bushcli.recording.curve import Curve
 from bushcli.report.figures.identification import inverse_figures
 from bushcli.report.identification_words import answer, bulk_modulus, with_error
 from bushcli.report.ranking import effective_samples, information_criterion
