@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.columns import chosen_index
 from bushcli.recording.dynamic.names import ACROSS, KINDS, Meaning, Stated, condition_of, meaning, stated
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
-from bushcli.recording.table import Table, TextTable
-from bushcli.recording.vocabulary import is_foreign
+from bushcli.recording.header.columns import chosen_index
+from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
 Array = NDArray[np.float64]

@@ -15,8 +15,8 @@ from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
 from bushcli.recording.opened import opened
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
 from cases.mode import modes
 
 

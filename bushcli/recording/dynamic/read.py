@@ -29,8 +29,8 @@ from bushcli.recording.dynamic.stiffness import Columns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
 from cases.mode import Mode, modes
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from bushcli.recording.units import unit_size
+from bushcli.recording.header.units import unit_size
 
 #: Powers of time, length, force and angle -> kind.
 _KINDS = {
