@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -37,7 +36,6 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
-    from bushcli.report.dynamic_tables import dynamic_tables_json, dynamic_tables_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -62,26 +60,15 @@ def check(run: Run, strict: bool) -> int:
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    paths = [
-        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
-    ]
-    odd = unusual(case, case.material, paths)
+    odd = unusual(case, case.material, (*records, *materials, *filter(None, programs)))
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
-    result = report.case_json(case, records, materials, run.timings(), faults)
-    result["problems"] += [vars(problem) for problem in found]
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
-    result |= report.protocol_json(tests)
-    if tables:
-        result["dynamic"] = dynamic_tables_json(tables)
-
-    def text() -> tuple[Any, ...]:
-        from bushcli.report.text import problem_parts
-
-        said = report.case_text(case, records, materials, faults, programs)
-        shown = dynamic_tables_parts(tables)
-        return (said, *shown, *report.protocol_parts(tests), *problem_parts(found))
-
-    run.deliver(lambda: result, text, lambda output, found: report.write_check(output, found, case))
+    checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
+    run.deliver(
+        lambda: report.check_json(checked, run.timings()),
+        lambda _=(): report.check_document(checked),
+        lambda: report.check_files(case),
+    )
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
@@ -95,8 +82,6 @@ def mesh(run: Run) -> int:
     """
     from bushcli import report
     from bushcli.case import starter_case
-    from bushcli.case.typical import unusual
-    from bushcli.report.text import problem_parts
     from bushcli.simulate.meshes import meshes
 
     output = run.write_into(Path("out"))
@@ -112,8 +97,8 @@ def mesh(run: Run) -> int:
         raise
     run.deliver(
         lambda: report.mesh_json(case, built, run.timings()),
-        lambda: (report.mesh_text(built, case.geometry), *problem_parts(unusual(case, case.material))),
-        lambda output, found: report.write_meshes(output, built, found, case.geometry),
+        lambda _=(): report.mesh_document(case, built),
+        lambda: report.mesh_files(case, built),
     )
     part = case.path.suffix != ".toml"
     if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
@@ -200,8 +185,8 @@ def direct(
     compared = misfits(response)
     run.deliver(
         lambda: report.direct_json(response, compared, found, run.timings()),
-        lambda: report.direct_text(response, compared, found),
-        lambda output, result: report.write_direct(output, result, response, compared, found),
+        lambda pictures=(): report.direct_document(response, compared, found, pictures),
+        lambda: report.direct_files(response, compared, found),
     )
     if interrupted:
         raise KeyboardInterrupt
