@@ -20,6 +20,7 @@ from bushcli.case.case import (
     MeshOptions,
     load_case_names,
 )
+from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
@@ -34,6 +35,7 @@ from bushcli.case.schema import (
 from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -87,13 +89,14 @@ class Builder:
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
-        tables = list(self._list(data, "load_cases", LoadCaseTable))
+        loads = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material) for table, keys in tables if table.dynamic is None
+            self._load_case(table, keys, shape, material) for table, keys in loads if table.dynamic is None
         ]
-        tests = [self._dynamic_test(table, keys, shape, material) for table, keys in tables if table.dynamic]
+        tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
+        tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
         active = self._effects(data, load_cases, tests, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
@@ -123,6 +126,7 @@ class Builder:
             vibrations=tuple(item for item in tests if item),
             recordings=recordings,
             coupons=coupons,
+            dynamic=tables,
             effects=active,
             tolerance=tolerance,
         )
@@ -141,8 +145,13 @@ class Builder:
             self.findings += explain(error, model, keys, section)
             return None
 
-    def _list(self, data: dict[str, Any], name: str, model: type[T]) -> Iterator[tuple[T, Keys]]:
+    def _list(
+        self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
+    ) -> Iterator[tuple[T, Keys]]:
+        """Yield the tables of a list; of recordings those of a kind."""
         for raw, keys in self._entries(data, name):
+            if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
+                continue
             table = self._validated(raw, keys, model, f"[[{name}]]")
             if table is not None:
                 yield table, keys
@@ -260,7 +269,7 @@ class Builder:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
 
-    def _dynamic_test(
+    def _vibrations(
         self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
     ) -> DynamicTest | None:
         if not self._mode(keys, table.mode, shape, None, material):
@@ -289,6 +298,26 @@ class Builder:
         )
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual)
+
+    def _dynamic(
+        self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
+    ) -> tuple[DynamicSource, ...]:
+        """Return the tables of dynamic stiffness, of the bushing and of coupons."""
+        found: list[DynamicSource] = []
+        for section, specimen in (("recordings", None), ("coupons", "coupon")):
+            tables = list(self._list(data, section, DynamicRecordingTable, KIND))
+            if not tables:
+                continue
+            builder = SourceBuilder(
+                self.folder, self.findings, lambda *_: True, self.looks_for_files, self.tables
+            )
+
+            def known(keys: Keys, mode: str, specimen: str | None = specimen) -> bool:
+                return self._mode(keys, mode, shape, specimen, material)
+
+            names = [*taken, *(one.label for one in found)]
+            found += sources(tables, builder.files, known, names, self.findings)
+        return tuple(found)
 
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
         raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
+from bushcli.curve.holds import Hold, holds_along
 from bushcli.recording import Segment, branches
-from bushcli.recording.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
-from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
+    from bushcli.curve.curve import Curve
     from bushcli.inverse import Fit
-    from bushcli.recording.curve import Curve
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
 

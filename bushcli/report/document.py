@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,106 +26,149 @@ Tone = Literal["good", "bad", "plain"]
 
 @dataclass(frozen=True)
 class Series:
-    """A line, or dots, that can be switched off.
+    """A curve or a set of points.
 
     Attributes
     ----------
     key : str
-        Class in the style sheet: "recorded", "before", "after", "path".
+        Its role, from which the drawing takes colour and width: a key of `drawing.looks.LOOKS`.
     label : str
+        In the legend, where it can be switched off; empty for none.
     x, y : shape (n,)
         NaN interrupts the line.
-    dots : bool
+    mark : {"line", "dots", "both", "crosses"}
+    error : shape (n,), optional
+        Half lengths of vertical error bars.
     """
 
     key: str
     label: str
-    x: Array
-    y: Array
-    dots: bool = False
+    x: NDArray[np.floating[Any]]
+    y: NDArray[np.floating[Any]]
+    mark: Literal["line", "dots", "both", "crosses"] = "line"
+    error: NDArray[np.floating[Any]] | None = None
 
 
 @dataclass(frozen=True)
 class Region:
-    """A marked and numbered place to which the user can zoom.
+    """A filled area: a place to which the user can zoom by its number, a band along a curve, a bar.
 
     Attributes
     ----------
-    number : int
     key : str
-        Class in the style sheet: "stiff" or "soft".
+        Its role, as of a series.
     label : str
-        The sentence that describes it.
+        The sentence that describes a numbered place; otherwise the entry of the legend.
     outlines : sequence of shape (n, 2)
         Polygons.
-    at : (float, float)
-        Position of its number.
+    number : int
+        From 1; 0 for an area without number.
+    at : shape (k, 2), optional
+        Places where the number may stand, the best first.
+    value : float, optional
+        Value that is shown as a colour of the plot's scale.
     """
 
-    number: int
     key: str
     label: str
     outlines: Sequence[Array]
-    at: tuple[float, float]
+    number: int = 0
+    at: Array | None = None
+    value: float | None = None
 
 
 @dataclass(frozen=True)
 class Band:
-    """A rectangle behind everything else.
+    """A rectangle behind everything else; a line, where its two ends are equal.
 
     Attributes
     ----------
     key : str
-        Class in the style sheet: "noise", "faulty".
+        Its role, as of a series.
     x, y : (float, float)
         NaN means the edge of the plot.
+    label : str
+        In the legend; empty for none.
     """
 
     key: str
     x: tuple[float, float] = (math.nan, math.nan)
     y: tuple[float, float] = (math.nan, math.nan)
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A text in a plot.
+
+    Attributes
+    ----------
+    text : str
+    at : (float, float)
+        On the axes of the plot.
+    place : {"left", "right", "middle"}
+        Whether the text ends or begins at that point, or has its middle there.
+    """
+
+    text: str
+    at: tuple[float, float]
+    place: Literal["left", "right", "middle"] = "right"
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot that can be zoomed on the page and saved as a picture: axes, lines and marked places.
+    """A plot that can be zoomed on the page and saved as a picture: axes, curves and marked places.
 
     Attributes
     ----------
     name : str
         Unique on the page.
     title, x_label, y_label : str
-    x, y : (float, float)
-        Initially visible range.
+    x, y : (float, float), optional
+        Range that is shown at first; by default that of everything drawn.
     series : sequence of Series
         Later series are drawn on top.
-    regions : sequence of Region
-    bands : sequence of Band
-    height : float
+    regions, bands, notes : sequences
+    height, width : float
         In the units of a page that is 900 wide.
     numbers_only : bool
         Whether the regions are described elsewhere on the page, so that the legend has their numbers only.
     heading : str
-        Text before the legend, if the page has several plots of this kind.
+        Text above the plot.
+    log : {"", "x", "y"}
+        The axis that is logarithmic.
+    x_names, y_names : sequence of (float, str)
+        Names instead of numbers at an axis.
+    scale : (float, str), optional
+        End of the symmetric colour scale of the regions' values, and what it shows.
+    is_prepared : bool
+        Whether it is ready to be drawn: curves thinned, limits and places of numbers found.
     """
 
     name: str
     title: str
     x_label: str
     y_label: str
-    x: tuple[float, float]
-    y: tuple[float, float]
-    series: Sequence[Series]
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+    series: Sequence[Series] = ()
     regions: Sequence[Region] = ()
     bands: Sequence[Band] = ()
+    notes: Sequence[Note] = ()
     height: float = 430.0
+    width: float = 900.0
     numbers_only: bool = False
     heading: str = ""
+    log: Literal["", "x", "y"] = ""
+    x_names: Sequence[tuple[float, str]] = ()
+    y_names: Sequence[tuple[float, str]] = ()
+    scale: tuple[float, str] | None = None
+    is_prepared: bool = False
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A drawn figure, on the page only.
+class Panels:
+    """Plots that belong together: one picture in the folder of results, one figure of the page.
 
     Attributes
     ----------
@@ -135,9 +178,36 @@ class Picture:
         Kind of picture, by which a view chooses its place.
     title : str
         Contents in words.
+    rows : sequence of sequences of Plot
+        Plots beside each other, row by row.
     channel : str
-        The channel that it belongs to; empty for a picture of all channels.
+        The channel that it belongs to; empty for all channels.
+    note : str
+        Small print below the plots.
+    still : bool
+        Whether the page shows the picture, because the plots are too small to be zoomed.
+    """
+
+    name: str
+    kind: str
+    title: str
+    rows: Sequence[Sequence[Plot]]
+    channel: str = ""
+    note: str = ""
+    still: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawn figure, on the page only.
+
+    Attributes
+    ----------
+    name, kind, title, channel : str
+        As of `Panels`.
     png, svg : bytes
+    panels : Panels, optional
+        The plots of which it was drawn, which the page makes zoomable.
     """
 
     name: str
@@ -146,6 +216,7 @@ class Picture:
     channel: str
     png: bytes = field(repr=False)
     svg: bytes = field(repr=False)
+    panels: Panels | None = None
 
 
 @dataclass(frozen=True)
@@ -205,7 +276,7 @@ class Table:
             return self
         tail = most // 4
         gap = ("...", *("" for _ in self.heads[1:]))
-        rows = (*self.rows[: most - tail - 1], gap, *self.rows[-tail:])
+        rows = (*self.rows[: most - tail - 1], gap, *self.rows[len(self.rows) - tail :])
         return replace(self, title=f"{self.title} ({len(self.rows)} in all)", rows=rows)
 
 

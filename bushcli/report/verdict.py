@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
 
 # Conditions that repeat the faults of the data.
-FAULTS = frozenset({"faulty_data", "bad_samples"})
+FAULTS = frozenset({"faulty_data", "doubtful_data", "bad_samples"})
 _KINDS = {
     "sign": "wrong sign",
     "position": "displacement from another zero",
@@ -34,6 +34,7 @@ _KINDS = {
     "stuck": "values stuck",
     "time": "wrong times",
     "no_signal": "noise in place of a force",
+    "temperature": "two sweeps at one temperature",
 }
 
 # A single factor counts as an explanation if it removes at least this share of the rms misfit...

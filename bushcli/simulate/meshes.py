@@ -60,7 +60,8 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     """
     asked = {load.mode: mode_of(load.mode, load.six) for load in case.load_cases}
     asked |= {
-        test.mode: mode_of(test.mode, None if test.six is None else whole(test.six)) for test in case.vibrations
+        test.mode: mode_of(test.mode, None if test.six is None else whole(test.six))
+        for test in case.vibrations
     }
     asked |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.recording.cycles import Cycle, Uncertain
-from bushcli.recording.holds import Hold
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory
 from bushcli.report.quantity import Quantities, quantities
 

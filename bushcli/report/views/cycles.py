@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bushcli.recording.cycles import Cycle, Uncertain
-from bushcli.recording.holds import STANDARD_TIMES, Hold
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
 from bushcli.report.document import Paragraph, Picture, Row, Section, Table, of_kind
 from bushcli.report.quantity import number, quantities, with_std

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.typical import unusual
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
 from bushcli.report.document import (
@@ -74,11 +73,11 @@ def direct_document(
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     read = [*paragraphs(shape.notes), measure_table(shape), *of_kind(pictures, "geometry")]
     sections = [
-        *([] if fit is None else [fit_section(fit, pictures)]),
         Section("Channels", [channel_table(response, misfits), *paragraphs([error], kind="note")]),
         Section(f"Simulated {'and recorded ' if misfits else ''}curves", of_kind(pictures, "curve")),
         Section("Six motions", [*six_tables(response), *of_kind(pictures, "six")]),
         history_section(response_histories(response, misfits), pictures),
+        *([] if fit is None else [fit_section(fit, pictures)]),
         Section("Contact", [contact_table(response)]),
         Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
         Section("Deformed shape at the largest displacement", of_kind(pictures, "deformed")),
@@ -119,13 +118,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
-    odd = unusual(
-        response.case,
-        response.material,
-        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
-    )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
+    # What is unusual about the case is said by the fit to its coupons and by the simulation.
+    known = tuple(dict.fromkeys((*(fit.conditions if fit else ()), *response.conditions, *left)))
     return with_hysteresis(known, response_histories(response, misfits))
 
 

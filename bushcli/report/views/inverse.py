@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bushcli.case import Case
+from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
-from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import (

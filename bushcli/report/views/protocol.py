@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bushcli.recording import RecordedProgram, Recording
-from bushcli.recording.table import SHOWN
+from bushcli.recording.text.table import SHOWN
 from bushcli.report.document import Section, paragraphs
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.standards import Clause, Lack, Observed

@@ -160,7 +160,7 @@ def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
     shape = case.geometry
 
     def pictures() -> list[Picture]:
-        from bushcli.report.figures import INTERPRETED, geometry_picture, mesh_figures
+        from bushcli.report.drawing.results import INTERPRETED, geometry_picture, mesh_figures
 
         seen = shape.view
         shown = [] if seen is None else [geometry_picture(seen, INTERPRETED, shape.measures())]
@@ -188,7 +188,7 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
             contents[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
 
     def pictures() -> Sequence[Picture]:
-        from bushcli.report.figures import direct_figures
+        from bushcli.report.drawing.results import direct_figures
 
         return direct_figures(response, misfits, fit, names)
 
@@ -215,7 +215,7 @@ def fit_files(case: Case, fit: Fit) -> Files:
         )
 
     def pictures() -> Sequence[Picture]:
-        from bushcli.report.figures import fit_figures
+        from bushcli.report.drawing.results import fit_figures
 
         return fit_figures(fit)
 
@@ -249,8 +249,7 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
 
     def pictures() -> Sequence[Picture]:
         from bushcli.report.cycles import fit_histories
-        from bushcli.report.figures.cycles import history_figures
-        from bushcli.report.figures.identification import inverse_figures
+        from bushcli.report.drawing.results import history_figures, inverse_figures
 
         return (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
 
@@ -268,7 +267,7 @@ def diagnosis_files(found: Diagnosis) -> Files:
         contents[f"{names[one.name]}-bushing-map.vtu"] = text_file(map_vtu(one))
 
     def pictures() -> Sequence[Picture]:
-        from bushcli.report.figures.diagnosis import diagnosis_figures
+        from bushcli.report.drawing.results import diagnosis_figures
 
         return diagnosis_figures(found, names)
 
@@ -284,7 +283,7 @@ def dynamic_files(response: DynamicResponse) -> Files:
     }
 
     def pictures() -> Sequence[Picture]:
-        from bushcli.report.figures.dynamic import dynamic_figures
+        from bushcli.report.drawing.results import dynamic_figures
 
         return dynamic_figures(response, names)
 
@@ -302,7 +301,7 @@ def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
     """
 
     def pictures() -> Sequence[Picture]:
-        from bushcli.report.figures.study import study_figures
+        from bushcli.report.drawing.results import study_figures
 
         return study_figures(found)
 
@@ -328,7 +327,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         return ()
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
-    from bushcli.report.figures import geometry_picture
+    from bushcli.report.drawing.results import geometry_picture
 
     pictures = drawn([geometry_picture(error.view, str(error), {})])
     refuse_others(directory, pictures, [])
@@ -532,7 +531,7 @@ def map_vtu(found: LocalMap) -> str:
     ----------
     VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
     """
-    from bushcli.report.figures.diagnosis_map import numbering
+    from bushcli.report.plots.places import numbering
 
     corners = found.cells.shape[1]
     points = np.zeros((len(found.points), 3))

@@ -17,6 +17,8 @@ from typing import Any
 import jinja2
 
 from bushcli.report.document import Block, Document, Picture, Table, on
+from bushcli.report.drawing.looks import style_sheet
+from bushcli.report.drawing.zoom import figure, script
 
 # Largest number of rows of a table that may be long; result.json has all.
 _MOST = 100
@@ -32,7 +34,8 @@ def page(document: Document, result: Mapping[str, Any]) -> str:
         The result as JSON-ready data, of which the page has the origin.
     """
     sections = on("page", document.sections)
-    script = ""
+    blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
+    code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
     return (
         _environment()
         .get_template("report.html")
@@ -40,8 +43,9 @@ def page(document: Document, result: Mapping[str, Any]) -> str:
             document=document,
             warnings=on("page", [document.warning] if document.warning else []),
             sections=sections,
-            script=script,
-            digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            script=code,
+            plot_style=style_sheet(),
+            digest=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
             result=result,
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
         )
@@ -57,13 +61,6 @@ def _grouped(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:
         )
 
 
-def _embedded(picture: Picture) -> str:
-    """Return a picture as a data URL: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
-    if picture.kind in ("mesh", "deformed"):
-        return "data:image/png;base64," + base64.b64encode(picture.png).decode()
-    return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
-
-
 @cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -73,5 +70,5 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"embedded": _embedded, "grouped": _grouped}
+    environment.filters |= {"figure": figure, "grouped": _grouped}
     return environment

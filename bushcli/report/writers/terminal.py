@@ -69,7 +69,11 @@ def terminal_text(document: Document) -> Group:
 def _groups(section: Section) -> list[Sequence[RenderableType]]:
     """Return what belongs together without an empty line between: text under its heading, a table with its notes."""
     first = section.blocks[0]
-    has_heading = bool(section.heading) and not (isinstance(first, Table) and first.title)
+    # A table has a title of its own, and a note follows what is above it.
+    has_own = (
+        first.title if isinstance(first, Table) else isinstance(first, Paragraph) and first.kind == "note"
+    )
+    has_heading = bool(section.heading) and not has_own
     groups: list[list[RenderableType]] = [[Text(section.heading, "bold")] if has_heading else []]
     for block in section.blocks:
         if isinstance(block, Table):

@@ -339,13 +339,8 @@ def _share(value: float) -> str:
 
 
 def ended(lines: Iterable[str]) -> list[str]:
-    """Return sentences that begin with a capital, unless that would change a name, and end with a full stop."""
-    found = []
-    for line in filter(None, lines):
-        first = line.split(maxsplit=1)[0]
-        started = line if "_" in first or first.endswith(":") else line[:1].upper() + line[1:]
-        found.append(started if started.endswith((".", ":")) else f"{started}.")
-    return found
+    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]
 
 
 def law_title(name: str) -> str:
