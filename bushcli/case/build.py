@@ -52,8 +52,6 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
-#: kg/m3: cellular rubber, and rubber filled with lead.
-RUBBER = (100.0, 5000.0)
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -210,7 +208,7 @@ class Builder:
         material = Material(
             table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
         )
-        self.findings += checks.parameters(material)
+        self.findings += (*checks.parameters(material), *checks.density(table.density))
         return material
 
     def _mode(

@@ -24,7 +24,7 @@ from bushcli.simulate.response import Progress
 from bushcli.simulate.six import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
-from cases.dynamic.model import Branches, DynamicModel, sweep
+from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
 from cases.dynamic.reduction import reduced
 from cases.equilibrium import Equilibrium
@@ -311,7 +311,7 @@ class _Vibrations:
         test, frequency = self.test, np.array(self.test.frequency)
         metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
         pencil = Pencil(self.model, solver, metal)
-        found = reduced(pencil, sweep(frequency, self._branches), self._density, CHOSEN)
+        found = reduced(pencil, spread(frequency, self._branches), self._density, CHOSEN)
         number = test.motion if test.six is not None else 0
         model = DynamicModel(found, number, test.transfer)
         pose, forces = solver.pose, solver.six
