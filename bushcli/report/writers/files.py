@@ -59,8 +59,6 @@ FIELDS = (".xdmf", ".h5")
 
 # Options that change how a command works, but not what it finds.
 _HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
-
-
 # Ending of the name of a curve's file, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
@@ -68,8 +66,6 @@ _CURVES = {
     "inverse": ("-identified",),
     "diagnose": ("-diagnosis",),
 }
-
-
 # VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
 _VTK = {
     ("simplex", 3): (5, (0, 1, 2)),
