@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
 from bushcli.standards import Observed
@@ -28,6 +29,8 @@ def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
     document["data_faults"] = faults_json(found.faults)
     document["recordings"] = [_summary(curve) for curve in found.curves]
     document["coupons"] = [_summary(curve) for curve in found.coupons]
+    if found.tables:
+        document["dynamic"] = dynamic_tables_json(found.tables)
     return cleaned(document | _protocol(found.tests))
 
 
@@ -83,7 +86,5 @@ def _observed(one: Observed) -> dict[str, Any]:
         "holds_s": list(one.holds),
         "rests_s": list(one.rests),
         "pauses_s": list(one.pauses),
-        "timed": one.timed,
-        "from_rest": one.from_rest,
-        "unloads": one.unloads,
+        **part(one, "timed from_rest unloads"),
     }
