@@ -134,7 +134,7 @@ class SourceBuilder:
             if table.name in taken:
                 what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
                 self.findings.append(Finding((*keys, "name"), what))
-            files, pattern = self._files((*keys, "file"), table.file)
+            files, pattern = self.files((*keys, "file"), table.file)
             if pattern and table.name is not None and len(files) > 1:
                 what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
                 self.findings.append(
@@ -241,8 +241,16 @@ class SourceBuilder:
                 self.findings.append(found)
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
-    def _files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
-        """Return the files that a name or a pattern stands for, and whether it is a pattern."""
+    def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
+        """Return the files that a name or a pattern stands for, and whether it is a pattern.
+
+        Parameters
+        ----------
+        keys : Keys
+            Place of the name in the case file.
+        name : str
+            As written there.
+        """
         if not self.looks_for_files:
             return [self.folder / name], False
         if not _PATTERN.search(name) or is_file(self.folder / name):

@@ -33,7 +33,9 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
+    from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
+    from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -42,6 +44,7 @@ def check(run: Run, strict: bool) -> int:
     case = run.load()
     curves = [read_recording(source, tables=run.tables) for source in case.recordings]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
+    tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
     records, materials = [one.record for one in curves], [one.record for one in coupons]
     if not case.needs_fit:
@@ -54,16 +57,13 @@ def check(run: Run, strict: bool) -> int:
         None if one.source is None else replace(read_program(one.source, run.tables), name=name)
         for name, one in zip(names, case.load_cases, strict=True)
     ]
-    faults = find_faults(case, [*records, *materials])
+    faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    paths = [
-        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
-    ]
-    odd = unusual(case, case.material, paths)
+    odd = unusual(case, case.material, (*records, *materials, *filter(None, programs)))
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
     tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
-    checked = report.Checked(case, records, materials, tests, faults, programs, found)
+    checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
     run.deliver(
         lambda: report.check_json(checked, run.timings()),
         lambda _=(): report.check_document(checked),

@@ -26,7 +26,8 @@ class DataFault:
     ----------
     channel : str
         Name of the recording's channel.
-    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"}
+    kind : FaultKind
+        The keys of the table in ``docs/recordings.md``.
     where : str
         The observation and the samples concerned, with numbers.
     remedy : str

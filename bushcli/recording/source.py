@@ -15,7 +15,17 @@ from typing import Literal
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
 FaultKind = Literal[
-    "sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"
+    "sign",
+    "position",
+    "unit",
+    "swapped",
+    "clipped",
+    "spikes",
+    "stuck",
+    "time",
+    "extremes",
+    "no_signal",
+    "temperature",
 ]
 
 

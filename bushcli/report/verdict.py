@@ -34,6 +34,7 @@ _KINDS = {
     "stuck": "values stuck",
     "time": "wrong times",
     "no_signal": "noise in place of a force",
+    "temperature": "two sweeps at one temperature",
 }
 
 # A single factor counts as an explanation if it removes at least this share of the rms misfit...

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bushcli.case import load_case, schema, schema_recordings
+from bushcli.case import dynamic, load_case, schema, schema_recordings
 from bushcli.cli import main
 from bushcli.effects.effect import effects
 from bushcli.export import all_writers
@@ -65,6 +65,7 @@ TABLES = {
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema_recordings.RecordingTable,
+    "### Tables of dynamic stiffness": dynamic.DynamicRecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
 from bushcli.standards import Observed
@@ -28,6 +29,8 @@ def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
     document["data_faults"] = faults_json(found.faults)
     document["recordings"] = [_summary(curve) for curve in found.curves]
     document["coupons"] = [_summary(curve) for curve in found.coupons]
+    if found.tables:
+        document["dynamic"] = dynamic_tables_json(found.tables)
     return cleaned(document | _protocol(found.tests))
 
 

@@ -10,9 +10,11 @@ import numpy as np
 from bushcli.case import Case, LoadCase, load_case_names
 from bushcli.faults import DataFault, condition
 from bushcli.recording import RecordedProgram, Recording, branches
+from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table
 from bushcli.report.quantity import number, quantities
+from bushcli.report.views.dynamic_tables import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
 from bushcli.report.views.protocol import protocol_sections
 from bushcli.runtime.condition import Condition
@@ -37,6 +39,8 @@ class Checked:
         For each load case the program that it has in a file.
     problems : sequence of Condition
         Those that are no faults of recordings.
+    tables : sequence of DynamicTable
+        Measured tables of dynamic stiffness.
     """
 
     case: Case
@@ -46,6 +50,7 @@ class Checked:
     faults: Sequence[DataFault] = ()
     programs: Sequence[RecordedProgram | None] = ()
     problems: Sequence[Condition] = ()
+    tables: Sequence[DynamicTable] = ()
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
@@ -65,6 +70,7 @@ def check_document(found: Checked) -> Document:
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
         Section("Recordings", [recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
+        *([dynamic_tables_section(found.tables)] if found.tables else []),
         *protocol_sections(found.tests),
     ]
     return Document("", (), "plain", sections, found.conditions, seen)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.typical import unusual
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
 from bushcli.report.document import (
@@ -117,13 +116,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
-    odd = unusual(
-        response.case,
-        response.material,
-        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
-    )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
+    # What is unusual about the case is said by the fit to its coupons and by the simulation.
+    known = tuple(dict.fromkeys((*(fit.conditions if fit else ()), *response.conditions, *left)))
     return with_hysteresis(known, response_histories(response, misfits))
 
 

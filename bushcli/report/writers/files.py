@@ -135,7 +135,7 @@ def write(
         if files.has_page:
             from bushcli.report.writers.page import page
 
-            made[REPORT] = text_file(page(document(pictures), result))
+            made[REPORT] = text_file(page(document(pictures), result, inputs_of(files.case)))
         return made
 
     draws = draw if files.pictures or files.has_page else None

@@ -25,7 +25,7 @@ from bushcli.report.document import (
 from bushcli.report.quantity import listed, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
-from bushcli.report.views.diagnosis.paragraph import paragraph
+from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
@@ -35,8 +35,8 @@ _BAR, _EIGHTHS = 24, " ▏▎▍▌▋▊▉"
 _MODELS = 6
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
-    "simulation is too stiff or too high, green where it is too soft or too low. Click a number to go there, a name to "
-    "hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
+    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name "
+    "to hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
     "Below: simulated minus recorded force over time; the grey band is the noise, two standard deviations either way."
 )
 _PROBABILITIES = (
@@ -109,7 +109,7 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
     faults = [] if is_faulty else fault_lines(found.faults)
     return Document(
         words.headline(found),
-        [paragraph(found)],
+        short_paragraphs(found),
         words.tone(found),
         sections,
         # The faults of the data are in the warning.
