@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, six
-from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.case import (
+    DENSITY,
+    Case,
+    DynamicTest,
+    LoadCase,
+    Material,
+    MeshOptions,
+    load_case_names,
+)
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
@@ -44,6 +52,8 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
+#: kg/m3: cellular rubber, and rubber filled with lead.
+RUBBER = (100.0, 5000.0)
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -79,14 +89,15 @@ class Builder:
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
+        loads = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material)
-            for table, keys in self._list(data, "load_cases", LoadCaseTable)
+            self._load_case(table, keys, shape, material) for table, keys in loads if table.dynamic is None
         ]
+        tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, recordings, shape)
+        active = self._effects(data, load_cases, tests, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -101,7 +112,7 @@ class Builder:
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in load_cases if load] + [source.mode for source in recordings]
+        used = [load.mode for load in (*load_cases, *tests) if load] + [source.mode for source in recordings]
         self.findings += mesh_size(shape, options, used)
         if self.findings:
             return None
@@ -112,6 +123,7 @@ class Builder:
             mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
+            vibrations=tuple(item for item in tests if item),
             recordings=recordings,
             coupons=coupons,
             dynamic=tables,
@@ -195,7 +207,9 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
-        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
+        material = Material(
+            table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
+        )
         self.findings += checks.parameters(material)
         return material
 
@@ -255,6 +269,17 @@ class Builder:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
 
+    def _vibrations(
+        self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
+    ) -> DynamicTest | None:
+        if not self._mode(keys, table.mode, shape, None, material):
+            return None
+        from bushcli.case import vibrations  # few cases have a dynamic test
+
+        found, findings = vibrations.test(table, keys, shape, self._validated)
+        self.findings += findings
+        return found
+
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
@@ -311,6 +336,7 @@ class Builder:
         self,
         data: dict[str, Any],
         load_cases: Sequence[LoadCase | None],
+        tests: Sequence[DynamicTest | None],
         recordings: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
@@ -333,6 +359,12 @@ class Builder:
             for i, (name, load) in enumerate(named)
         ]
         channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        vibrating = [test for test in tests if test is not None]
+        channels += [
+            effects.DeclaredChannel(name, test.mode)
+            for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
+            if name not in {channel.name for channel in channels}
+        ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)
