@@ -52,20 +52,25 @@ def check(run: Run, strict: bool) -> int:
     check_play_of_load_cases(case, run.tables)
     names = load_case_names(case.load_cases, case.recordings)
     programs = [
-        None if one.source is None else replace(read_program(one.source, run.tables), name=name)
+        None
+        if one.source is None
+        else replace(
+            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=name
+        )
         for name, one in zip(names, case.load_cases, strict=True)
     ]
     faults = find_faults(case, [*records, *materials])
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    paths = [
-        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
-    ]
+    forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
+    moved = [one for one in programs if one is not None and one.name not in forced]
+    paths = [(one.name, one.mode, one.displacement, one.time) for one in [*records, *materials]]
+    paths += [(one.name, one.mode, one.displacement, one.time) for one in moved]
     odd = unusual(case, case.material, paths)
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
     result = report.case_json(case, records, materials, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
-    tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
+    tests = protocol(case, curves, coupons, moved)
     result |= report.protocol_json(tests)
 
     def text() -> tuple[Any, ...]:
