@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from bushcli.case import checks, six
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
@@ -26,6 +27,7 @@ from bushcli.case.schema import (
 from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -85,6 +87,7 @@ class Builder:
         ]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
+        tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
         active = self._effects(data, load_cases, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
@@ -113,6 +116,7 @@ class Builder:
             load_cases=tuple(item for item in load_cases if item),
             recordings=recordings,
             coupons=coupons,
+            dynamic=tables,
             effects=active,
             tolerance=tolerance,
         )
@@ -131,8 +135,13 @@ class Builder:
             self.findings += explain(error, model, keys, section)
             return None
 
-    def _list(self, data: dict[str, Any], name: str, model: type[T]) -> Iterator[tuple[T, Keys]]:
+    def _list(
+        self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
+    ) -> Iterator[tuple[T, Keys]]:
+        """Yield the tables of a list; of recordings those of a kind."""
         for raw, keys in self._entries(data, name):
+            if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
+                continue
             table = self._validated(raw, keys, model, f"[[{name}]]")
             if table is not None:
                 yield table, keys
@@ -274,6 +283,26 @@ class Builder:
         )
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual)
+
+    def _dynamic(
+        self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
+    ) -> tuple[DynamicSource, ...]:
+        """Return the tables of dynamic stiffness, of the bushing and of coupons."""
+        found: list[DynamicSource] = []
+        for section, specimen in (("recordings", None), ("coupons", "coupon")):
+            tables = list(self._list(data, section, DynamicRecordingTable, KIND))
+            if not tables:
+                continue
+            builder = SourceBuilder(
+                self.folder, self.findings, lambda *_: True, self.looks_for_files, self.tables
+            )
+
+            def known(keys: Keys, mode: str, specimen: str | None = specimen) -> bool:
+                return self._mode(keys, mode, shape, specimen, material)
+
+            names = [*taken, *(one.label for one in found)]
+            found += sources(tables, builder.files, known, names, self.findings)
+        return tuple(found)
 
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
         raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)

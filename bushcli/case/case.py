@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from bushcli.case.dynamic import shown_source
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.case.toleranced import Toleranced
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from cases.mode import modes
 from cases.six import MOTIONS, SixPath
@@ -122,6 +124,8 @@ class Case:
     load_cases : tuple of LoadCase
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
+    dynamic : tuple of DynamicSource
+        Tables of dynamic stiffness, of the bushing and of coupons.
     effects : tuple of ActiveEffect
         Effects that are added to the plain model, each once, or once in each rig; parameters that are not given have
         no value.
@@ -139,6 +143,7 @@ class Case:
     load_cases: tuple[LoadCase, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
+    dynamic: tuple[DynamicSource, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
@@ -156,7 +161,8 @@ class Case:
         part = getattr(self.geometry, "file", None)
         programs = (load.source for load in self.load_cases if load.source is not None)
         sources = (*self.recordings, *self.coupons, *programs)
-        return (*(source.file for source in sources), *([Path(part)] if part else []))
+        tables = (file for table in self.dynamic for file in table.files)
+        return (*(source.file for source in sources), *tables, *([Path(part)] if part else []))
 
     def data_digest(self) -> str:
         """Return a digest of the present contents of `files`; one that cannot be read does not count."""
@@ -231,8 +237,8 @@ def resolved(case: Case) -> dict[str, Any]:
             "terms": case.material.terms,
         },
         "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
-        "recordings": [_source(source, folder) for source in case.recordings],
-        "coupons": [_source(source, folder) for source in case.coupons],
+        "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
+        "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
         "effects": [_effect(active, case) for active in case.effects],
     } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
 
@@ -293,8 +299,12 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": list(source.accept) or None,
+        "accept": [*source.accept, *source.sound] or None,
     } | _further(source)
+
+
+def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
+    return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
 
 
 def _further(source: Source) -> dict[str, Any]:

@@ -14,6 +14,8 @@ from pydantic import (
     WrapValidator,
 )
 
+from bushcli.recording.source import FaultKind
+
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
 
@@ -124,8 +126,9 @@ class FileTable(CaseTable):
     reverse: list[Literal["displacement", "force"]] | None = Field(
         default=None, description="columns whose sign is reversed; [] says that all signs are right"
     )
-    accept: list[float] | None = Field(
-        default=None, description="measured values that look like codes for missing values"
+    accept: list[float | FaultKind] | None = Field(
+        default=None,
+        description="measured values that look like codes for missing values, and kinds of data faults that are none",
     )
     group: ColumnKey | None = Field(
         default=None,

@@ -64,8 +64,8 @@ def fit(
     found = fit_to_coupons(run, case, model, weighting)
     run.deliver(
         lambda: report.fit_json(case, found, run.timings()),
-        lambda: report.fit_text(found),
-        lambda output, result: report.write_fit(output, result, case, found),
+        lambda pictures=(): report.fit_document(case, found, pictures),
+        lambda: report.fit_files(case, found),
     )
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
 
@@ -249,8 +249,8 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
     fits.sort(key=report.rank)
     run.deliver(
         lambda: report.inverse_json(case, fits, run.timings()),
-        lambda: report.inverse_text(fits),
-        lambda output, result: report.write_inverse(output, result, case, fits),
+        lambda pictures=(): report.inverse_document(case, fits, pictures),
+        lambda: report.inverse_files(case, fits),
     )
     return _exit_code(fits[0], strict, interrupted)
 

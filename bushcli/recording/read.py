@@ -7,22 +7,22 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.clock import increasing
-from bushcli.recording.columns import Column, column, untaken_time
-from bushcli.recording.counted import counted
+from bushcli.recording.header.columns import Column, column, untaken_time
+from bushcli.recording.header.stated_factors import factor_remarks
 from bushcli.recording.opened import open_table
-from bushcli.recording.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
-from bushcli.recording.samples import timed, updated
-from bushcli.recording.signals import branches, select_cycles
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.specimen import nominal
-from bushcli.recording.stated_factors import factor_remarks
-from bushcli.recording.stated_rate import rate_remarks
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
+from bushcli.recording.time.clock import increasing
+from bushcli.recording.time.counted import counted
+from bushcli.recording.time.samples import timed, updated
+from bushcli.recording.time.stated_rate import rate_remarks
 from cases.mode import Mode, modes
 from cases.six import MOTIONS, REACTIONS
 
@@ -100,6 +100,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         numbers=numbers,
+        sound=source.sound,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return _used(recording, source)

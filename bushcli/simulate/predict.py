@@ -13,13 +13,14 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.case.typical import unusual
+from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
 from bushcli.recording import RecordedPath, displacement_noise
-from bushcli.recording.earlier import earlier
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
@@ -118,12 +119,13 @@ def predict(
     )
     run = run.shared_by(sharing(case, comm))
     simulated, interrupted = run.simulate_all(channels)
-    return _response(case, material, simulated, faults, comm, interrupted)
+    return _response(case, material, channels, simulated, faults, comm, interrupted)
 
 
 def _response(
     case: Case,
     material: Material,
+    channels: Sequence[SimulatedChannel],
     simulated: tuple[Simulated, ...],
     faults: tuple[DataFault, ...],
     comm: MPI.Comm,
@@ -131,7 +133,8 @@ def _response(
 ) -> Response:
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
-    found = tuple(condition for channel in simulated for condition in conditions(case, channel))
+    found = [condition for channel in simulated for condition in conditions(case, channel)]
+    found += unusual(case, material, (channel for channel in channels if channel.path is None))
     response = Response(case, material, simulated, (*map(fault_condition, faults), *unshared, *found), faults)
     if interrupted:
         raise PredictionInterrupted(response)

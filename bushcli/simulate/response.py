@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.names import readable_name
-from bushcli.recording.earlier import not_from_rest
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
 from cases.load import LIMIT_POINT
@@ -18,11 +18,11 @@ from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
+    from bushcli.curve.curve import Curve
+    from bushcli.curve.earlier import Earlier
     from bushcli.effects.active import ActiveEffect
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
-    from bushcli.recording.curve import Curve
-    from bushcli.recording.earlier import Earlier
     from bushcli.simulate.six import SixCurve
     from bushcli.simulate.stretched import Stretched
     from bushcli.simulate.touching import Touched

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem, nearest
-from bushcli.recording.curve import Curve
 from bushcli.simulate.response import Response, Simulated
 from cases.mode import modes
 

@@ -1,0 +1,521 @@
+"""Results -> the files of a folder: numbers as CSV, pictures, the page. Only the writers write results.
+
+The numbers are written before anything is drawn. What becomes of an earlier result in the folder, and of files that
+bushcli did not write, is decided in `bushcli.report.writers.folder`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import resolved
+from bushcli.recording import write_curve_csv
+from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
+from bushcli.report.writers.folder import (
+    RESULT,
+    Content,
+    check_folder,
+    earlier_result,
+    refuse_others,
+    write_files,
+)
+from bushcli.runtime.claims import claim
+from bushcli.runtime.names import file_names
+from bushcli.runtime.store import code_revision
+from cases.six import MOTIONS, REACTIONS
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+    from bushcli.inverse import Fit
+    from bushcli.mismatch.maps import LocalMap
+    from bushcli.report.document import Document, Picture
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response, Simulated
+    from bushcli.study.study import Study
+    from geometry.errors import GeometryError
+
+Array = NDArray[np.float64]
+
+REPORT = "report.html"
+#: The designs of a study.
+DESIGNS = "designs.parquet"
+#: The case file that `bushcli mesh PART` writes.
+BEGINNING = "case.toml"
+#: Folder beside a result for the picture of a geometry that was refused: the result keeps its own.
+REFUSED = "refused-mesh"
+#: Endings of field files.
+FIELDS = (".xdmf", ".h5")
+
+# Options that change how a command works, but not what it finds.
+_HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
+
+
+# Ending of the name of a curve's file, by command.
+_CURVES = {
+    "direct": ("", "-comparison"),
+    "fit": ("-fit",),
+    "inverse": ("-identified",),
+    "diagnose": ("-diagnosis",),
+}
+
+
+# VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
+_VTK = {
+    ("simplex", 3): (5, (0, 1, 2)),
+    ("simplex", 4): (10, (0, 1, 2, 3)),
+    ("tensor", 4): (9, (0, 1, 3, 2)),
+    ("tensor", 8): (12, (0, 1, 3, 2, 4, 5, 7, 6)),
+    ("ring", 4): (9, (0, 1, 2, 3)),
+    ("ring", 8): (12, (0, 1, 2, 3, 4, 5, 6, 7)),
+}
+
+
+@dataclass(frozen=True)
+class Files:
+    """What is written of a result, besides result.json.
+
+    Attributes
+    ----------
+    case : Case or None
+        Its case, whose files are never replaced.
+    contents : mapping of str to Content
+        Numbers by file name, which are written first.
+    fields : sequence of str
+        Names of files that were written while the command calculated.
+    pictures : callable or None
+        Draws the pictures.
+    has_page : bool
+    """
+
+    case: Case | None
+    contents: Mapping[str, Content] = field(default_factory=dict)
+    fields: Sequence[str] = ()
+    pictures: Callable[[], Sequence[Picture]] | None = None
+    has_page: bool = True
+
+
+def write(
+    directory: Path, result: Mapping[str, Any], files: Files, document: Callable[..., Document]
+) -> tuple[Path, ...]:
+    """Write a result: its JSON and numbers, and when they are on disk its pictures and its page.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        The result as JSON-ready data.
+    files : Files
+    document : callable
+        Returns the document of the result; takes its pictures.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
+    NotDrawn
+        Everything is written but the pictures and the page.
+    """
+
+    def draw() -> dict[str, Content]:
+        pictures = files.pictures() if files.pictures else ()
+        made = drawn(pictures)
+        if files.has_page:
+            from bushcli.report.writers.page import page
+
+            made[REPORT] = text_file(page(document(pictures), result))
+        return made
+
+    draws = draw if files.pictures or files.has_page else None
+    return write_files(
+        directory, {RESULT: result, **files.contents}, inputs_of(files.case), files.fields, draws
+    )
+
+
+def check_files(case: Case) -> Files:
+    """Return the files of a checked case: result.json alone."""
+    return Files(case, has_page=False)
+
+
+def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
+    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
+    shape = case.geometry
+
+    def pictures() -> list[Picture]:
+        from bushcli.report.drawing.results import INTERPRETED, geometry_picture, mesh_figures
+
+        seen = shape.view
+        shown = [] if seen is None else [geometry_picture(seen, INTERPRETED, shape.measures())]
+        return [*shown, *mesh_figures(meshes)]
+
+    # A part has no case file: the one that is written to start from is not an input.
+    fields = [f"mesh-{one.name}{end}" for one in meshes for end in FIELDS]
+    return Files(None, {}, fields, pictures, has_page=False)
+
+
+def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Files:
+    """Return the files of a direct prediction: per channel its curve, its comparison and its fields.
+
+    Parameters
+    ----------
+    response, misfits, fit
+        As given to `direct_json`.
+    """
+    names = file_names([channel.name for channel in response.channels])
+    contents: dict[str, Content] = {}
+    for channel in response.channels:
+        name = names[channel.name]
+        contents[f"{name}.csv"] = curve_table(channel)
+        if channel.name in misfits:
+            contents[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import direct_figures
+
+        return direct_figures(response, misfits, fit, names)
+
+    fields = [f"{name}{end}" for name in names.values() for end in FIELDS]
+    return Files(response.case, contents, fields, pictures)
+
+
+def fit_files(case: Case, fit: Fit) -> Files:
+    """Return the files of an identified law: recorded and fitted stress of each coupon.
+
+    Parameters
+    ----------
+    case : Case
+    fit : Fit
+    """
+    names = file_names([curve.name for curve in fit.curves])
+    contents: dict[str, Content] = {}
+    for curve in fit.curves:
+        shown = quantities(curve.recording.mode)
+        q, force = shown.csv_names
+        contents[f"{names[curve.name]}-fit.csv"] = number_table(
+            (q, f"recorded_{force}", f"fitted_{force}"),
+            (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
+        )
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import fit_figures
+
+        return fit_figures(fit)
+
+    return Files(case, contents, pictures=pictures)
+
+
+def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
+    """Return the files of identified laws: for each channel the recorded curve and that of the best law.
+
+    Parameters
+    ----------
+    case : Case
+    fits : sequence of Fit
+        The best first.
+    """
+    from bushcli.inverse.file_units import in_file_units
+
+    fits = [in_file_units(fit) for fit in fits]
+    best = fits[0]
+    names = file_names([curve.name for curve in best.curves])
+    contents: dict[str, Content] = {}
+    for curve in best.curves:
+        shown = quantities(curve.recording.mode)
+        q, force = shown.csv_names
+        heads = [q, f"recorded_{force}", f"{'predicted' if curve.held_out else 'fitted'}_{force}"]
+        columns = [shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force]
+        if curve.started is not None:
+            heads.append(f"started_{force}")
+            columns.append(curve.started.force)
+        contents[f"{names[curve.name]}-identified.csv"] = number_table(heads, columns)
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.cycles import fit_histories
+        from bushcli.report.drawing.results import history_figures, inverse_figures
+
+        return (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
+
+    return Files(case, contents, pictures=pictures)
+
+
+def diagnosis_files(found: Diagnosis) -> Files:
+    """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
+    names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
+    contents: dict[str, Content] = {}
+    for channel in found.channels:
+        missing = None if found.missing is None else found.missing.force.get(channel.name)
+        contents[f"{names[channel.name]}-diagnosis.csv"] = diagnosed_table(channel, missing)
+    for one in found.maps:
+        contents[f"{names[one.name]}-bushing-map.vtu"] = text_file(map_vtu(one))
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import diagnosis_figures
+
+        return diagnosis_figures(found, names)
+
+    return Files(found.case, contents, pictures=pictures)
+
+
+def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
+    """Return the files of a study: its designs as Parquet.
+
+    Parameters
+    ----------
+    found : Study
+    rows : callable
+        Writes the designs at a path.
+    """
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import study_figures
+
+        return study_figures(found)
+
+    return Files(found.case, {DESIGNS: rows}, pictures=pictures)
+
+
+def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
+    """Write a picture of a geometry that was refused, if the error has a view of it.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the picture, created if necessary; if it holds a result, `REFUSED` in it.
+    error : GeometryError
+        The error, whose message becomes the title.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    if error.view is None:
+        return ()
+    if earlier_result(directory) is not None:
+        directory = directory / REFUSED
+    from bushcli.report.drawing.results import geometry_picture
+
+    pictures = drawn([geometry_picture(error.view, str(error), {})])
+    refuse_others(directory, pictures, [])
+    with suppress(OSError):  # `write_files` says why
+        claim(directory, pictures)
+    return write_files(directory, pictures, [])
+
+
+def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
+    """Write a case file to start from, unless the folder has one, which the user may have edited.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the case file; created if necessary.
+    case : str
+        Text of the case file.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    return (
+        () if (directory / BEGINNING).exists() else write_files(directory, {BEGINNING: text_file(case)}, [])
+    )
+
+
+def check_output(directory: Path, case: Case, command: str = "direct") -> None:
+    """Refuse an unusable output folder before a command computes anything.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result.
+    case : Case
+        The validated case, whose input files are not replaced.
+    command : str
+        Name of the command, from which the names of its files follow.
+
+    Raises
+    ------
+    InputError
+        The folder is a file, lies below one or cannot be written to, or the result would replace a file that is not
+        bushcli's.
+    """
+    check_folder(directory)
+    channels = [source.label for source in (case.coupons if command == "fit" else case.recordings)]
+    if command == "direct":
+        channels = [name for name, _ in case.channels]
+    endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
+    endings += [".xdmf", ".h5"] if command == "direct" else []
+    curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
+    meshes = (
+        [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS] if command == "mesh" else []
+    )
+    designs = [DESIGNS] if command == "study" else []
+    refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
+
+
+def inputs_of(case: Case | None) -> list[Path]:
+    """Return the files that a case reads, the case file first."""
+    return [] if case is None else [case.path, *case.files]
+
+
+def question_of(command: str, case: Case, options: Mapping[str, Any]) -> str:
+    """Return a digest of what determines the result of a command: case, contents of its files, options, program.
+
+    Parameters
+    ----------
+    command : str
+    case : Case
+    options : mapping of str to object
+        Of the command; those that only say how it works (`--workers`, `--resume`, ...) do not count.
+    """
+    asked = {name: value for name, value in options.items() if name not in _HOW}
+    shown = {key: value for key, value in resolved(case).items() if key != "path"}
+    read = [
+        value.read_text(errors="replace")
+        for value in asked.values()
+        if isinstance(value, Path) and value.is_file()
+    ]
+    data = [command, shown, case.data_digest(), asked, read, code_revision()]
+    return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()[:32]
+
+
+def drawn(pictures: Sequence[Picture]) -> dict[str, Content]:
+    """Return each picture as a PNG and an SVG file."""
+    files: dict[str, Content] = {f"{one.name}.png": data_file(one.png) for one in pictures}
+    return files | {f"{one.name}.svg": data_file(one.svg) for one in pictures}
+
+
+def text_file(content: str) -> Callable[[Path], None]:
+    """Return a function that writes a text at a path."""
+    return data_file(content.encode())
+
+
+def data_file(content: bytes) -> Callable[[Path], None]:
+    """Return a function that writes bytes at a path."""
+
+    def write(path: Path) -> None:
+        path.write_bytes(content)
+
+    return write
+
+
+def curve_table(channel: Simulated) -> Callable[[Path], None]:
+    """Return the simulated curve of a channel as CSV; for a path of six motions, all motions and reactions."""
+    six = channel.six
+    if six is not None:
+        # Named as in recordings.
+        units = (unit.replace(" ", "") for unit in (*MOTION_UNITS, *FORCE_UNITS))
+        names = [f"{name}_{unit}" for name, unit in zip((*MOTIONS, *REACTIONS), units, strict=True)]
+        return number_table(["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T])
+    return lambda path: write_curve_csv(path, channel.curve)
+
+
+def comparison_table(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
+    """Return recorded and simulated force at the recorded displacements, in the order of the recording.
+
+    Parameters
+    ----------
+    channel : Simulated
+        The simulated channel.
+    found : Misfit
+        Its misfit.
+    """
+    shown = quantities(channel.mode)
+    q, force = shown.csv_names
+    return number_table(
+        (q, f"recorded_{force}", f"simulated_{force}"),
+        (shown.shown(found.displacement), found.simulated - found.difference, found.simulated),
+    )
+
+
+def diagnosed_table(
+    channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
+) -> Callable[[Path], None]:
+    """Return recorded force, forces of plain law and most probable model, missing force, and a mark of faulty samples.
+
+    The first column is the time, if the recording has time.
+
+    Parameters
+    ----------
+    channel : DiagnosedChannel
+        The diagnosed channel.
+    missing : (n,) array or None
+        Force that no known effect explains, N or N mm.
+    """
+    shown = quantities(channel.mode)
+    q, force = shown.csv_names
+    recorded = channel.recording
+    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}"]
+    columns = [shown.shown(recorded.displacement), recorded.force, channel.before, channel.after]
+    if missing is not None:
+        names, columns = [*names, f"missing_{force}"], [*columns, missing]
+    names, columns = [*names, "faulty"], [*columns, channel.faulty.astype(float)]
+    if recorded.time is not None:
+        names, columns = ["time_s", *names], [recorded.time, *columns]
+    return number_table(names, columns)
+
+
+def number_table(names: Sequence[str], columns: Sequence[np.ndarray[Any, Any]]) -> Callable[[Path], None]:
+    """Return a table as CSV, with twelve significant digits.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the columns.
+    columns : sequence of (n,) array
+        One array per column, in the unit that its name gives.
+    """
+    rows = "".join(",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack(columns))
+    return text_file(",".join(names) + "\n" + rows)
+
+
+def map_vtu(found: LocalMap) -> str:
+    """Return the map as an unstructured grid; a half-plane as (R, Z, 0), mm.
+
+    References
+    ----------
+    VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+    """
+    from bushcli.report.plots.places import numbering
+
+    corners = found.cells.shape[1]
+    points = np.zeros((len(found.points), 3))
+    points[:, : found.points.shape[1]] = found.points
+    kind, order = _VTK[numbering(found), corners]
+    cells = found.cells[:, order]
+    offsets = corners * np.arange(1, len(cells) + 1)
+    return f"""<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">
+<Points>{_array("Float64", "points", points, 'NumberOfComponents="3"')}</Points>
+<Cells>
+{_array("Int64", "connectivity", cells)}
+{_array("Int64", "offsets", offsets)}
+{_array("UInt8", "types", np.full(len(cells), kind))}
+</Cells>
+<CellData Scalars="stiffness_change">{_array("Float64", "stiffness_change", found.factor)}</CellData>
+</Piece></UnstructuredGrid>
+</VTKFile>
+"""
+
+
+def _array(kind: str, name: str, values: np.ndarray, more: str = "") -> str:  # type: ignore[type-arg]
+    text = " ".join(f"{value:.9g}" for value in values.ravel())
+    return f'<DataArray type="{kind}" Name="{name}" format="ascii" {more}>{text}</DataArray>'
