@@ -56,15 +56,15 @@ class Path(Protocol):
 
     @property
     def mode(self) -> str:
-        """Name of its mode."""
+        """Name of the mode."""
 
     @property
     def displacement(self) -> Array:
-        """In mm or rad, or stretch - 1, (n,)."""
+        """Shape (n,)."""
 
     @property
     def time(self) -> Array | None:
-        """In s, (n,)."""
+        """Shape (n,), or None."""
 
 
 def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:

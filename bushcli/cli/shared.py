@@ -66,9 +66,9 @@ def resumes(what: str) -> Callable[[F], F]:
     return click.option(
         "--resume/--fresh",
         default=None,
-        help=f"Continue from the {what} that an earlier run of the same question saved in -o DIR: the default where "
-        "there are any; --resume refuses to begin anew beside those of another question. --fresh calculates those "
-        "of the same question again; those of other questions stay.",
+        help=f"Continue from the {what} that an earlier run of the same question saved in -o DIR: this is the default "
+        "where there are any; --resume refuses to begin anew beside those of another question. --fresh replaces "
+        "those of the same question; those of other questions stay.",
     )
 
 

@@ -23,8 +23,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.noise import median_deviation
-from bushcli.curve.segment import Segment, segment
+from bushcli.curve.noise import median_deviation, noise_of_sparse
+from bushcli.curve.segment import Segment, displacement_noise, segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -145,7 +145,35 @@ class Curve:
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """Loading, unloading and holds, with the numbers of their cycles from 1; see `bushcli.curve.segment`."""
-        return segment(self.displacement, self.time)
+        return segment(self.displacement, self.time, self.displacement_noise)
+
+    @cached_property
+    def branches(self) -> tuple[Segment, ...]:
+        """The segments, with the numbers of the rig's cycles where it counts them."""
+        return self.segments
+
+    @cached_property
+    def displacement_noise(self) -> float:
+        """Standard deviation of the noise of the displacement, mm or rad."""
+        return displacement_noise(self.displacement, self.time)
+
+    @cached_property
+    def force_noise(self) -> float:
+        """Standard deviation of the noise of the force, in its unit; an upper bound where sampling is coarse.
+
+        The force is assumed to be smooth in time within each branch; without time, in displacement where that is
+        monotonic, else in the sample number. See `bushcli.curve.noise`.
+        """
+        q = self.displacement
+        steps = np.diff(q)
+        if self.time is not None:
+            abscissa = self.time
+        elif (steps > 0).all() or (steps < 0).all():
+            abscissa = q
+        else:
+            abscissa = np.arange(len(q), dtype=float)
+        groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(self.branches)])
+        return noise_of_sparse(self.force, abscissa, 4, groups)
 
     def part(self, start: int, stop: int) -> Curve:
         """Return the samples ``start:stop``, such as those of a branch.

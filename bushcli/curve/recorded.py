@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -10,8 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
+from bushcli.curve.segment import Segment
 
 Array = NDArray[np.float64]
+
+# A rig's counter changes some samples before or after the turn: an end of a cycle this near to an end of a branch, in
+# samples and as a share of the branch, is that end. Judgement.
+_LATE, _LATE_SHARE = 3, 0.1
 
 
 @dataclass(frozen=True)
@@ -165,6 +173,13 @@ class Recording(Curve):
     selected: NDArray[np.int_] | None = None
     sound: tuple[str, ...] = ()
 
+    @cached_property
+    def branches(self) -> tuple[Segment, ...]:
+        """The segments, with the numbers of the rig's or the selected cycles; cut where a cycle ends within one."""
+        if self.numbers is None:
+            return self.segments
+        return tuple(part for branch in self.segments for part in _numbered(branch, self.numbers))
+
     @property
     def record(self) -> Recording:
         """All samples of the file, those of cycles that are not compared included."""
@@ -191,3 +206,13 @@ class Recording(Curve):
             displacement=np.interp(every, sound, self.displacement[sound]),
             force=np.interp(every, sound, self.force[sound]),
         )
+
+
+def _numbered(branch: Segment, numbers: NDArray[np.int_]) -> Iterator[Segment]:
+    """Yield the parts of a branch that belong to different cycles."""
+    own = numbers[branch.start : branch.stop]
+    least = max(_LATE, _LATE_SHARE * len(own))
+    cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
+    for first, last in pairwise([0, *cuts, len(own)]):
+        middle = int(own[(first + last) // 2])
+        yield replace(branch, start=branch.start + first, stop=branch.start + last, cycle=middle)

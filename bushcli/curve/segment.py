@@ -41,6 +41,9 @@ _HALF_BAND = 4.0
 _SMALLEST_TURN = 2e-3
 _SMALLEST_NOISE = 1.25e-4
 _SHORTEST_HOLD = 5
+# Stretches whose ends are found for all samples of a piece at once, a power of two; and samples in a piece, so that what
+# is needed for them stays in the processor's cache.
+_LONGEST, _PIECE = 2_048, 16_384
 # Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins at the extreme, up to
 # noise and control error.
 _OVERSHOOT = 0.05
@@ -86,7 +89,9 @@ def displacement_noise(displacement: Array, time: Array | None = None) -> float:
     return noise_of_sparse(displacement, _abscissa(displacement, time), 3)
 
 
-def segment(displacement: Array, time: Array | None = None) -> tuple[Segment, ...]:
+def segment(
+    displacement: Array, time: Array | None = None, sigma: float | None = None
+) -> tuple[Segment, ...]:
     """Cut a displacement (n,) at its turning points, holds and zero crossings; see the module for the rules.
 
     Parameters
@@ -94,18 +99,22 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Segment, ..
     displacement : (n,) array
     time : (n,) array, optional
         Strictly increasing; without it, holds are judged by the number of samples.
+    sigma : float, optional
+        Standard deviation of the displacement's noise, if it is known.
 
     Returns
     -------
     tuple of Segment
         At least one, covering all samples.
     """
-    found = excursions(displacement, time)
+    found = excursions(displacement, time, sigma)
     numbers = _cycles(found, displacement)
     return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
 
 
-def excursions(displacement: Array, time: Array | None = None) -> tuple[Segment, ...]:
+def excursions(
+    displacement: Array, time: Array | None = None, sigma: float | None = None
+) -> tuple[Segment, ...]:
     """Return the branches of a displacement as `segment` does, but with the numbers of their excursions as cycles.
 
     Parameters
@@ -113,15 +122,17 @@ def excursions(displacement: Array, time: Array | None = None) -> tuple[Segment,
     displacement : (n,) array
     time : (n,) array, optional
         Strictly increasing; without it, holds are judged by the number of samples.
+    sigma : float, optional
+        Standard deviation of the displacement's noise, if it is known.
     """
     span = float(np.ptp(displacement))
     if len(displacement) < 2 or span == 0.0:
         return (Segment("hold", 0, len(displacement), 1, 0),)
-    sigma = displacement_noise(displacement, time)
+    sigma = displacement_noise(displacement, time) if sigma is None else sigma
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points(list(map(float, displacement)), threshold)
+    turns = _turning_points(displacement.tolist(), threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
@@ -158,13 +169,12 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
     # Lists, because most stretches are short: a function of NumPy takes longer than they do.
-    holds, start, n, values, times = [], 0, len(q), list(map(float, q)), list(map(float, x))
+    holds, start, n, values, times = [], 0, len(q), q.tolist(), x.tolist()
+    stops = _stops(q, band).tolist()
     while start <= n - _SHORTEST_HOLD:
-        stop = start
-        low = high = values[start]
-        while stop < n and max(high, values[stop]) - min(low, values[stop]) <= band:
-            low, high = min(low, values[stop]), max(high, values[stop])
-            stop += 1
+        stop = stops[start]
+        if stop - start >= _LONGEST:
+            stop = _stop(q, start, band)
         long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
         if long and _still(q[start:stop], x[start:stop], sigma):
             holds.append((start, stop))
@@ -174,14 +184,56 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     return holds
 
 
+def _stops(q: Array, band: float) -> NDArray[np.int_]:
+    """Return the first sample (n,) after each that is not in one band with all between; at most `_LONGEST` further on.
+
+    A stretch is put together of halves, quarters and so on of `_LONGEST`, whose extremes are known.
+    """
+    found = np.empty(len(q), dtype=np.int_)
+    for at in range(0, len(q), _PIECE):
+        part = np.append(q[at : at + _PIECE + _LONGEST], np.nan)
+        sizes = [1 << k for k in range(_LONGEST.bit_length())]
+        highs, lows = [part], [part]
+        for size in sizes[:-1]:
+            # Stretches beyond the last sample contain nan, and no band.
+            beyond = np.full(min(size, len(part)), np.nan)
+            highs.append(np.maximum(highs[-1], np.concatenate([highs[-1][size:], beyond])))
+            lows.append(np.minimum(lows[-1], np.concatenate([lows[-1][size:], beyond])))
+        count = min(_PIECE, len(q) - at)
+        stop, high, low = np.arange(count), part[:count].copy(), part[:count].copy()
+        for size, top, bottom in reversed(list(zip(sizes, highs, lows, strict=True))):
+            inside = np.minimum(stop, len(part) - 1)
+            new_high, new_low = np.maximum(high, top[inside]), np.minimum(low, bottom[inside])
+            fits = new_high - new_low <= band
+            high, low = np.where(fits, new_high, high), np.where(fits, new_low, low)
+            stop += size * fits
+        found[at : at + count] = at + stop
+    return found
+
+
+def _stop(q: Array, start: int, band: float) -> int:
+    """Return the first sample that is not in one band with all from `start` on."""
+    size = _LONGEST
+    while True:
+        part = q[start : start + size]
+        out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
+        if out.any() or start + size >= len(q):
+            return start + (int(np.argmax(out)) if out.any() else len(part))
+        size *= 2
+
+
 def _is_abrupt(q: list[float], x: list[float], start: int, stop: int, band: float) -> bool:
     """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
 
     At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
     """
-    centre, patience = _median(q[start:stop]), 0.3 * (x[stop - 1] - x[start])
+    patience = 0.3 * (x[stop - 1] - x[start])
     before = q[bisect_left(x, x[start] - patience) : start]
+    # The median is no further than a band from any sample: most stretches are none by that alone.
+    if start and not (before and max(max(before) - q[start], q[start] - min(before)) > 0.5 * band):
+        return False
     after = q[stop : bisect_right(x, x[stop - 1] + patience)]
+    centre = _median(q[start:stop])
     low, high = centre - 1.5 * band, centre + 1.5 * band
     came = start == 0 or (bool(before) and (max(before) > high or min(before) < low))
     return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))

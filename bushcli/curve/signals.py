@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
-from bushcli.curve.noise import noise_of_sparse
 from bushcli.curve.recorded import Recording
 from bushcli.curve.segment import Segment
-from bushcli.curve.segment import displacement_noise as _displacement_noise
 from bushcli.errors import Problem, RecordingError
 
 # Points of the cycles that are selected, as of a coupon: fewer are no curve.
 _FEWEST = 3
-# A rig's counter changes some samples before or after the turn: an end of a cycle this near to an end of a branch, in
-# samples and as a share of the branch, is that end. Judgement.
-_LATE, _LATE_SHARE = 3, 0.1
 
 
 def branches(recording: Curve) -> tuple[Segment, ...]:
@@ -30,21 +24,7 @@ def branches(recording: Curve) -> tuple[Segment, ...]:
     Where the rig counts the cycles, or some of them were selected, they have those numbers; a branch in which a cycle
     ends is cut there.
     """
-    found = recording.segments
-    numbers = getattr(recording, "numbers", None)
-    if numbers is None:
-        return found
-    return tuple(part for branch in found for part in _numbered(branch, numbers))
-
-
-def _numbered(branch: Segment, numbers: NDArray[np.int_]) -> Iterator[Segment]:
-    """Yield the parts of a branch that belong to different cycles."""
-    own = numbers[branch.start : branch.stop]
-    least = max(_LATE, _LATE_SHARE * len(own))
-    cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
-    for first, last in pairwise([0, *cuts, len(own)]):
-        middle = int(own[(first + last) // 2])
-        yield replace(branch, start=branch.start + first, stop=branch.start + last, cycle=middle)
+    return recording.branches
 
 
 def departure(found: Sequence[Segment], i: int) -> int:
@@ -62,26 +42,13 @@ def departure(found: Sequence[Segment], i: int) -> int:
 
 
 def force_noise(recording: Curve) -> float:
-    """Return the standard deviation of the noise of the force, in its unit.
-
-    The force is assumed to be smooth in time within each branch; without time, in displacement where that is
-    monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.curve.noise`.
-    """
-    q = recording.displacement
-    steps = np.diff(q)
-    if recording.time is not None:
-        abscissa = recording.time
-    elif (steps > 0).all() or (steps < 0).all():
-        abscissa = q
-    else:
-        abscissa = np.arange(len(q), dtype=float)
-    groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(recording))])
-    return noise_of_sparse(recording.force, abscissa, 4, groups)
+    """Return the standard deviation of the noise of the force, in its unit; see `bushcli.curve.curve.Curve`."""
+    return recording.force_noise
 
 
 def displacement_noise(recording: Curve) -> float:
     """Return the standard deviation of the noise of the displacement, in mm or rad."""
-    return _displacement_noise(recording.displacement, recording.time)
+    return recording.displacement_noise
 
 
 def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ are left out, and a remark says so.
 from __future__ import annotations
 
 import re
+from bisect import bisect
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
@@ -24,6 +25,7 @@ from bushcli.recording.text.fields import (
     ungrouped,
 )
 from bushcli.recording.text.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
+from bushcli.recording.text.rows import Form, Rows, Run, end_of_head, sifted
 from bushcli.recording.text.table import SHOWN, TextTable
 
 #: Most columns of a table.
@@ -55,29 +57,64 @@ def read_table(
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    lines = lines_of(path, decoded(path))
+    text = decoded(path)
+    begin = end_of_head(text)
+    if begin:
+        try:
+            body = [line for line in lines_of(path, text[:begin]) if not line.comment]
+            form = Form.of(body, *_dialect(path, body, delimiter, decimal, single))
+        except RecordingError:
+            form = None
+        lines, runs = ([], []) if form is None else sifted(path, text, begin, form)
+        found = _table(path, lines, runs, delimiter, decimal, single) if runs else None
+        if found is not None:
+            return found
+    found = _table(path, lines_of(path, text), [], delimiter, decimal, single)
+    assert found is not None
+    return found
+
+
+def _table(
+    path: Path,
+    lines: list[Line],
+    runs: list[Run],
+    delimiter: str | None,
+    decimal: str | None,
+    single: bool,
+) -> TextTable | None:
+    """Return the table of a text from its lines but for those of runs; None where only all lines together tell more."""
     body = [line for line in lines if not line.comment]
     given = decimal
     alone = _of_one_column(body, delimiter, decimal) if single else None
     delimiter, decimal = alone or _dialect(path, body, delimiter, decimal, single)
     split = [split_line(line.text, delimiter) for line in body]
     left_out = _without_thousands(split, decimal)
-    start, width, repeats = _rows(path, lines, body, split, delimiter, decimal, 1 if alone else 2)
+    start, width, repeats, reordered = _rows(path, lines, body, split, delimiter, decimal, 1 if alone else 2)
+    if runs and (reordered or (delimiter, decimal) != (runs[0].form.delimiter, runs[0].form.decimal)):
+        return None
     left_out += repeats
     width = _named_width(lines, body[start].number, delimiter, width, len(split[start]))
     top = header(path, lines, body[start].number, width, delimiter, decimal)
     left_out += _commented(lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
     if given is None and (decimal == "," or delimiter in ";\t"):
+        if runs and ambiguous_thousands(split[start:], decimal) is not None:
+            return None
         _refuse_thousands(path, split[start:], numbers, decimal)
+    parts: list[Rows | Run] = []
+    fields = split[start:]
+    at = 0
+    for run in runs:
+        upto = bisect(numbers, run.at)
+        parts += [Rows(fields[at:upto], numbers[at:upto]), run]
+        at = upto
     return TextTable(
         path=path,
         names=top.names,
         units=top.units,
         header_line=top.line,
         preamble=top.preamble,
-        rows=split[start:],
-        lines=numbers,
+        parts=(*parts, Rows(fields[at:], numbers[at:])),
         decimal=decimal,
         remarks=tuple(left_out),
     )
@@ -115,7 +152,7 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
     if not fewest:
         what = "has no table with two columns of numbers"
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
-    start, width, repeats = _rows(path, lines, body, split, "\t", decimal, fewest)
+    start, width, repeats, _ = _rows(path, lines, body, split, "\t", decimal, fewest)
     width = _named_width(lines, body[start].number, "\t", width, MOST_COLUMNS)
     top = header(path, lines, body[start].number, width, "\t", decimal)
     return TextTable(
@@ -125,8 +162,7 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         part=part,
         header_line=top.line,
         preamble=top.preamble,
-        rows=split[start:],
-        lines=[line.number for line in body[start:]],
+        parts=(Rows(split[start:], [line.number for line in body[start:]]),),
         decimal=decimal,
         remarks=tuple(repeats),
     )
@@ -159,8 +195,10 @@ def _rows(
     delimiter: str,
     decimal: str,
     fewest: int,
-) -> tuple[int, int, list[str]]:
-    """Return the index of the first row, the number of columns, and remarks; refuse a line below that does not fit.
+) -> tuple[int, int, list[str], bool]:
+    """Return the index of the first row, the number of columns, remarks, and whether columns were reordered.
+
+    A line below that does not fit is refused.
 
     Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
     """
@@ -191,7 +229,7 @@ def _rows(
         raise RecordingError(
             Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
         )
-    return start, width, said
+    return start, width, said, bool(reordered)
 
 
 def _without_text_below(body: list[Line], split: list[list[str]], start: int, decimal: str) -> list[str]:

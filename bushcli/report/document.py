@@ -141,6 +141,8 @@ class Plot:
         Names instead of numbers at an axis.
     scale : (float, str), optional
         End of the symmetric colour scale of the regions' values, and what it shows.
+    is_prepared : bool
+        Whether it is ready to be drawn: curves thinned, limits and places of numbers found.
     """
 
     name: str
@@ -161,6 +163,7 @@ class Plot:
     x_names: Sequence[tuple[float, str]] = ()
     y_names: Sequence[tuple[float, str]] = ()
     scale: tuple[float, str] | None = None
+    is_prepared: bool = False
 
 
 @dataclass(frozen=True)

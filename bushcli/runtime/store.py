@@ -108,7 +108,7 @@ class Store:
     codec
         How answers become arrays.
     resume
-        Use the results in the folder; without it, one that is asked for is calculated again and replaced. Those of
+        Use the results in the folder; without it, those that are asked for are calculated again and replaced. Those of
         other questions stay in either case.
 
     Attributes

@@ -33,7 +33,7 @@ _BEYOND = re.compile(rb"[\x80-\xff]+")
 
 
 def decoded(path: Path) -> str:
-    """Return the text of a file, without byte-order mark.
+    """Return the text of a file, without byte-order mark, with line feeds between lines.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def decoded(path: Path) -> str:
             break
         except UnicodeDecodeError:
             continue
-    text = text.rstrip("\x1a")  # the end of a file for DOS
+    text = text.rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # Ctrl-Z: the end of a file for DOS
     if "\0" in text or (content and not text):
         raise RecordingError(
             Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_WRITTEN = {
-    ".": r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?",
-    ",": r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?",
+#: A number by its decimal sign, without backtracking.
+NUMBER = {
+    ".": r"[+-]?+(?:\d++(?:\.\d*+)?+|\.\d++)(?:[eEdD][+-]?+\d++)?+",
+    ",": r"[+-]?+(?:\d++(?:,\d++)?+|,\d++)(?:[eEdD][+-]?+\d++)?+",
 }
-_NUMBER = {sign: re.compile(number, re.ASCII) for sign, number in _WRITTEN.items()}
+_NUMBER = {sign: re.compile(number, re.ASCII) for sign, number in NUMBER.items()}
 #: Numbers and empty fields, one to a line: one look at many fields costs a fifth of one at each.
 _NUMBERS = {
-    sign: re.compile(rf"(?:{number})?(?:\n(?:{number})?)*", re.ASCII) for sign, number in _WRITTEN.items()
+    sign: re.compile(rf"(?:{number})?(?:\n(?:{number})?)*", re.ASCII) for sign, number in NUMBER.items()
 }
 # What spreadsheets write in English and German for a missing value.
 _MISSING = (
@@ -41,11 +42,12 @@ _GROUPED = {
 #: What loggers write for a missing value: 999 and more nines, -999.25 (LAS), the limits of 16, 24 and 32 bits and of
 #: floating-point numbers, 9.91e37 (SCPI), 1e10 and beyond.
 _CODE = re.compile(
-    r"^[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
+    r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
     r"|8388607([.,]0*)?|16777215([.,]0*)?|999[.,]250*|[19]([.,][09]*)?[eE]\+?[1-9]\d|9[.,]9\d?[eE]\+?37"
-    r"|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)$",
-    re.ASCII | re.MULTILINE,
+    r"|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)",
+    re.ASCII,
 )
+_LIMITS = (32767.0, 32768.0, 65535.0, 65536.0, 8388607.0, 16777215.0, 2147483647.0, 2147483648.0)
 #: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if
 #: there are at least this many other values: no peak of a measured curve is so sharp then.
 _FAR, _JUMP, _DENSE = 2.0, 0.5, 20
@@ -164,21 +166,24 @@ def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[in
     return first
 
 
-def sentinel(fields: Sequence[str], values: Array, accepted: Collection[float]) -> int | None:
+def sentinel(values: Array, written: Callable[[int], str], accepted: Collection[float]) -> int | None:
     """Return the index of the first value that looks like a code for a missing one, such as -9999, or None.
 
     Parameters
     ----------
-    fields : (n,) texts
     values : (n,) array
-        Their numbers.
+    written : callable
+        Index of a value -> its field.
     accepted : collection of float
         Numbers that the user says were measured, in the unit of the file.
     """
-    if _CODE.search("\n".join(fields)) is None:
-        return None
-    codes = np.array([_CODE.fullmatch(field) is not None for field in fields], dtype=bool)
-    codes &= ~np.isin(values, list(accepted))
+    size = np.abs(values)
+    # Nearly a power of ten (three nines and more), a limit of integers, or beyond 1e10: only these are looked at.
+    tens = 10.0 ** np.ceil(np.log10(np.maximum(size, 1.0)))
+    may_be = (size >= 999.0) & ((size >= 0.999 * tens) | (size >= 1e10) | np.isin(np.floor(size), _LIMITS))
+    codes = np.zeros(len(values), dtype=bool)
+    for i in np.flatnonzero(may_be & ~np.isin(values, list(accepted))):
+        codes[i] = _CODE.fullmatch(written(int(i))) is not None
     others = values[~codes]
     if not codes.any() or len(others) < 2:
         return None

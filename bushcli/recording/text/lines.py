@@ -34,7 +34,7 @@ class Line:
         return re.sub(r"^\s*(#|%(?=\s)|//)+", "", self.text)
 
 
-def lines_of(path: Path, text: str) -> list[Line]:
+def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
     """Return the lines of a text that are not empty.
 
     Parameters
@@ -42,6 +42,9 @@ def lines_of(path: Path, text: str) -> list[Line]:
     path : Path
         For messages.
     text : str
+        With line feeds between lines.
+    first : int
+        Number of the first line.
 
     Raises
     ------
@@ -49,7 +52,7 @@ def lines_of(path: Path, text: str) -> list[Line]:
         When a line is too long.
     """
     lines = []
-    for number, line in _unbroken(text.replace("\r\n", "\n").replace("\r", "\n").split("\n")):
+    for number, line in _unbroken(text.split("\n"), first):
         if len(line) > LONGEST_LINE:
             what = f"has {len(line)} characters"
             expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
@@ -60,8 +63,8 @@ def lines_of(path: Path, text: str) -> list[Line]:
     return lines
 
 
-def _unbroken(physical: Sequence[str]) -> Iterator[tuple[int, str]]:
-    """Yield lines with their numbers from 1; a line break within quotation marks, as in a cell of Excel, is a blank."""
+def _unbroken(physical: Sequence[str], first: int) -> Iterator[tuple[int, str]]:
+    """Yield lines with their numbers; a line break within quotation marks, as in a cell of Excel, is a blank."""
     number = 0
     while number < len(physical):
         line, taken = physical[number], 1
@@ -71,7 +74,7 @@ def _unbroken(physical: Sequence[str]) -> Iterator[tuple[int, str]]:
                 if whole.count('"') % 2 == 0 and _CLOSED.search(physical[number + more]):
                     line, taken = whole, more + 1
                     break
-        yield number + 1, line
+        yield number + first, line
         number += taken
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, printable
 from bushcli.recording.text.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
-from bushcli.recording.text.fields import is_number, only_numbers, says_missing, sentinel, to_float
+from bushcli.recording.text.fields import is_number, says_missing, sentinel
+from bushcli.recording.text.rows import Rows, Run
 
 Array = NDArray[np.float64]
 
@@ -204,11 +205,7 @@ class ArrayTable(Table):
                 what += f", and likewise in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
             raise RecordingError(Problem(self.place(row), what, "", expected))
-        # A code has three nines or is a limit of 16 or 32 bits: only such values are converted to text.
-        texts = [""] * len(values)
-        for row in np.flatnonzero(np.abs(values) >= 999.0):
-            texts[row] = f"{raw[row]!s}"
-        code = sentinel(texts, values, accepted) if any(texts) else None
+        code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
             raise self.refuse_code(code, column, float(values[code]))
         return values
@@ -239,27 +236,33 @@ class TextTable(Table):
 
     Attributes
     ----------
-    rows : list of list of str
-        Fields without surrounding spaces; every row has at least ``len(names)`` fields.
-    lines : list of int
-        Line number of each row, from 1.
+    parts : tuple of Rows or Run
+        The rows, one part after the other; every row has at least ``len(names)`` fields.
     decimal : str
     dates : mapping of int to Instant
         Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
     """
 
-    rows: list[list[str]] = field(repr=False)
-    lines: list[int] = field(repr=False)
+    parts: tuple[Rows | Run, ...] = field(repr=False)
     decimal: str
     dates: Mapping[int, Instant] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Return the number of rows."""
-        return len(self.rows)
+        return sum(map(len, self.parts))
+
+    def _part(self, row: int) -> tuple[Rows | Run, int]:
+        """Return the part that has a row (from 0), and its index there."""
+        for part in self.parts:
+            if row < len(part):
+                return part, row
+            row -= len(part)
+        raise IndexError(row)
 
     def line(self, row: int) -> int:
         """Return the line number of a row (from 0)."""
-        return self.lines[row]
+        part, at = self._part(row)
+        return part.line(at)
 
     def text(self, row: int, column: int) -> str:
         """Return a field as written in the file.
@@ -269,8 +272,8 @@ class TextTable(Table):
         row, column : int
             From 0.
         """
-        fields = self.rows[row]
-        return fields[column] if column < len(fields) else ""
+        part, at = self._part(row)
+        return part.text(at, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column as numbers; see `Table.numbers`.
@@ -282,18 +285,19 @@ class TextTable(Table):
         accepted : collection of float
             Numbers that look like codes for missing values and were measured, in the unit of the file.
         """
-        fields = [row[column] if column < len(row) else "" for row in self.rows]
-        values = np.array([to_float(written, self.decimal) for written in fields])
-        if not only_numbers(fields, self.decimal) or not np.all(np.abs(values) <= LARGEST):
-            self._refuse(column, fields, values)
-        code = sentinel(fields, values, accepted)
+        found = [part.numbers(column, self.decimal) for part in self.parts]
+        values = np.concatenate([numbers for numbers, _ in found])
+        if not all(whole for _, whole in found) or not np.all(np.abs(values) <= LARGEST):
+            self._refuse(column, values)
+        code = sentinel(values, lambda row: self.text(row, column), accepted)
         if code is not None:
             raise self.refuse_code(code, column, values[code])
         return values
 
-    def _refuse(self, column: int, fields: list[str], values: NDArray[np.float64]) -> None:
+    def _refuse(self, column: int, values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""
-        for i, written in enumerate(fields):
+        for i in range(len(self)):
+            written = self.text(i, column)
             if is_short(written):
                 what = f"{written} may be minutes and seconds, or hours and minutes"
                 raise self._refused(i, column, what, _MINUTES)
@@ -320,7 +324,9 @@ class TextTable(Table):
         """
         if column in self.dates:
             return ClockTimes(self.numbers(column), self.dates[column])
-        fields = [row[column] if column < len(row) else "" for row in self.rows]
+        if not len(self) or ":" not in self.text(0, column):
+            return None
+        fields = [text for part in self.parts for text in part.texts(column)]
         return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
 
     def _refused(self, row: int, column: int, what: str, expected: str = "") -> RecordingError:

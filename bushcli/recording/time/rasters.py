@@ -25,6 +25,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
+from bushcli.recording.text.rows import Rows, Run
 from bushcli.recording.text.table import ArrayTable, Table, TextTable
 from bushcli.recording.time.clock import even_stamps
 from cases.mode import Mode
@@ -411,7 +412,11 @@ def _first_rows(table: Table, count: int) -> Table:
     if isinstance(table, JoinedTable):
         return replace(table, places=tuple((_first_rows(one, count), i) for one, i in table.places))
     assert isinstance(table, TextTable)
-    return replace(table, rows=table.rows[:count], lines=table.lines[:count])
+    parts: list[Rows | Run] = []
+    for part in table.parts:
+        parts.append(part.first(min(len(part), count)))
+        count -= len(parts[-1])
+    return replace(table, parts=tuple(parts))
 
 
 def interpolated(

@@ -11,6 +11,7 @@ import textwrap
 import warnings
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -84,6 +85,7 @@ def wrapped(text: str, width: float, size: float) -> str:
 
 def plotted(panels: Panels) -> Picture:
     """Draw plots that belong together as one picture, row by row."""
+    panels = replace(panels, rows=[[prepared(plot) for plot in row] for row in panels.rows])
     wide = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
     high = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
     with style():
@@ -96,7 +98,7 @@ def plotted(panels: Panels) -> Picture:
             for j, plot in enumerate(row):
                 step = across // len(row)
                 axes.append(figure.add_subplot(grid[i, j * step : (j + 1) * step]))
-                draw(axes[-1], prepared(plot))
+                draw(axes[-1], plot)
         if scale := panels.rows[0][0].scale:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -29,9 +30,11 @@ _MARGIN = 0.04
 
 def prepared(plot: Plot) -> Plot:
     """Return the plot with limits, thinned curves and outlines, and one place for each number."""
+    if plot.is_prepared:
+        return plot
     plot = replace(plot, series=[_thinned(one) for one in plot.series], regions=_outlined(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
-    return replace(plot, regions=_placed(plot))
+    return replace(plot, regions=_placed(plot), is_prepared=True)
 
 
 def pane(plot: Plot) -> tuple[float, float, float, float]:
@@ -118,94 +121,96 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     dots : bool
         Whether the points are not joined by lines.
     """
-    good = np.isfinite(x) & np.isfinite(y)
+    points = np.stack([x, y], axis=1)
+    good = np.isfinite(points).all(axis=1)
     if not good.any():
         return x[:1], y[:1]
-    low, high = (np.array([f(v[good]) for v in (x, y)]) for f in (np.min, np.max))
-    size = np.where(high > low, high - low, 1.0)
+    share = (points - points[good].min(axis=0)) / _size(points[good])
+    at = np.arange(len(x))
     for columns in _COLUMNS:
-        cell = np.full((len(x), 2), -1)
-        cell[good] = ((np.stack([x, y], axis=1)[good] - low) / size * (columns - 1e-6)).astype(int)
-        kept = np.arange(len(x)) if dots else _extremes(cell[:, 0], y)
-        if len(kept) > most:
-            outer = _envelope(cell[:, 0], y)
-            at = _new_cells(cell, outer) if dots else _new_segments(cell, kept, outer)
-        else:
-            at = kept
-        if len(at) <= most:
+        column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
+        if not dots:
+            # The extremes of a column are among those of its halves.
+            at = at[_extremes(column[at], y[at])]
+        drawn = at
+        if len(at) > most:
+            new = np.zeros(len(at), dtype=bool)
+            new[_envelope(column[at], y[at])] = True
+            cell = column[at].astype(np.int64) * columns + row[at]
+            if dots:
+                new[np.unique(cell, return_index=True)[1]] = True
+                drawn = at[new & good[at]]
+            else:
+                drawn = _new_segments(at, cell, new, good[at], columns)
+        if len(drawn) <= most:
             break
-    gap = at < 0
-    return np.where(gap, np.nan, x[at]), np.where(gap, np.nan, y[at])
+    gap = drawn < 0
+    return np.where(gap, np.nan, x[drawn]), np.where(gap, np.nan, y[drawn])
 
 
-def _extremes(column: NDArray[np.int_], y: Array) -> NDArray[np.int_]:
+def _size(points: Array) -> Array:
+    """Return the extent of points (n, 2) along both axes, 1 where they have none."""
+    size = np.ptp(points, axis=0)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _extremes(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
     """Return first, lowest, highest and last sample of each run of samples in one column, in their order."""
-    start = np.flatnonzero(np.diff(column, prepend=-2))
-    run = np.cumsum(np.diff(column, prepend=-2) != 0) - 1
-    ends = [start, np.append(start[1:], len(y)) - 1]
+    start = np.flatnonzero(np.diff(column, prepend=np.int16(-2)))
+    run = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(y))))
+    kept = np.zeros(len(y), dtype=bool)
+    kept[start], kept[np.append(start[1:], len(y)) - 1] = True, True
     for extreme in (np.fmin, np.fmax):
         first = np.flatnonzero(y == extreme.reduceat(y, start)[run])
-        ends.append(first[np.unique(run[first], return_index=True)[1]])
-    return np.unique(np.concatenate(ends))
+        kept[first[np.diff(run[first], prepend=-1) > 0]] = True
+    return np.flatnonzero(kept)
 
 
-def _envelope(column: NDArray[np.int_], y: Array) -> NDArray[np.int_]:
+def _envelope(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
     """Return the lowest and the highest sample of each column."""
-    known = np.flatnonzero(column >= 0)
-    order = known[np.lexsort((y[known], column[known]))]
-    edge = np.flatnonzero(np.diff(column[order], prepend=-1))
-    return np.concatenate([order[edge], order[np.append(edge[1:], len(order)) - 1]])
-
-
-def _new_cells(cell: NDArray[np.int_], outer: NDArray[np.int_]) -> NDArray[np.int_]:
-    known = np.flatnonzero(cell[:, 0] >= 0)
-    return np.union1d(known[np.unique(cell[known], axis=0, return_index=True)[1]], outer)
+    order = np.argsort(column, kind="stable")
+    return np.asarray(order[_extremes(column[order], y[order])])
 
 
 def _new_segments(
-    cell: NDArray[np.int_], kept: NDArray[np.int_], outer: NDArray[np.int_]
-) -> NDArray[np.int_]:
+    at: NDArray[np.intp],
+    cell: NDArray[np.int64],
+    outer: NDArray[np.bool_],
+    good: NDArray[np.bool_],
+    columns: int,
+) -> NDArray[np.intp]:
     """Return the samples without segments that join cells that were joined before; -1 interrupts the curve."""
-    ends = np.stack([cell[kept[:-1]], cell[kept[1:]]], axis=1)
-    swap = (ends[:, 0] > ends[:, 1])[:, 0] | (
-        (ends[:, 0] == ends[:, 1])[:, 0] & (ends[:, 0, 1] > ends[:, 1, 1])
-    )
-    ends[swap] = ends[swap, ::-1]
-    new = np.zeros(len(ends), dtype=bool)
-    new[np.unique(ends.reshape(-1, 4), axis=0, return_index=True)[1]] = True
-    new |= np.isin(kept[:-1], outer)
-    new &= (ends[:, :, 0] >= 0).all(axis=1)
+    low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
+    new = outer[:-1] | outer[1:]
+    new[np.unique(low * columns**2 + high, return_index=True)[1]] = True
+    new &= good[:-1] & good[1:]
     used = np.append(new, False) | np.append(False, new)
     begins = np.flatnonzero(used & ~np.append(False, new))
-    return np.insert(kept[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
+    return np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
 
 
 # -- areas and their numbers -------------------------------------------------------------------------------------------
 
 
-def _outlined(regions: Iterable[Region]) -> list[Region]:
+def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
     """Return the regions with outlines of fewer points; pieces that lie in cells drawn before are left out."""
-    regions = list(regions)
-    if sum(len(outline) for region in regions for outline in region.outlines) <= _MOST_OUTLINED:
+    outlines = [outline for region in regions for outline in region.outlines]
+    if sum(map(len, outlines)) <= _MOST_OUTLINED:
         return regions
-    every = np.concatenate([outline for region in regions for outline in region.outlines])
-    low, size = np.nanmin(every, axis=0), np.ptp(every, axis=0)
-    size[size == 0] = 1.0
+    every = np.concatenate(outlines)
+    low, size = every.min(axis=0), _size(every)
     for columns in _COLUMNS[2:]:
-        made, count = [], 0
+        made = []
         for region in regions:
-            drawn: set[tuple[int, int]] = set()
-            kept = []
-            for outline in region.outlines:
-                cell = ((outline - low) / size * (columns - 1e-6)).astype(int)
-                fewer = _extremes(cell[:, 0], outline[:, 1])
-                touched = set(map(tuple, cell[fewer].tolist()))
-                if not touched <= drawn:
-                    drawn |= touched
-                    kept.append(outline[fewer])
-                    count += len(fewer)
+            points = np.concatenate([np.empty((0, 2)), *region.outlines])
+            cell = ((points - low) / size * (columns - 1e-6)).astype(np.int16)
+            new = np.zeros(len(points), dtype=bool)
+            new[np.unique(cell[:, 0].astype(np.int64) * columns + cell[:, 1], return_index=True)[1]] = True
+            ends = np.cumsum([0, *map(len, region.outlines)])
+            pieces = [slice(a, b) for a, b in pairwise(ends) if new[a:b].any()]
+            kept = [points[piece][_extremes(cell[piece, 0], points[piece, 1])] for piece in pieces]
             made.append(replace(region, outlines=kept))
-        if count <= _MOST_OUTLINED:
+        if sum(len(outline) for region in made for outline in region.outlines) <= _MOST_OUTLINED:
             break
     return made
 

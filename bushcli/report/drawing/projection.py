@@ -304,8 +304,8 @@ def cut(
     level : float
         Distance of the plane from the origin along its normal, mm.
     above : bool
-        Whether the parts of triangles above the plane are returned, (m, 3, 3); otherwise where the plane cuts
-        triangles, (m, 2, 3), or tetrahedra, (m, 4, 3), whose last corner is repeated where it is a triangle.
+        Whether the parts of triangles above the plane are returned, (m, 3, 3); otherwise where it cuts triangles,
+        (m, 2, 3), or tetrahedra, (m, 4, 3), with the last corner of a triangle repeated.
 
     Returns
     -------

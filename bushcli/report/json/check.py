@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
@@ -86,7 +86,5 @@ def _observed(one: Observed) -> dict[str, Any]:
         "holds_s": list(one.holds),
         "rests_s": list(one.rests),
         "pauses_s": list(one.pauses),
-        "timed": one.timed,
-        "from_rest": one.from_rest,
-        "unloads": one.unloads,
+        **part(one, "timed from_rest unloads"),
     }

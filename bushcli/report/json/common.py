@@ -50,8 +50,20 @@ def head(
         "case": resolved(case),
         "versions": versions(),
         "timings_s": dict(timings),
-        "problems": [{"name": p.name, "message": p.message, "remedy": p.remedy} for p in problems],
+        "problems": [part(problem, "name message remedy") for problem in problems],
     }
+
+
+def part(value: object, names: str) -> dict[str, Any]:
+    """Return attributes that have the same names in JSON.
+
+    Parameters
+    ----------
+    value : object
+    names : str
+        Separated by spaces, in the order of the JSON.
+    """
+    return {name: getattr(value, name) for name in names.split()}
 
 
 def versions() -> dict[str, str]:
@@ -84,26 +96,15 @@ def _declared(module: str, distribution: str) -> str:
 def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
     """Return faults of recordings as JSON-ready data."""
     return [
-        {
-            "channel": fault.channel,
-            "kind": fault.kind,
-            "where": fault.where,
-            "remedy": fault.remedy,
-            "fatal": fault.fatal,
-            "probability": fault.probability,
-            "samples": int(np.count_nonzero(fault.samples)),
-        }
+        part(fault, "channel kind where remedy fatal probability")
+        | {"samples": int(np.count_nonzero(fault.samples))}
         for fault in faults
     ]
 
 
 def material_json(material: Material) -> dict[str, Any]:
     """Return a law with its parameters."""
-    return {
-        "law": material.law,
-        "bulk_modulus": material.bulk_modulus,
-        "parameters": dict(material.parameters),
-    }
+    return part(material, "law bulk_modulus parameters")
 
 
 def cleaned(document: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.report.json.common import cleaned, head
+from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.views.design import overrides
 from bushcli.study.design import Design, Reached
 
@@ -24,14 +24,7 @@ def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
     document["evaluations"] = found.evaluations
     document["met"] = all(one.met for one in found.targets)
     document["design"] = {
-        key: {
-            "value": one.value,
-            "lower": one.lower,
-            "upper": one.upper,
-            "start": one.start,
-            "at_bound": one.at_bound,
-        }
-        for key, one in found.keys.items()
+        key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()
     }
     document["set"] = overrides(found)
     document["targets"] = {one.target.name: _target(one) for one in found.targets}
@@ -49,10 +42,5 @@ def _target(one: Reached) -> dict[str, Any]:
         "derivatives": dict(one.slopes),
     }
     if one.spread is not None:
-        document["tolerances"] = {
-            "contributions": dict(one.spread.contributions),
-            "worst": one.spread.worst,
-            "std": one.spread.std,
-            "share": one.spread.share,
-        }
+        document["tolerances"] = part(one.spread, "contributions worst std share")
     return document

@@ -9,13 +9,12 @@ from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis, NextTest, Quant
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
-from bushcli.mismatch.record import Location, Mismatch
-from bushcli.report.json.common import cleaned, faults_json, head, material_json
+from bushcli.mismatch.record import Mismatch
+from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.quantity import quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown
 from bushcli.report.views.diagnosis.words import headline
-from bushcli.selection.searched import Searched
 
 
 def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:
@@ -28,83 +27,53 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
     timings : mapping of str to float
         Seconds by stage.
     """
-    document = head("diagnose", found.case, found.conditions, timings)
+    document, searched = head("diagnose", found.case, found.conditions, timings), found.searched
     document |= {
         "verdict": found.verdict,
         "headline": headline(found),
         "text": paragraph(found),
         "asked": None if found.asked is None else list(found.asked),
-        "law_from": found.law_from,
-        "law_fixed": found.law_fixed,
+        **part(found, "law_from law_fixed"),
         "law": found.material.law,
         "plain": material_json(found.plain),
         "material": material_json(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
         "probability": dict(found.probability),
-        "models": _models(found),
+        "models": [
+            part(one, "law effects probability log_evidence misfit form_error variants")
+            for one in found.models
+        ],
         "rivals": _rivals(found),
-        "groups": _groups(found),
-        "form_error": {
-            "share": found.form_error.share,
-            "percent": dict(found.form_error.percent),
-            "covers": found.form_error.covers,
-        },
+        "groups": [part(one, "name effects probability text") for one in found.groups],
+        "form_error": part(found.form_error, "share percent covers"),
         "missing": _missing(found),
-        "searched": _searched(found.searched),
+        "searched": {
+            **part(searched, "complete left ended"),
+            "trials": [
+                part(one, "law effects predicted log_evidence misfit text") for one in searched.trials
+            ],
+            **part(searched, "lost untestable"),
+        },
         "data_faults": faults_json(found.faults),
-        "mismatch": _mismatches(found, found.location),
-        "remaining": _mismatches(found, found.remaining),
+        "mismatch": [_mismatch(one, len(found.channels)) for one in found.location.mismatch],
+        "remaining": [_mismatch(one, len(found.channels)) for one in found.remaining.mismatch],
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
         "misfit": _misfit(found),
         "next_test": None if found.next_test is None else _next_test(found, found.next_test),
-        "maps": _maps(found),
-        "forward_solves": found.forward_solves,
-        "failed_solves": found.failed_solves,
-        "seconds": found.seconds,
+        "maps": [
+            {
+                "channel": one.name,
+                "channels": one.channels,
+                "local_gain": one.local_gain,
+                "uniform_gain": one.uniform_gain,
+                **part(one, "helps_locally text"),
+            }
+            for one in found.maps
+        ],
+        **part(found, "forward_solves failed_solves seconds"),
     }
     return cleaned(document)
-
-
-def _models(found: Diagnosis) -> list[dict[str, Any]]:
-    return [
-        {
-            "law": one.law,
-            "effects": list(one.effects),
-            "probability": one.probability,
-            "log_evidence": one.log_evidence,
-            "misfit": one.misfit,
-            "form_error": one.form_error,
-            "variants": dict(one.variants),
-        }
-        for one in found.models
-    ]
-
-
-def _groups(found: Diagnosis) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": one.name,
-            "effects": list(one.effects),
-            "probability": one.probability,
-            "text": one.text,
-        }
-        for one in found.groups
-    ]
-
-
-def _maps(found: Diagnosis) -> list[dict[str, Any]]:
-    return [
-        {
-            "channel": one.name,
-            "channels": list(one.channels),
-            "local_gain": one.local_gain,
-            "uniform_gain": one.uniform_gain,
-            "helps_locally": one.helps_locally,
-            "text": one.text,
-        }
-        for one in found.maps
-    ]
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
@@ -122,9 +91,7 @@ def _missing(found: Diagnosis) -> dict[str, Any] | None:
         return None
     modes = {one.name: one.mode for one in found.channels}
     return {
-        "probability": found.missing.probability,
-        "share": found.missing.share,
-        "text": list(found.missing.text),
+        **part(found.missing, "probability share text"),
         "profiles": [_profile(one, modes.get(one.channel, one.channel)) for one in found.missing.profiles],
     }
 
@@ -135,34 +102,10 @@ def _profile(one: MissingProfile, mode: str) -> dict[str, Any]:
     length = units.displacement_unit or "1"
     unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
     return {
-        "channel": one.channel,
-        "along": one.along,
-        "branch": one.branch,
+        **part(one, "channel along branch"),
         "unit": unit,
         "x": scale * one.x,
-        "mean": one.mean,
-        "std": one.std,
-    }
-
-
-def _searched(found: Searched) -> dict[str, Any]:
-    return {
-        "complete": found.complete,
-        "left": found.left,
-        "ended": found.ended,
-        "trials": [
-            {
-                "law": one.law,
-                "effects": list(one.effects),
-                "predicted": one.predicted,
-                "log_evidence": one.log_evidence,
-                "misfit": one.misfit,
-                "text": one.text,
-            }
-            for one in found.trials
-        ],
-        "lost": list(found.lost),
-        "untestable": dict(found.untestable),
+        **part(one, "mean std"),
     }
 
 
@@ -170,10 +113,7 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
     value = shown(name, quantity, found.channels)
     return {
         "value": quantity.word or value.value,
-        "std": value.std,
-        "unit": value.unit,
-        "lower": value.lower,
-        "upper": value.upper,
+        **part(value, "std unit lower upper"),
         "meaning": quantity.meaning,
         "prior": None
         if value.prior is None
@@ -190,41 +130,23 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
 def _effect(found: Diagnosis, effect: DiagnosedEffect) -> dict[str, Any]:
     return {
         "name": effect_name(effect.name),
-        "title": effect.title,
-        "channels": None if effect.channels is None else list(effect.channels),
-        "summary": effect.summary,
+        **part(effect, "title channels summary"),
         "parameters": {
             name: _quantity(found, f"{effect.name}.{name}", quantity)
             for name, quantity in effect.parameters.items()
         },
-        "probability": effect.probability,
-        "evidence": effect.evidence,
-        "plausible": effect.plausible,
-        "remark": effect.remark,
+        **part(effect, "probability evidence plausible remark"),
     }
-
-
-def _mismatches(found: Diagnosis, location: Location) -> list[dict[str, Any]]:
-    return [_mismatch(one, len(found.channels)) for one in location.mismatch]
 
 
 def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
     units = quantities(one.mode)
     return {
-        "channel": one.channel,
-        "mode": one.mode,
-        "cycle": list(one.cycle),
-        "branch": one.branch,
-        "side": one.side,
+        **part(one, "channel mode cycle branch side"),
         "displacement_from": units.per_internal * one.displacement_from,
         "displacement_to": units.per_internal * one.displacement_to,
         "rate": None if one.rate is None else [units.per_internal * rate for rate in one.rate],
-        "share": one.share,
-        "sign": one.sign,
-        "relative": one.relative,
-        "difference": one.difference,
-        "rms": one.rms,
-        "p": one.p,
+        **part(one, "share sign relative difference rms p"),
         "text": sentence(one, channels),
     }
 
@@ -244,22 +166,16 @@ def _misfit(found: Diagnosis) -> dict[str, Any]:
 
 
 def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
-    units = quantities(_mode(found, test))
+    # The mode is that of the recorded channel of this name, else the name itself.
+    modes = {one.name: one.mode for one in found.channels}
+    units = quantities(modes.get(test.channel, test.channel))
     return {
-        "name": test.name,
-        "channel": test.channel,
+        **part(test, "name channel"),
         "points": [units.per_internal * point for point in test.points],
         "rates": [units.per_internal * rate for rate in test.rates],
         "holds": list(test.holds),
         "unit": units.displacement_unit or "1",
         "minutes": test.minutes,
-        "separates": [list(pair) for pair in test.separates],
-        "information": test.information,
-        "possible": test.possible,
-        "text": test.text,
+        "separates": test.separates,
+        **part(test, "information possible text"),
     }
-
-
-def _mode(found: Diagnosis, test: NextTest) -> str:
-    """Return the mode of the proposed test: that of the recorded channel of this name, else the name itself."""
-    return {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.cycles import by_name, energy_unit, response_histories
-from bushcli.report.json.common import cleaned, faults_json, head, material_json
+from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities, shown_motion
@@ -100,9 +100,7 @@ def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
     return {
         "file": str(source) if source else None,
         "samples": len(channel.recording.displacement) if channel.recording else 0,
-        "rms_percent": found.rms_percent,
-        "peak_percent": found.peak_percent,
-        "noise_percent": found.noise_percent,
+        **part(found, "rms_percent peak_percent noise_percent"),
         "stiffness_measured": shown.stiffness(found.measured.secant),
         "stiffness_simulated": shown.stiffness(found.predicted.secant),
         "stiffness_ratio": found.stiffness_ratio,
@@ -111,8 +109,7 @@ def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
         "within_10_percent": found.within_10_percent,
         "within_tolerance": found.within,
         "tolerance_percent": found.tolerance.percent,
-        "compared": found.compared,
-        "force_range": found.force_range,
+        **part(found, "compared force_range"),
     }
 
 
@@ -145,13 +142,6 @@ def _six(channel: Simulated) -> dict[str, Any]:
 
 
 def _contact(channel: Simulated) -> dict[str, Any]:
-    """Return which surfaces of a channel met, as JSON-ready data.
-
-    Parameters
-    ----------
-    channel : Simulated
-        A simulated channel.
-    """
     shown = quantities(channel.mode)
     return {
         "contact": [
@@ -170,8 +160,7 @@ def _contact(channel: Simulated) -> dict[str, Any]:
 
 def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     document: dict[str, Any] = {
-        "headline": verdict.headline,
-        "text": verdict.text,
+        **part(verdict, "headline text"),
         "within_10_percent": all_within_10_percent(verdict, misfits),
         "within_tolerance": verdict.within,
         "channels": {},

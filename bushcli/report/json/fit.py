@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.views.fit import bulk_modulus_std
 
 if TYPE_CHECKING:
@@ -44,11 +44,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         "bulk_modulus_from": "case" if "compliance" not in fit.parameters else "tests",
         "parameters": {
             name: {
-                "value": estimate.value,
-                "std": estimate.std,
-                "lower": estimate.lower,
-                "upper": estimate.upper,
-                "at_bound": estimate.at_bound,
+                **part(estimate, "value std lower upper at_bound"),
                 "interval": _interval(estimate.range95),
                 "unit": parameter_unit(fit, name),
             }
@@ -68,17 +64,12 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         },
         "weighting": fit.weighting,
         "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
-        "forward_solves": fit.forward_solves,
-        "failed_solves": fit.failed_solves,
-        "sweeps": fit.sweeps,
-        "iterations": fit.iterations,
-        "converged": fit.converged,
-        "seconds": fit.seconds,
+        **part(fit, "forward_solves failed_solves sweeps iterations converged seconds"),
         "identifiability": {
             "singular_values": fit.singular_values,
             "undetermined": [
-                {"weights": dict(c.weights), "singular_value": c.singular_value, "text": c.text}
-                for c in fit.undetermined
+                {"weights": one.weights, "singular_value": one.singular_value, "text": one.text}
+                for one in fit.undetermined
             ],
         },
     }

@@ -9,7 +9,7 @@ from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.file_units import in_file_units
 from bushcli.report.cycles import fit_histories, with_hysteresis
-from bushcli.report.json.common import cleaned, faults_json, head
+from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.fit import curves_by_mode, fit_part
 from bushcli.report.ranking import effective_samples, information_criterion
@@ -39,35 +39,16 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
     document["misfit"] = _misfit(best)
     document["channels"] = {history.name: history_json(history) for history in histories}
-    document |= {
-        "method": best.method,
-        "message": best.message,
-        "cost": best.cost,
+    document |= part(best, "method message cost") | {
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
     }
     document["leverage"] = {channel: dict(changes) for channel, changes in best.leverage.items()}
     document["profile_sweeps"] = best.profile_sweeps
-    document["end_points"] = [
-        {"start": dict(e.start), "parameters": dict(e.parameters), "cost": e.cost, "message": e.message}
-        for e in best.end_points
-    ]
-    document["profiles"] = [
-        {"name": p.name, "values": p.values, "rise": p.rise, "limits": list(p.limits)} for p in best.profiles
-    ]
+    document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
+    document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
     document["evaluations"] = [
-        {
-            "number": e.number,
-            "parameters": dict(e.parameters),
-            "cost": e.cost,
-            "best": e.best,
-            "stage": e.stage,
-            "start": e.start,
-            "iteration": e.iteration,
-            "step": e.step,
-            "radius": e.radius,
-        }
-        for e in best.evaluations
+        part(one, "number parameters cost best stage start iteration step radius") for one in best.evaluations
     ]
     if len(fits) > 1:
         document["models"] = [_model(fit) for fit in fits]
@@ -96,10 +77,6 @@ def _model(fit: Fit) -> dict[str, Any]:
         "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
         "cost": fit.cost,
         "bic": information_criterion(fit),
-        "converged": fit.converged,
-        "sweeps": fit.sweeps,
-        "forward_solves": fit.forward_solves,
-        "failed_solves": fit.failed_solves,
-        "seconds": fit.seconds,
+        **part(fit, "converged sweeps forward_solves failed_solves seconds"),
         "problems": [condition.name for condition in fit.conditions],
     }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bushcli.case import Case
 from bushcli.case.typical import unusual
-from bushcli.report.json.common import cleaned, head
+from bushcli.report.json.common import cleaned, head, part
 
 if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
@@ -28,15 +28,6 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
     document = head("mesh", case, unusual(case, case.material), timings)
     document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
-        {
-            "name": mesh.name,
-            "modes": list(mesh.modes),
-            "dimension": mesh.dimension,
-            "cells": mesh.cells,
-            "nodes": mesh.nodes,
-            "boundaries": dict(mesh.boundaries),
-            "regions": dict(mesh.regions),
-        }
-        for mesh in meshes
+        part(mesh, "name modes dimension cells nodes boundaries regions") for mesh in meshes
     ]
     return cleaned(document)

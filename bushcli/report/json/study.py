@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.report.json.common import cleaned, head
+from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.json.direct import direct_json
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
@@ -34,10 +34,7 @@ def study_json(found: Study, timings: Mapping[str, float]) -> dict[str, Any]:
     document["failed"] = found.failed
     document["resumed"] = found.resumed
     document["seconds_of_designs"] = found.seconds
-    document["variables"] = {
-        one.key: {"spec": one.spec, "low": one.low, "high": one.high, "nominal": one.nominal}
-        for one in found.plan.variables
-    }
+    document["variables"] = {one.key: part(one, "spec low high nominal") for one in found.plan.variables}
     document["failures"] = [vars(reason) for reason in found.failures]
     units = {one.name: one.unit for one in found.task.answers}
     document["answers"] = {name: _answer(one, units[name]) for name, one in found.summaries.items()}
@@ -47,9 +44,7 @@ def study_json(found: Study, timings: Mapping[str, float]) -> dict[str, Any]:
 def _answer(found: Summary, unit: str) -> dict[str, Any]:
     document: dict[str, Any] = {
         "unit": unit,
-        "count": found.count,
-        "mean": found.mean,
-        "std": found.std,
+        **part(found, "count mean std"),
         **{f"p{level:02d}": value for level, value in zip((5, 50, 95), found.quantiles, strict=True)},
         "worst": {"lowest": vars(found.lowest), "highest": vars(found.highest)},
         "linear_share": found.linear,

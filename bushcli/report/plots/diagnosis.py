@@ -19,6 +19,8 @@ from bushcli.report.views.diagnosis.words import channel_label
 
 # Samples of a place at which its number may stand, those of the largest misfit first.
 _PLACES = 12
+# Share of the axis below which two marks beside each other are drawn as one.
+_BESIDE = 1 / 1600
 # Label of the curve after the diagnosis.
 BEST = "most probable model"
 
@@ -116,7 +118,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     noise = 2 * channel.noise_percent
     bands = [Band("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
-    bands += [Band("faulty", x=_around(x, run)) for run in _runs(channel.faulty, least=1)]
+    bands += _faulty_bands(x, channel.faulty)
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
@@ -224,10 +226,14 @@ def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= least]
 
 
-def _around(x: Array, run: slice) -> tuple[float, float]:
-    """Return the interval from the middle of the gap before a run of samples to the middle of the gap after it."""
-    ends = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
-    return float(ends[run.start]), float(ends[run.stop])
+def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Band]:
+    """Return a band for each run of faulty samples, to the middle of the gaps around it; those beside each other are one."""
+    runs = _runs(faulty, least=1)
+    middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    start, stop = middle[[run.start for run in runs]], middle[[run.stop for run in runs]]
+    apart = start[1:] - stop[:-1] > _BESIDE * float(np.ptp(x))
+    ends = zip(start[np.append(True, apart)], stop[np.append(apart, True)], strict=True) if runs else ()
+    return [Band("faulty", x=(float(a), float(b))) for a, b in ends]
 
 
 def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
@@ -242,7 +248,8 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
     cuts = 1 + np.flatnonzero((np.diff(branch) != 0) | np.diff(above))
     pieces = []
     for run in _runs(marked):
-        ends = [run.start, *cuts[(cuts > run.start) & (cuts < run.stop)], run.stop]
+        first, last = np.searchsorted(cuts, [run.start + 1, run.stop])
+        ends = [run.start, *cuts[first:last], run.stop]
         # A branch ends where the path turns; the next branch begins at the same sample.
         pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]

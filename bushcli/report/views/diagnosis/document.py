@@ -56,7 +56,7 @@ _MODELS = 6
 
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
-    "simulation is too stiff or too high, green where it is too soft or too low. Click a number to go there, a name to "
+    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name to "
     "hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
     "Below: simulated minus recorded force over time; the grey band is the noise, two standard deviations either way."
 )
