@@ -52,6 +52,8 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
+#: Keys of a load case of which one gives the program.
+PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -226,36 +228,44 @@ class Builder:
     def _load_case(
         self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
     ) -> LoadCase | None:
-        given = [key for key in ("amplitude", "path", "file") if getattr(table, key) is not None]
+        given = [key for key in PROGRAMS if getattr(table, key) is not None]
         if len(given) != 1:
             what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
             at = (*keys, given[-1]) if given else keys
-            self.findings.append(Finding(at, what, expected="give one of amplitude, path, file"))
+            self.findings.append(Finding(at, what, expected=f"give one of {', '.join(PROGRAMS)}"))
         if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
             return None
-        key = (*keys, given[0])
+        key, by_force = (*keys, given[0]), given[0].startswith("force")
+        if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
+            what = f"{dotted(key)}: mode {shown(table.mode)} is loaded by a displacement"
+            self.findings.append(
+                Finding(key, what, expected="amplitude, path or file; a force loads a bushing in one mode")
+            )
+            return None
         if six.is_meant(table):
             found, findings = six.load_case(table, keys, shape, self._validated)
             self.findings += findings
             return found
-        if table.file is not None:
+        name = table.force_file if by_force else table.file
+        if name is not None:
             if table.rate is not None:
                 what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
                 self.findings.append(Finding((*keys, "rate"), what))
-            file = find_file(self.folder, key, table.file, self.findings)
+            file = find_file(self.folder, key, name, self.findings)
             if file is None:
                 return None
             source = source_of(table, table.mode, file)
             self.findings += wrong_units(keys, source)
-            return LoadCase(table.mode, steps=table.steps, source=source)
+            return LoadCase(table.mode, steps=table.steps, source=source, by_force=by_force)
         for name in sorted(FileTable.model_fields.keys() & table.model_fields_set):
             what = f"{dotted((*keys, name))} has no meaning without a file"
             self.findings.append(Finding((*keys, name), what))
-        unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
-        points = table.path if table.path is not None else [0.0, float(table.amplitude or 0.0)]
+        unit = math.radians(1.0) if modes()[table.mode].rotational and not by_force else 1.0
+        listed, largest = (table.force_path, table.force) if by_force else (table.path, table.amplitude)
+        points = listed if listed is not None else [0.0, float(largest or 0.0)]
         path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))
         rate = None if table.rate is None else unit * table.rate
-        load_case = LoadCase(table.mode, path, rate, table.steps)
+        load_case = LoadCase(table.mode, path, rate, table.steps, by_force=by_force)
         if any(a == b for a, b in pairwise(path)):
             what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
             self.findings.append(
@@ -263,7 +273,7 @@ class Builder:
                     key, what, expected="consecutive points must differ; write a hold as a file with times"
                 )
             )
-        if shape is not None:
+        if shape is not None and not by_force:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
 

@@ -96,6 +96,8 @@ class LoadCase:
         File with the program, for `bushcli.recording.read_program`.
     six : SixPath, optional
         Path of six motions.
+    by_force : bool
+        The path, the rate and the source's values are forces: N, N/s (N mm, N mm/s); the march finds the travel.
     """
 
     mode: str
@@ -104,10 +106,11 @@ class LoadCase:
     steps: int = 20
     source: Source | None = None
     six: SixPath | None = None
+    by_force: bool = False
 
     @property
     def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad; 0 when the program is in a file."""
+        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
         return max(map(abs, self.path), default=0.0)
 
 
@@ -121,7 +124,10 @@ class DynamicTest:
     frequency : tuple of float
         Hz.
     preload : tuple of float
-        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon); 0 with ``six``.
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
+        with ``six``.
+    by_force : bool
+        Whether the preloads are forces.
     amplitude : float, optional
         Peak, mm or rad; None = small.
     transfer : bool
@@ -137,6 +143,7 @@ class DynamicTest:
     mode: str
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
+    by_force: bool = False
     amplitude: float | None = None
     transfer: bool = True
     steps: int = 20
@@ -299,7 +306,10 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
         return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
         given = {key: value for key, value in _source(load_case.source, folder).items() if value}
-        return shown | {key: value for key, value in given.items() if key != "name"}
+        renamed = {"file": "force_file"} if load_case.by_force else {}
+        return shown | {renamed.get(key, key): value for key, value in given.items() if key != "name"}
+    if load_case.by_force:
+        return shown | {"force_path": list(load_case.path), "rate": load_case.rate}
     turned = modes()[load_case.mode].rotational
     # Twelve digits: 30 degrees must not come back as 29.999999999999996.
     path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
@@ -321,7 +331,10 @@ def _vibrations(test: DynamicTest) -> dict[str, Any]:
         shown |= {"motion": MOTIONS[test.motion]}
         shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
         return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
-    shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    if test.by_force:
+        shown["preload_force"] = list(test.preload)
+    else:
+        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
     return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
 
 

@@ -169,6 +169,7 @@ class DynamicTable(CaseTable):
     """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
+    preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
     amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"
@@ -189,8 +190,13 @@ class LoadCaseTable(FileTable):
     path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
         default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
     )
-    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
+    force: float | None = Field(default=None, description="largest force, N or N mm; the travel is found")
+    force_path: list[float] | None = Field(
+        default=None, min_length=2, description="forces to go through, N or N mm"
+    )
+    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s; N/s or N mm/s of a force")
     file: Name | None = Field(default=None, description="file with the path of the displacement")
+    force_file: Name | None = Field(default=None, description="file with the path of the force")
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
     dynamic: DynamicTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"

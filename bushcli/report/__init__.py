@@ -47,8 +47,15 @@ if TYPE_CHECKING:
         write_refused,
         write_starter_case,
     )
-    from bushcli.report.writers.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
-    from bushcli.report.writers.occupied import occupy
+    from bushcli.report.writers.folder import (
+        QUESTION,
+        STAGING,
+        NotDrawn,
+        earlier_result,
+        moves_to,
+        occupy,
+        staging,
+    )
     from bushcli.report.writers.terminal import terminal_text
 
 __all__ = [
@@ -138,8 +145,7 @@ _MODULES = {
         "write_refused",
         "write_starter_case",
     ),
-    "writers.folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
-    "writers.occupied": ("occupy",),
+    "writers.folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "occupy", "staging"),
     "writers.terminal": ("terminal_text",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

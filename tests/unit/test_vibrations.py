@@ -131,12 +131,13 @@ amplitude = 2
         ("preload=[1, 1]", "a value twice"),
         ("preload=300", "times the rubber's thickness"),
         ("point=middle", "transfer"),
+        ("preload_force=5", "has preload and preload_force"),
         ("motion=ux", "only mode path"),
     ],
 )
 def test_wrong_keys_are_named_with_a_remedy(tmp_path: Path, override: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        case(tmp_path, AXIAL, f"load_cases.0.dynamic.{override}")
+        one("axial", "frequency = 1\npreload = 1", tmp_path, f"load_cases.0.dynamic.{override}")
 
 
 def test_a_vibration_has_no_program_of_its_own(tmp_path: Path) -> None:
@@ -247,6 +248,20 @@ def test_result_as_json_document_plots_and_file(response: DynamicResponse, tmp_p
         *("stiffness_N_per_mm", "storage_N_per_mm", "loss_N_per_mm", "loss_angle_deg"),
     )
     assert len(table) == 9
+
+
+def test_preload_by_force_is_the_travel_that_carries_it(tmp_path: Path, response: DynamicResponse) -> None:
+    rest, up = response.curves[1:]
+    dynamic = f"frequency = [1, 20, 200]\npreload_force = [{up.force}, 0]"
+    loaded, free = vibrate(one("axial", dynamic, tmp_path)).curves
+    assert loaded.preload == pytest.approx(2.0, rel=1e-6)
+    assert free.preload == pytest.approx(0.0, abs=1e-6)
+    assert_allclose(loaded.stiffness, up.stiffness, rtol=1e-5)
+    assert_allclose(free.stiffness, rest.stiffness, rtol=1e-5)
+    assert resolved(one("axial", dynamic, tmp_path))["load_cases"][0]["dynamic"]["preload_force"] == [
+        up.force,
+        0,
+    ]
 
 
 def test_no_branch_no_loss_angle(tmp_path: Path) -> None:

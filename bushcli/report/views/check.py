@@ -83,8 +83,9 @@ def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
 
     def row(name: str, test: DynamicTest) -> Row:
         shown = quantities(test.mode)
-        preload = ", ".join(number(shown.at(q)) for q in test.preload)
-        preloads = ("the end of its path", "") if test.six else (preload, shown.displacement_unit)
+        preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
+        unit = shown.force_unit if test.by_force else shown.displacement_unit
+        preloads = ("the end of its path", "") if test.six else (preload, unit)
         ends = (f"{end(test.frequency):g}" for end in (min, max))
         return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
 
@@ -131,13 +132,14 @@ def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> R
         return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read.displacement
-    low, high = (number(shown.at(float(q))) for q in (values.min(), values.max()))
-    unit = shown.displacement_unit
+    unit = shown.force_unit if load.by_force else shown.displacement_unit
+    low, high = (float(end if load.by_force else shown.at(end)) for end in (values.min(), values.max()))
+    per = 1.0 if load.by_force else shown.per_internal
     if load.source is not None:
         program = f"{len(values)} points of {load.source.file.name}"
     else:
         segments = len(values) - 1
         program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
         if load.rate is not None:
-            program += f", {number(shown.at(load.rate))} {unit or shown.displacement}/s"
-    return name, load.mode, program, low, high, unit or shown.displacement
+            program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
+    return name, load.mode, program, number(low), number(high), unit or shown.displacement
