@@ -69,7 +69,7 @@ class MaterialTable(CaseTable):
     parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
     # 100 parts of rubber of 920 kg/m3, 50 of carbon black of 1,800 and 10 of others of 1,000 have 1,090.
     density: float = Field(
-        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); of vibrations only"
+        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations only"
     )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
@@ -162,7 +162,9 @@ class FrequenciesTable(CaseTable):
     first: float = Field(gt=0, alias="from", description="Hz")
     last: float = Field(gt=0, alias="to", description="Hz")
     points: int = Field(ge=2, le=10_000, description="number of frequencies")
-    spacing: Literal["linear", "logarithmic"] = Field(default="linear", description="between the frequencies")
+    spacing: Literal["linear", "logarithmic"] | None = Field(
+        default=None, description="absent = logarithmic over more than a decade"
+    )
 
 
 class DynamicTable(CaseTable):
