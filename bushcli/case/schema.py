@@ -167,7 +167,7 @@ class FrequenciesTable(CaseTable):
     )
 
 
-class DynamicTable(CaseTable):
+class VibrationTable(CaseTable):
     """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
@@ -200,7 +200,7 @@ class LoadCaseTable(FileTable):
     file: Name | None = Field(default=None, description="file with the path of the displacement")
     force_file: Name | None = Field(default=None, description="file with the path of the force")
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
-    dynamic: DynamicTable | None = Field(
+    dynamic: VibrationTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"
     )
 
