@@ -227,7 +227,7 @@ def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
 
 
 def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Band]:
-    """Return a band for each run of faulty samples, to the middle of the gaps around it; those beside each other are one."""
+    """Return a band for each run of faulty samples, to the middle of the gaps around it; neighbours are one band."""
     runs = _runs(faulty, least=1)
     middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     start, stop = middle[[run.start for run in runs]], middle[[run.stop for run in runs]]
