@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import resolved
+from bushcli.case import load_case_names, resolved
 from bushcli.recording import write_curve_csv
 from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
 from bushcli.report.writers.folder import (
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from bushcli.inverse import Fit
     from bushcli.mismatch.maps import LocalMap
     from bushcli.report.document import Document, Picture
+    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -65,6 +66,7 @@ _CURVES = {
     "fit": ("-fit",),
     "inverse": ("-identified",),
     "diagnose": ("-diagnosis",),
+    "dynamic": ("-dynamic",),
 }
 # VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
 _VTK = {
@@ -265,6 +267,17 @@ def diagnosis_files(found: Diagnosis) -> Files:
     return Files(found.case, contents, pictures=lambda: _drawing().diagnosis_figures(found, names))
 
 
+def dynamic_files(response: DynamicResponse) -> Files:
+    """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
+    names = file_names(dict.fromkeys(curve.name for curve in response.curves))
+    contents: dict[str, Content] = {
+        f"{file}-dynamic.csv": dynamic_table([one for one in response.curves if one.name == name])
+        for name, file in names.items()
+    }
+
+    return Files(response.case, contents, pictures=lambda: _drawing().dynamic_figures(response, names))
+
+
 def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
     """Return the files of a study: its designs as Parquet.
 
@@ -345,6 +358,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     channels = [source.label for source in (case.coupons if command == "fit" else case.recordings)]
     if command == "direct":
         channels = [name for name, _ in case.channels]
+    if command == "dynamic":
+        channels = list(load_case_names(case.vibrations, ()))
     endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
     endings += [".xdmf", ".h5"] if command == "direct" else []
     curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
@@ -417,6 +432,24 @@ def _forces(mode: str, displacement: Array, forces: Mapping[str, Array]) -> tupl
     shown = quantities(mode)
     q, force = shown.csv_names
     return [q, *(f"{word}_{force}" for word in forces)], [shown.shown(displacement), *forces.values()]
+
+
+def dynamic_table(curves: Sequence[DynamicCurve]) -> Callable[[Path], None]:
+    """Return the dynamic stiffness of a load case, with the columns of a rig's table."""
+    shown = quantities(curves[0].mode)
+    travel, force = shown.csv_names
+    kind = "MPa" if shown.force_unit == "MPa" else "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
+    preloads = (f"preload_{name.split('_', 1)[1]}" for name in (travel, force) if "_" in name)
+    names = ["frequency_Hz", *preloads, *moduli, "loss_angle_deg"]
+    rows = []
+    for curve in curves:
+        K, count = curve.stiffness, len(curve.frequency)
+        preload = np.broadcast_to([shown.at(curve.preload), curve.force], (count, 2))
+        kept = [name for name in (travel, force) if "_" in name]
+        held = preload[:, [(travel, force).index(name) for name in kept]]
+        rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
+    return number_table(names, list(np.vstack(rows).T))
 
 
 def number_table(names: Sequence[str], columns: Sequence[Array]) -> Callable[[Path], None]:
