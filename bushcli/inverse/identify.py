@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.case.typical import unusual
+from bushcli.curve.earlier import not_from_rest
 from bushcli.errors import InputError
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
@@ -32,7 +33,6 @@ from bushcli.inverse.task import Task
 from bushcli.inverse.unsolvable import tried, unsolvable
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
-from bushcli.recording.earlier import not_from_rest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import history_damaged
 from bushcli.runtime.executor import Pool
