@@ -146,7 +146,9 @@ def find_part(wanted: CadStatements) -> FoundPart:
         )
         outside = _outside(meshed)
         if len(outside) > MOST_FACES:
-            what = f"the meshed solids have {len(outside)} faces, of which at most {MOST_FACES} are interpreted"
+            what = (
+                f"the meshed solids have {len(outside)} faces, of which at most {MOST_FACES} are interpreted"
+            )
             raise GeometryError(where, what, SIMPLER)
         faces = [sample(face, part.size, part.areas.get(face)) for face in outside]
         axis, how = _axis(wanted, part, faces)
