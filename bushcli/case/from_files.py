@@ -108,7 +108,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
 
 
 def _without_case(problem: Problem) -> Problem:
-    """Return a problem whose remedy is a line of the case file with where to put that line: there is no such file yet."""
+    """Return a problem that says where to put the line of the case file that its remedy asks for."""
     if "case file" not in problem.expected:
         return problem
     added = "there is none yet: `bushcli init DIR` writes an example whose file and mode you replace"
