@@ -52,8 +52,6 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
-#: kg/m3: cellular rubber, and rubber filled with lead.
-RUBBER = (100.0, 5000.0)
 #: Keys of a load case of which one gives the program.
 PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
@@ -212,7 +210,7 @@ class Builder:
         material = Material(
             table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
         )
-        self.findings += checks.parameters(material)
+        self.findings += (*checks.parameters(material), *checks.density(table.density))
         return material
 
     def _mode(

@@ -124,7 +124,10 @@ class DynamicTest:
     frequency : tuple of float
         Hz.
     preload : tuple of float
-        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon); 0 with ``six``.
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
+        with ``six``.
+    by_force : bool
+        Whether the preloads are forces.
     amplitude : float, optional
         Peak, mm or rad; None = small.
     transfer : bool
@@ -140,6 +143,7 @@ class DynamicTest:
     mode: str
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
+    by_force: bool = False
     amplitude: float | None = None
     transfer: bool = True
     steps: int = 20
@@ -327,7 +331,10 @@ def _vibrations(test: DynamicTest) -> dict[str, Any]:
         shown |= {"motion": MOTIONS[test.motion]}
         shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
         return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
-    shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    if test.by_force:
+        shown["preload_force"] = list(test.preload)
+    else:
+        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
     return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
 
 
