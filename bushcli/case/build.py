@@ -14,6 +14,7 @@ from bushcli.case import checks, six
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
+from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
     CaseTable,
@@ -197,6 +198,10 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
+        if table.hardness is not None:
+            others = [name for name in ("parameters", "terms") if getattr(table, name)]
+            self.findings += checks.hardness(table.hardness, others, bool(data.get("coupons")))
+            return from_hardness(table.law, table.hardness, table.bulk_modulus)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
         self.findings += checks.parameters(material)
         return material

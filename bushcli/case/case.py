@@ -54,12 +54,15 @@ class Material:
         By name, within the law's bounds; empty when the law is to be identified.
     terms : int, optional
         Number of terms to identify of a law that has optional ones.
+    hardness : float, optional
+        Shore A from which the parameters were taken, because nothing else is known.
     """
 
     law: str
     bulk_modulus: float = math.inf
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
+    hardness: float | None = None
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -133,6 +136,8 @@ class Case:
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
         Tolerances by dotted key, for the numbers that were given with one.
+    tables : mapping
+        The tables of the case file as written, with the overrides; empty where no file was read.
     """
 
     title: str
@@ -147,6 +152,7 @@ class Case:
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
+    tables: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -235,6 +241,7 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
+            "hardness": case.material.hardness,
         },
         "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),

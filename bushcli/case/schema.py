@@ -57,6 +57,9 @@ class MaterialTable(CaseTable):
         default=float("inf"), gt=0, allow_inf_nan=True, description="MPa, inf = incompressible"
     )
     parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
+    hardness: float | None = Field(
+        default=None, description="Shore A, for a law without parameters where nothing else is known"
+    )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
     )
