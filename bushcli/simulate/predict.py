@@ -249,7 +249,7 @@ class _Prediction:
         simulation = self.simulation(channel)
         model = self.model(channel) if simulation is None else simulation.model
         ready = time.perf_counter()
-        stopped, answer, step_error = "", None, None
+        stopped, answer, step_error, largest = "", None, None, None
         try:
             if simulation is None:
                 history = channel.march(model, True, report)
@@ -261,6 +261,7 @@ class _Prediction:
         except (NotConverged, Interrupted) as failure:
             history, stopped = failure.history, failure.reason
             reach, target = failure.last, failure.target
+            largest = getattr(failure, "largest", None)
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
@@ -268,6 +269,7 @@ class _Prediction:
         if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
             return own.simulate(channel)
         done = time.perf_counter()
+        channel = channel.found(history)
         six = None if channel.six is None else six_curve(history, channel.six)
         unwritten = ""
         if self.fields is not None and history.states is not None:
@@ -298,6 +300,8 @@ class _Prediction:
             state=state_in_words(self.case.effects, self.unrelaxed),
             touched=touched(model, history),
             before=simulation.remembered if isinstance(simulation, Simulation) else None,
+            by_force=channel.by_force,
+            largest=largest,
         )
 
     def _steps(self, channel: SimulatedChannel, simulation: Simulation | Reaction) -> float | None:
@@ -328,7 +332,7 @@ class _Prediction:
         if recording is not None and recording.six is not None:
             return self._reaction(channel, recording.six, factor)
         active = acting(self.case.effects, channel.name, channel.mode)
-        if not active or channel.six is not None:
+        if not active or channel.six is not None or channel.by_force:
             return None
         where = self.case.path.name if recording is None else str(recording.source)
         if channel.time is None:

@@ -126,13 +126,13 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     if not good.any():
         return x[:1], y[:1]
     share = (points - points[good].min(axis=0)) / _size(points[good])
-    at = np.arange(len(x))
+    at: NDArray[np.intp] = np.arange(len(x))
     for columns in _COLUMNS:
         column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
         if not dots:
             # The extremes of a column are among those of its halves.
             at = at[_extremes(column[at], y[at])]
-        drawn = at
+        drawn: NDArray[np.intp] = at
         if len(at) > most:
             new = np.zeros(len(at), dtype=bool)
             new[_envelope(column[at], y[at])] = True
