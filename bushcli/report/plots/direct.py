@@ -154,7 +154,7 @@ def _difference(channel: Simulated, found: Misfit, shown: Quantities, span: tupl
 
 
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:
-    """Return motions and reactions of a path, translations and forces on the left, rotations and moments on the right."""
+    """Return motions and reactions of a path: translations and forces left, rotations and moments right."""
     motion, largest = shown_motion(six), largest_reactions(six.force)
     title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
     above, below = [], []
