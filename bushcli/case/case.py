@@ -59,6 +59,8 @@ class Material:
         Number of terms to identify of a law that has optional ones.
     density : float
         t/mm^3; of vibrations only.
+    hardness : float, optional
+        Shore A from which the parameters were taken, because nothing else is known.
     """
 
     law: str
@@ -66,6 +68,7 @@ class Material:
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
     density: float = 1.1e-9
+    hardness: float | None = None
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -178,6 +181,8 @@ class Case:
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
         Tolerances by dotted key, for the numbers that were given with one.
+    tables : mapping
+        The tables of the case file as written, with the overrides; empty where no file was read.
     """
 
     title: str
@@ -193,6 +198,7 @@ class Case:
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
+    tables: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -284,6 +290,7 @@ def resolved(case: Case) -> dict[str, Any]:
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
             "density": float(f"{case.material.density / DENSITY:.12g}"),
+            "hardness": case.material.hardness,
         },
         "load_cases": [
             *(_load_case(load_case, folder) for load_case in case.load_cases),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from annotated_types import Ge, Gt
 
 from bushcli.case.case import LoadCase, Material, parameter_terms
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.hardness import HIGHEST, LOWEST
 from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.typical import SHEAR_WORDS
 from bushcli.errors import nearest
@@ -134,6 +135,28 @@ def _terms(material: Material) -> Iterator[Finding]:
     elif material.parameters:
         what = "material.terms is for a law without parameters, but material.parameters are given"
         yield Finding(("material", "terms"), what, expected="give one of them")
+
+
+def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[Finding]:
+    """Check a hardness that is given for the law's parameters, and that nothing better is given beside it.
+
+    Parameters
+    ----------
+    shore_a : float
+        Shore A hardness, a number without a unit.
+    others : sequence of str
+        Keys of ``[material]`` that are given as well and determine the law.
+    coupons : bool
+        Whether there are coupon tests.
+    """
+    keys = ("material", "hardness")
+    if not LOWEST <= shore_a <= HIGHEST:
+        what = f"material.hardness = {shore_a:g} is no hardness for which Gent's relation holds"
+        yield Finding(keys, what, expected=f"Shore A, {LOWEST:g} to {HIGHEST:g}")
+    known = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
+    if known:
+        what = f"material.hardness and {' and '.join(known)} are given: a hardness says less than they do"
+        yield Finding(keys, what, expected="leave material.hardness out")
 
 
 def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:

@@ -71,6 +71,9 @@ class MaterialTable(CaseTable):
     density: float = Field(
         default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations only"
     )
+    hardness: float | None = Field(
+        default=None, description="Shore A, for a law without parameters where nothing else is known"
+    )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
     )
