@@ -257,6 +257,33 @@ def test_result_as_json_document_plots_and_file(response: DynamicResponse, tmp_p
     assert len(table) == 9
 
 
+COUPON = """
+[geometry]
+shape = "coupon"
+[material]
+law = "neo_hookean"
+[material.parameters]
+C10 = 0.5
+[[effects]]
+name = "viscoelasticity"
+parameters = {g1 = 0.3, tau1 = 0.01}
+"""
+
+
+def test_modulus_of_a_coupon(tmp_path: Path) -> None:
+    """At rest E* = 3 mu (1 + s), whatever the density."""
+    found = vibrate(one("uniaxial", "frequency = [10]\npreload = [0, 0.5]", tmp_path, text=COUPON))
+    turned = 2j * math.pi * 10 * 0.01
+    assert_allclose(found.curves[0].stiffness, 3 * (1 + 0.3 * turned / (1 + turned)), rtol=1e-6)
+    (first, *_) = dynamic_document(found, None).sections[2].blocks
+    assert first.title.startswith("uniaxial: modulus, preload 1.000, 0 MPa")
+    write = dynamic_files(found).contents["uniaxial-dynamic.csv"]
+    write(tmp_path / "table.csv")  # type: ignore[operator]
+    table = np.genfromtxt(tmp_path / "table.csv", delimiter=",", names=True)
+    assert_allclose(table["preload_stretch"], [1, 1.5])
+    assert "stiffness_MPa" in table.dtype.names
+
+
 def test_preload_by_force_is_the_travel_that_carries_it(tmp_path: Path, response: DynamicResponse) -> None:
     rest, up = response.curves[1:]
     dynamic = f"frequency = [1, 20, 200]\npreload_force = [{up.force}, 0]"

@@ -13,6 +13,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, of_kind
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
+from cases.mode import modes
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
@@ -72,6 +73,8 @@ def preload_in_words(curve: DynamicCurve) -> str:
 
 def point_in_words(curve: DynamicCurve) -> str:
     """Return where the force is taken: at the held sleeve (transfer), or where the bushing is driven."""
+    if modes()[curve.mode].specimen == "coupon":
+        return "modulus"
     return "transfer stiffness" if curve.test.transfer else "driving-point stiffness"
 
 

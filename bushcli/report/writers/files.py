@@ -445,14 +445,13 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> Callable[[Path], None]:
     travel, force = shown.csv_names
     kind = "MPa" if shown.force_unit == "MPa" else "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
     moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
-    preloads = (f"preload_{name.split('_', 1)[1]}" for name in (travel, force) if "_" in name)
+    # "preload_mm" and "preload_N", as a rig writes them; "preload_stretch".
+    preloads = (f"preload_{name if kind == 'MPa' else name.split('_', 1)[1]}" for name in (travel, force))
     names = ["frequency_Hz", *preloads, *moduli, "loss_angle_deg"]
     rows = []
     for curve in curves:
-        K, count = curve.stiffness, len(curve.frequency)
-        preload = np.broadcast_to([shown.at(curve.preload), curve.force], (count, 2))
-        kept = [name for name in (travel, force) if "_" in name]
-        held = preload[:, [(travel, force).index(name) for name in kept]]
+        K, preload = curve.stiffness, [shown.at(curve.preload), curve.force]
+        held = np.broadcast_to(preload, (len(K), 2))
         rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
     return number_table(names, list(np.vstack(rows).T))
 
