@@ -151,8 +151,7 @@ class Reduced:
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
-        norms, beta = self._judged(at, density)
-        return np.asarray(self._relative(at, density, norms, beta).max(axis=1))
+        return self.judged(at, density)[0]
 
     def _dynamic(self, at: Sweep, density: float | None) -> Complex:
         mass = (self.density if density is None else density) * self.rubber + self.metal
@@ -175,34 +174,31 @@ class Reduced:
         s, inertia = at.s[:, None, None], -share * at.squared[:, None, None]
         return np.concatenate([x[:, :, m:], s * x, inertia * x], axis=2)
 
-    def _judged(self, at: Sweep, density: float | None) -> tuple[Array, Array]:
-        """Norms of the residuals, (f, m), and beta, (f,)."""
+    def judged(self, at: Sweep, density: float | None = None) -> tuple[Array, Array]:
+        """Return `errors`, (f,), and the weight of each residual in the choice of further vectors, (f, m).
+
+        Parameters
+        ----------
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`. Residuals of elastic sleeves then count in proportion.
+        """
+        m, d = self.motions, self.driven
         left = self.left_over(at, density)
         squares = np.einsum("fma,ab,fmb->fm", left.conj(), self.residuals, left, optimize=True).real
-        m = self.motions
-        if len(self.equilibrium) == m:
-            return np.sqrt(np.maximum(squares, 0.0)), np.ones(len(left))
-        root = np.linalg.inv(np.linalg.cholesky(self.equilibrium[m:, m:]))
-        within = root @ self._dynamic(at, density)[:, m:, m:] @ root.T
-        beta = np.linalg.svd(within, compute_uv=False)[:, -1]
-        return np.sqrt(np.maximum(squares, 0.0)), np.minimum(beta, 1.0)
-
-    def _relative(self, at: Sweep, density: float | None, norms: Array, beta: Array) -> Array:
-        """Bound of the relative error by motion of the driven sleeve, (f, driven)."""
-        d = self.driven
-        driven, rigid = norms[:, :d], norms[:, d:] if self.motions > d else 0.0
+        norms, beta = np.sqrt(np.maximum(squares, 0.0)), np.ones((len(left), 1))
+        if len(self.equilibrium) > m:
+            root = np.linalg.inv(np.linalg.cholesky(self.equilibrium[m:, m:]))
+            within = root @ self._dynamic(at, density)[:, m:, m:] @ root.T
+            beta = np.minimum(np.linalg.svd(within, compute_uv=False)[:, -1:], 1.0)
         driving, transfer = (
             np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at, density)
         )
-        error = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer)
-        return np.asarray(error / beta[:, None])
-
-    def weights(self, at: Sweep) -> Array:
-        """Return the weight of each residual in the choice of further vectors, (f, m): over beta and stiffness."""
-        _, beta = self._judged(at, None)
-        sizes = [np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at)]
-        least = np.tile(np.minimum(*sizes), (1, self.motions // self.driven))
-        return np.asarray(1.0 / np.sqrt(least * beta[:, None]))
+        driven, rigid = norms[:, :d], norms[:, d:] if m > d else 0.0
+        errors = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer) / beta
+        sizes = np.tile(np.minimum(driving, transfer), (1, m // d))
+        return np.asarray(errors.max(axis=1)), np.asarray(1.0 / np.sqrt(sizes * beta))
 
 
 def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Reduced:
@@ -223,11 +219,12 @@ def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Redu
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
         found = basis.reduced()
-        if float(found.errors(at).max()) <= tolerance:
-            break
-        vectors = basis.residuals(found, at)
+        errors, weights = found.judged(at)
+        if float(errors.max()) <= tolerance:
+            return found
+        vectors = basis.residuals(found, at, weights)
         if not len(vectors):
-            break
+            return found
         basis.add(vectors)
     return basis.reduced()
 
@@ -299,7 +296,7 @@ class _Basis:
             inner,
         )
 
-    def residuals(self, found: Reduced, at: Sweep) -> Array:
+    def residuals(self, found: Reduced, at: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
 
         Parameters
@@ -308,8 +305,10 @@ class _Basis:
             Of the present vectors.
         at : Sweep
             Points, shape (f,).
+        weights : Array
+            Of the residuals, shape (f, m), a ratio.
         """
-        left = found.left_over(at) * found.weights(at)[:, :, None]
+        left = found.left_over(at) * weights[:, :, None]
         every = left.reshape(-1, left.shape[2]).T
         columns: Array = np.hstack([every.real, every.imag])
         size = np.sqrt(np.maximum(np.diag(found.residuals), 0.0))
