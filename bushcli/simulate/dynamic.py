@@ -174,7 +174,7 @@ def vibrate(
     except (KeyboardInterrupt, Interrupted) as stopped:
         if not run.curves:
             raise KeyboardInterrupt from stopped
-        raise DynamicInterrupted(run.response(complete=False)) from stopped
+        raise DynamicInterrupted(run.response(interrupted=True)) from stopped
     return run.response()
 
 
@@ -228,12 +228,15 @@ class _Run:
         self._complete = True
         self._seconds = {"static": 0.0, "dynamic": 0.0}
 
-    def response(self, complete: bool = True) -> DynamicResponse:
+    def response(self, interrupted: bool = False) -> DynamicResponse:
         """Return the result so far."""
         curves = tuple(self.curves)
-        found = (*self._conditions, *(one for curve in curves for one in _doubts(curve)))
-        done = complete and self._complete
-        return DynamicResponse(self._case, self._material, curves, found, done, self._seconds)
+        found = [*self._conditions, *(one for curve in curves for one in _doubts(curve))]
+        if interrupted:
+            what = f"interrupted after {len(curves)} of {sum(len(one.preload) for one in self._case.vibrations)} preloads"
+            found.append(Condition("interrupted", what, "run it again"))
+        done = self._complete and not interrupted
+        return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
 
     def test(self, name: str, test: DynamicTest) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
@@ -245,14 +248,16 @@ class _Run:
         rubber = rubber_of(self._material)
         model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)
         made = _Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
-        for program in made.programs():
-            self._march(made, program)
-        self.curves += [made.curves[i] for i in sorted(made.curves)]
-        for q in made.unstable.values():
-            self._complete = False
-            self._conditions.append(_unstable(name, test, q))
-        self._seconds["dynamic"] += made.seconds
-        self._seconds["static"] -= made.seconds
+        try:
+            for program in made.programs():
+                self._march(made, program)
+        finally:
+            # Also of a march that was interrupted.
+            self.curves += [made.curves[i] for i in sorted(made.curves)]
+            self._complete = self._complete and not made.unstable
+            self._conditions += [_unstable(name, test, q) for q in made.unstable.values()]
+            self._seconds["dynamic"] += made.seconds
+            self._seconds["static"] -= made.seconds
 
     def _march(self, made: _Vibrations, program: Program) -> None:
         def report(step: int, steps: int, newton: int, q: float) -> None:

@@ -21,7 +21,7 @@ from bushcli.report.json.dynamic import dynamic_json
 from bushcli.report.plots.dynamic import dynamic_panels
 from bushcli.report.views.dynamic import dynamic_document
 from bushcli.report.writers.files import dynamic_files
-from bushcli.simulate.dynamic import DynamicResponse, vibrate
+from bushcli.simulate.dynamic import DynamicInterrupted, DynamicResponse, vibrate
 from cases.dynamic.model import DynamicModel
 
 CASE = """
@@ -350,6 +350,21 @@ def test_unstable_preload_and_one_out_of_reach(tmp_path: Path) -> None:
     assert [round(math.degrees(curve.preload), 6) for curve in found.curves] == [5]
     assert not found.complete
     assert {one.name for one in found.conditions} == {"unstable_preload", "preload_not_reached"}
+
+
+def test_an_interruption_keeps_the_preloads_so_far(tmp_path: Path) -> None:
+    def interrupt(name: str, step: int, steps: int, newton: int, q: float) -> None:
+        if q > 1.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(DynamicInterrupted) as stopped:
+        vibrate(one("axial", "frequency = [10]\npreload = [0, 1, 3]", tmp_path), progress=interrupt)
+    found = stopped.value.response
+    assert [curve.preload for curve in found.curves] == [0, 1]
+    assert not found.complete
+    # By this name an unfinished result is kept from replacing a finished one.
+    assert [one.name for one in found.conditions] == ["interrupted"]
+    assert "2 of 3 preloads" in found.conditions[0].message
 
 
 def test_command(tmp_path: Path) -> None:
