@@ -17,8 +17,8 @@ sys.path.insert(0, str(ROOT))
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
+from bushcli.curve.misfit import correlation_time  # noqa: E402
 from bushcli.inverse.certainty import uncertainty  # noqa: E402
-from bushcli.recording.misfit import correlation_time  # noqa: E402
 
 Array = NDArray[np.float64]
 

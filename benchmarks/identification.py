@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, load_case
+from bushcli.curve.curve import Curve
 from bushcli.inverse import Fit, Task, identify
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
 from cases.simulate import sweep
 
 Array = NDArray[np.float64]

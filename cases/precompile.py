@@ -75,7 +75,7 @@ def _functions() -> Iterator[PointFunction]:
             yield answers.volumetric_answer(setting, moduli)
         volumetric = answers.volumetric_slopes(setting)
         yield from (volumetric, answers.work_slopes(volumetric, answers.VOLUMETRIC))
-        yield answers.metal_answer(setting)
+        yield from (answers.metal_answer(setting), answers.resting_answer(setting))
         for law, names in _laws():
             for moduli in (False, True):
                 yield answers.law_answer(setting, law, names, moduli)

@@ -21,12 +21,12 @@ from benchmarks.concealed.simulate import Channel, force
 from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
+from bushcli.curve.curve import Curve
+from bushcli.curve.segment import excursions
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
-from bushcli.recording.segment import excursions
 from cases.march import NotConverged
 from cases.mode import modes
 from cases.stability import nominal_stress

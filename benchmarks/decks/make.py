@@ -21,9 +21,9 @@ from benchmarks.decks.foreign.external import Failed
 from benchmarks.decks.foreign.halfplane import NotSolved
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.sensing import digest, read_csv, same, sensed
+from bushcli.curve.curve import Curve
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
 from cases.march import NotConverged
 from cases.stability import nominal_stress
 from forms.law import law

@@ -29,7 +29,7 @@ from benchmarks.decks.drawing import (
 from benchmarks.decks.elastic import elastic
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.plan import Card
-from bushcli.recording.segment import excursions
+from bushcli.curve.segment import excursions
 from cases.march import NotConverged
 from cases.mode import modes
 

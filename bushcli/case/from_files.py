@@ -16,17 +16,17 @@ from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
-from bushcli.recording.doubts import says_compression
 from bushcli.recording.guess import modes_of_name
-from bushcli.recording.match import WantedColumn, by_unit, candidates, has_columns
+from bushcli.recording.header.doubts import says_compression
+from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
-from bushcli.recording.rasters import clock_columns
 from bushcli.recording.reader import numbered, readers
 from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text import read_table
+from bushcli.recording.text.table import Table
+from bushcli.recording.text_file import read_table
+from bushcli.recording.time.rasters import clock_columns
 from cases.mode import Mode, modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 

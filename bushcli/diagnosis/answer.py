@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.earlier import earlier, not_from_rest
+from bushcli.curve.misfit import rms_percent
 from bushcli.diagnosis.posterior import SHOWN, Weighed
 from bushcli.diagnosis.result import (
     SMALL,
@@ -22,8 +24,6 @@ from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.missing import missing, missing_force
 from bushcli.recording import Recording, displacement_noise
-from bushcli.recording.earlier import earlier, not_from_rest
-from bushcli.recording.misfit import rms_percent
 from bushcli.runtime.condition import Condition
 from bushcli.selection.model import Model
 from bushcli.selection.queue import Search

@@ -26,11 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.misfit import peak_percent, rms_percent
 from bushcli.effects.active import NEVER, ActiveEffect, acting
 from bushcli.errors import InputError, Problem
 from bushcli.export.fmu.force_law import ChannelForceLaw
 from bushcli.export.soften import softening
-from bushcli.recording.misfit import peak_percent, rms_percent
 from cases.march import NotConverged
 from cases.mode import modes
 

@@ -33,6 +33,8 @@ Mask = NDArray[np.bool_]
 
 WIDEST = 3
 _SAMPLES, _LEAST = 9, 5
+# Samples that are extrapolated to at a time, so that what is needed for them stays in the processor's cache.
+_PIECE = 8_192
 # Samples of the straight lines that serve between two kinks.
 _ON_LINES = (4, 3)
 # Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of
@@ -132,12 +134,14 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
                 one = np.where(np.isnan(after.score), _alone(before, values, at_end, False), one)
             block[: n - k] = np.minimum(block[: n - k], one[k:])
         block[n - width + 1 :] = 0.0
-        block[block < _OVER_NEARBY * _nearby(left[0], right[0], width)] = 0.0
+        high = np.flatnonzero(block)
+        block[high[block[high] < _OVER_NEARBY * _nearby(left[0], right[0], width, high)]] = 0.0
         height[width - 1] = block
     # Of spikes that share samples, or lie in each other's parabolas, the highest is taken first.
     best = height.max(axis=0)
-    reach = sliding_window_view(np.pad(best, _SAMPLES), 2 * _SAMPLES + 1).max(axis=1)
-    starts = np.flatnonzero((best > 0) & (best == reach))
+    high = np.flatnonzero(best > 0)
+    around = sliding_window_view(np.pad(best, _SAMPLES), 2 * _SAMPLES + 1)[high]
+    starts = high[best[high] == around.max(axis=1)]
     samples = [s + k for s in starts for k in range(int(np.argmax(height[:, s])) + 1)]
     return np.array(samples, dtype=np.intp)
 
@@ -176,19 +180,16 @@ def _alone(miss: _Miss, values: Array, floor: Array, first: bool) -> Array:
     return np.where(miss.clean & ~begins & (score >= _ALONE) & (np.abs(size) >= floor), score, 0.0)
 
 
-def _nearby(left: _Miss, right: _Miss, width: int) -> Array:
-    """Return the misses beyond noise next to blocks that start at each sample (n,), in standard deviations.
+def _nearby(left: _Miss, right: _Miss, width: int, starts: NDArray[np.intp]) -> Array:
+    """Return the misses beyond noise next to blocks that start at some samples (m,), in standard deviations.
 
     Before the block the extrapolations from earlier samples count, after it those from later ones: neither used the
     samples of the block.
     """
-    n = len(left.score)
-    before = np.where(left.clean, np.abs(left.score), 0.0)
-    after = np.where(right.clean, np.abs(right.score), 0.0)
-    most_before = sliding_window_view(np.pad(before, (_NEARBY, 0)), _NEARBY).max(axis=1)[:n]
-    most_after = sliding_window_view(np.pad(after, (0, _NEARBY + width)), _NEARBY).max(axis=1)[
-        width : width + n
-    ]
+    before = np.pad(np.where(left.clean, np.abs(left.score), 0.0), (_NEARBY, 0))
+    after = np.pad(np.where(right.clean, np.abs(right.score), 0.0), (0, _NEARBY + width))
+    most_before = sliding_window_view(before, _NEARBY)[starts].max(axis=1, initial=0.0)
+    most_after = sliding_window_view(after, _NEARBY)[starts + width].max(axis=1, initial=0.0)
     most = np.maximum(most_before, most_after)
     return np.asarray(np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0)))
 
@@ -212,16 +213,17 @@ def _by_line(values: Array, x: Array, samples: int, gap: int) -> tuple[Array, Ar
     """Extrapolate straight lines through a few samples: scores and misses (n,), nan where there are too few."""
     n, first = len(values), gap + samples - 1
     score, size = np.full(n, np.nan), np.full(n, np.nan)
-    count = n - first
-    y = sliding_window_view(values, samples)[:count]
-    u = sliding_window_view(x, samples)[:count]
-    centre = u.mean(axis=1)
-    u = u - centre[:, None]
-    power = np.einsum("ij,ij->i", u, u)
-    ahead = x[first:] - centre
-    forecast = y.mean(axis=1) + np.einsum("ij,ij->i", u, y) / power * ahead
-    size[first:] = values[first:] - forecast
-    score[first:] = size[first:] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
+    for at in range(0, n - first, _PIECE):
+        count = min(_PIECE, n - first - at)
+        y = np.stack([values[at + k : at + k + count] for k in range(samples)])
+        u = np.stack([x[at + k : at + k + count] for k in range(samples)])
+        centre = u.mean(axis=0)
+        u -= centre
+        power = (u * u).sum(axis=0)
+        judged = slice(at + first, at + first + count)
+        ahead = x[judged] - centre
+        size[judged] = values[judged] - y.mean(axis=0) - (u * y).sum(axis=0) / power * ahead
+        score[judged] = size[judged] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
     return score / _scale(score[first:], values), size
 
 
@@ -234,22 +236,29 @@ def _scale(score: Array, values: Array) -> float:
 def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
     """Extrapolate parabolas through up to 9 samples, of the branch alone if it has at least 5 of them."""
     n = len(values)
-    at = np.arange(n)[:, None] - gap - np.arange(_SAMPLES)[None, :]
-    there = at >= 0
-    at = np.maximum(at, 0)
-    own = there & (branch[at] == branch[:, None])
-    clean = own.sum(axis=1) >= _LEAST
-    used = np.where(clean[:, None], own, there)
-    known = used.sum(axis=1) >= _LEAST
-    u = x[at] - x[:, None]
-    u = u / np.maximum(np.abs(u).max(axis=1), 1e-300)[:, None]
-    basis = np.stack([np.ones_like(u), u, u**2], axis=2) * used[:, :, None]
-    normal = np.einsum("nij,nik->njk", basis, basis)
-    normal[~known] = np.eye(3)
-    weights = np.linalg.solve(normal, np.broadcast_to(np.eye(3)[:, :1], (n, 3, 1)))[:, :, 0]
-    weights = np.einsum("nij,nj->ni", basis, weights)
-    size = values - np.einsum("ni,ni->n", weights, values[at])
-    score = size / np.sqrt(1.0 + np.einsum("ni,ni->n", weights, weights))
+    score, size, clean, known = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
+    for begin in range(0, n, _PIECE):
+        one = slice(begin, min(begin + _PIECE, n))
+        at = np.arange(one.start, one.stop) - gap - np.arange(_SAMPLES)[:, None]
+        there = at >= 0
+        at = np.maximum(at, 0)
+        own = there & (branch[at] == branch[one])
+        clean[one] = own.sum(axis=0) >= _LEAST
+        used = np.where(clean[one], own, there)
+        known[one] = used.sum(axis=0) >= _LEAST
+        u = x[at] - x[one]
+        u /= np.maximum(np.abs(u).max(axis=0), 1e-300)
+        # The parabola at u = 0 by the normal equations: moments of the abscissae, and the first column of the inverse.
+        powers = [used.astype(float)]
+        for _ in range(4):
+            powers.append(powers[-1] * u)
+        s0, s1, s2, s3, s4 = (power.sum(axis=0) for power in powers)
+        inverse = np.stack([s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2])
+        determinant = s0 * inverse[0] + s1 * inverse[1] + s2 * inverse[2]
+        inverse /= np.where(known[one], determinant, 1.0)
+        y = values[at] - values[one]
+        size[one] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
+        score[one] = size[one] / np.sqrt(1.0 + np.where(known[one], inverse[0], 0.0))
     judged = known & clean
     nan = np.where(known, 0.0, np.nan)
     return _Miss(score / _scale(score[judged], values) + nan, size + nan, judged)

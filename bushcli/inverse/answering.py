@@ -5,9 +5,9 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from bushcli.case import Case
+from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, require_time
 from bushcli.recording import RecordedPath, Recording, displacement_noise
-from bushcli.recording.earlier import earlier
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from cases.mode import modes

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.misfit import correlation_time
+from bushcli.curve.misfit import correlation_time
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from bushcli.curve.misfit import correlation_time
 from bushcli.inverse.autoregression import errors_of
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import NORMAL, Combination
-from bushcli.recording.misfit import correlation_time
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

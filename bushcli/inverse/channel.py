@@ -15,6 +15,10 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.curve import Curve
+from bushcli.curve.earlier import Earlier
+from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.curve.odd import swept_range, unfolded
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
 from bushcli.inverse.answering import with_effects, with_others
@@ -25,10 +29,6 @@ from bushcli.recording import (
     displacement_noise,
     force_noise,
 )
-from bushcli.recording.curve import Curve
-from bushcli.recording.earlier import Earlier
-from bushcli.recording.misfit import NOISE_FLOOR
-from bushcli.recording.odd import swept_range, unfolded
 from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation
 from bushcli.simulate.steps import IDENTIFIED

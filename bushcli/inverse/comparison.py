@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.curve import Curve
+from bushcli.curve.misfit import rms_percent
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import FittedCurve
 from bushcli.inverse.task import Task
-from bushcli.recording.curve import Curve
-from bushcli.recording.misfit import rms_percent
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Material
+from bushcli.curve.curve import Curve
 from bushcli.effects.active import ActiveEffect
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
-from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]

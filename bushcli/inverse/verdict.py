@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from bushcli.case.checks import moduli
+from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
-from bushcli.recording.misfit import NOISE_FLOOR
 from bushcli.runtime.condition import CONTINUE, Condition
 from cases.mode import modes
 from forms.law import laws

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f, t
 
+from bushcli.curve.segment import Segment
 from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, branches, departure
-from bushcli.recording.segment import Segment
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -25,7 +25,8 @@ SIDES: tuple[Side, Side] = ("positive", "negative")
 # Enough to name a place; more would reduce the power of the tests, since every bin is tested.
 _BANDS = 8
 _CYCLES = 8
-# Rates that differ by a smaller factor count as one; largest number of classes of rates.
+# Rates that differ by a smaller factor count as one; largest number of classes of rates. Words only: programs change
+# rates by factors of 2 to 10.
 _RATE_GAP = 1.6
 _RATES = 3
 

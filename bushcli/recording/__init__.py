@@ -1,6 +1,6 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
-Column names, units, delimiter, decimal sign and encoding are recognised from the file (see `text`,
+Column names, units, delimiter, decimal sign and encoding are recognised from the file (see `text_file`,
 `header`), or given by a `bushcli.recording.source.Source`. What reads and writes files is loaded when it is first used:
 a simulation without recordings does not need it.
 """
@@ -10,9 +10,9 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bushcli.recording.recorded import RecordedPath, RecordedProgram, Recording, Repair
-from bushcli.recording.segment import Segment
-from bushcli.recording.signals import (
+from bushcli.curve.recorded import RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.segment import Segment
+from bushcli.curve.signals import (
     branches,
     cycle_mask,
     departure,

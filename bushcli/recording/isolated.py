@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.clock_times import Instant
-from bushcli.recording.header import heading, named_columns
+from bushcli.recording.header.header import heading, named_columns
+from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.reader import FilePart, Reader, readers
-from bushcli.recording.table import ArrayTable, Table
-from bushcli.recording.text import table_of_fields
-from bushcli.recording.units import tabulated_unit
+from bushcli.recording.text.clock_times import Instant
+from bushcli.recording.text.table import ArrayTable, Table
+from bushcli.recording.text_file import table_of_fields
 from bushcli.runtime.extras import remedy
 
 #: Processor time, s, and bytes of address space that a child may take; below, the factor of the clock time on a busy

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.columns import found_index
+from bushcli.recording.header.columns import found_index
+from bushcli.recording.header.match import has_columns
 from bushcli.recording.isolated import FileContents
-from bushcli.recording.match import has_columns
-from bushcli.recording.rasters import clock_columns, joined, on_one_raster, own_clocks
 from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text import read_table
+from bushcli.recording.text.table import Table
+from bushcli.recording.text_file import read_table
+from bushcli.recording.time.rasters import clock_columns, joined, on_one_raster, own_clocks
 from bushcli.runtime.bounded import Endless, TooLarge, read_beginning
 from cases.mode import Mode
 
@@ -61,7 +61,8 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         assert index is not None  # a quantity that is missing is refused
         at[quantity] = index
     forced = [at["force"]] if "force" in at else []
-    return own_clocks(table, forced, [at["displacement"]], source, mode)
+    moved = [at["displacement"]] if "displacement" in at else []
+    return own_clocks(table, forced, moved, source, mode)
 
 
 def opened(

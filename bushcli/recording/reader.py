@@ -18,7 +18,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from bushcli.recording.clock_times import Instant
+from bushcli.recording.text.clock_times import Instant
 
 #: Bytes at the beginning of a file by which its format is recognised.
 HEAD = 8192

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.columns import Column, chosen_index, column
+from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.six_table import named_in, six_table
 from bushcli.recording.source import Source
-from bushcli.recording.table import Table
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 

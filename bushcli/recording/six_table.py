@@ -2,7 +2,7 @@
 
 The columns are named by the case file, or have names of motions and reactions ("ux_mm", "Fx [N]"). Where a logger
 writes motions and reactions with different time stamps that count from the same instant, the motions are interpolated
-at the stamps of the reactions, as `bushcli.recording.rasters` does for a single motion.
+at the stamps of the reactions, as `bushcli.recording.time.rasters` does for a single motion.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import re
 from collections.abc import Mapping, Sequence
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header import heading
+from bushcli.recording.header.header import heading
 from bushcli.recording.opened import listed, opened
-from bushcli.recording.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
 from bushcli.recording.source import Source
-from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import ArrayTable, Table
+from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
 from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
 

@@ -35,7 +35,7 @@ def nominal(
     forced : (n,) array
         Force in N where the source has an area, else stress in MPa.
     strain_form, stress_form : str
-        What the columns hold, see `bushcli.recording.meaning`.
+        What the columns hold, see `bushcli.recording.header.meaning`.
 
     Raises
     ------

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.clock_times import UTC, Instant, clock_times, times_of
-from bushcli.recording.header import match_quality
+from bushcli.recording.header.header import match_quality
+from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.reader import FilePart, numbered, unit_of
-from bushcli.recording.units import tabulated_unit
+from bushcli.recording.text.clock_times import UTC, Instant, clock_times, times_of
 
 #: LabVIEW's instant zero, which a waveform has whose start was never set.
 _NEVER = np.datetime64("1904-01-01", "ns").astype(np.int64)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bushcli.recording.curve import Curve
+from bushcli.curve.curve import Curve
 from cases.mode import modes
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.certainty import autocorrelation_time
-from bushcli.recording.misfit import NOISE_FLOOR
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.recording.curve import Curve, ExactCurve
-from bushcli.recording.odd import unfolded
+from bushcli.curve.curve import Curve, ExactCurve
+from bushcli.curve.odd import unfolded
 from bushcli.simulate.channels import SimulatedChannel
 from bushcli.simulate.simulation import Answer
 from cases.march import History

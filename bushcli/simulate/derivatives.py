@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.odd import unfolded
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
-from bushcli.recording.odd import unfolded
 from cases.march import History
 from cases.series import Extension
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.tolerance import DEFAULT, Tolerance
+from bushcli.curve.curve import Curve
+from bushcli.curve.misfit import peak_percent, rms_percent
 from bushcli.recording import Recording, force_noise
-from bushcli.recording.curve import Curve
-from bushcli.recording.misfit import peak_percent, rms_percent
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -29,7 +29,7 @@ FEWEST = 5
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Initial and secant (peak to peak) stiffness, N/mm or N mm/rad; `bushcli.recording.curve` has the definitions."""
+    """Initial and secant (peak to peak) stiffness, N/mm or N mm/rad; `bushcli.curve.curve` has the definitions."""
 
     initial: float
     secant: float

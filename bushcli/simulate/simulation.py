@@ -15,12 +15,12 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.curve.earlier import Earlier
+from bushcli.curve.odd import swept_range
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.change import Signal
-from bushcli.recording.earlier import Earlier
-from bushcli.recording.odd import swept_range
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
 from bushcli.simulate.steps import CONTACT, PLANE, SOLID
@@ -301,7 +301,7 @@ class Simulation:
             keep_states=keep_states,
             sensitivity=inner,
             path_rates=path_rates,
-            series=series,
+            drive=series,
             progress=progress,
             patience=patience,
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.curve import Curve, ExactCurve
+from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.simulate.steps import FEWEST_OF_SEGMENT
 from cases.equilibrium import Equilibrium
 from cases.march import History, march

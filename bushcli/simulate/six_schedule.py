@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.segment import displacement_noise
+from bushcli.curve.segment import displacement_noise
 from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, Schedule, fitted_corners
 from bushcli.simulate.steps import FEWEST_OF_LINE, LEG
 from cases.program import Program

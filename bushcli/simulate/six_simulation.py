@@ -8,11 +8,11 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.curve.recorded import RecordedPath
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.change import Signal
-from bushcli.recording.recorded import RecordedPath
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.simulation import ACCURATE, FINEST, Answer, Steps, with_values
 from bushcli.simulate.six import mode_of

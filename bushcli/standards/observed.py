@@ -9,8 +9,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.earlier import earlier
 from bushcli.recording import Recording, Segment, branches, departure
-from bushcli.recording.earlier import earlier
 
 #: Cycles are alike if their amplitudes differ by less than this share of the largest one.
 ALIKE = 0.1

@@ -48,7 +48,7 @@ REPORTS = ("matplotlib", "jinja2", "ezdxf", "meshio", "pandas", "bushcli.diagnos
 STATISTICS = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.special", "scipy.sparse")
 RECORDINGS = (
     "bushcli.recording.read",
-    "bushcli.recording.units",
+    "bushcli.recording.header.units",
     "bushcli.faults.find",
     "bushcli.case.schema_recordings",
 )

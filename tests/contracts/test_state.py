@@ -41,7 +41,7 @@ ALLOWED = {
         "bushcli/mismatch/scan.py",
         "_null",
     ): "a distribution by the shape of the record: numbers of a fixed seed",
-    ("bushcli/recording/units.py", "_word"): "the size of a unit by its spelling",
+    ("bushcli/recording/header/units.py", "_word"): "the size of a unit by its spelling",
     ("bushcli/mismatch/scan.py", "_pairs"): "indices of a triangle by its size",
     ("cases/compiling.py", "_places"): "points of the form compiler's dummy domain",
     ("cases/compiling.py", "_numbers"): "spaces on the form compiler's dummy domain",

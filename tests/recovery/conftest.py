@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bushcli.case import Case, load_case
+from bushcli.curve.curve import Curve
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
 from cases.march import march
 from cases.mode import modes, setting_for
 from cases.model import FiniteElementModel

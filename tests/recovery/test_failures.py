@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bushcli.curve.curve import Curve
 from bushcli.errors import InputError
 from bushcli.inverse import Task, channels, identify, profile
 from bushcli.inverse.channel import Channel
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
 from cases.march import History, NotConverged
 from cases.stability import stable
 

@@ -7,9 +7,9 @@ from itertools import product
 
 import pytest
 
+from bushcli.curve.curve import Curve
 from bushcli.inverse import Task, identify, profile
 from bushcli.recording import write_curve_csv
-from bushcli.recording.curve import Curve
 
 # The law of the pseudo-experiments, MPa (conftest.py).
 TRUTH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}

@@ -20,8 +20,8 @@ from benchmarks.concealed.run import Run, read_run, run_all
 from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import Specimen, Truth, read_truth, write_truth
+from bushcli.curve.segment import segment
 from bushcli.effects.effect import effects
-from bushcli.recording.segment import segment
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

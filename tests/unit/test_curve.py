@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.recording.curve import Curve
+from bushcli.curve.curve import Curve
 
 
 def response(q):

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bushcli.curve.curve import Curve
+from bushcli.curve.cycles import Noise, cycles, cycles_along, noise_of
+from bushcli.curve.holds import holds, holds_along
+from bushcli.curve.segment import segment
 from bushcli.recording import Recording, read_recording, select_cycles
-from bushcli.recording.curve import Curve
-from bushcli.recording.cycles import Noise, cycles, cycles_along, noise_of
-from bushcli.recording.holds import holds, holds_along
-from bushcli.recording.segment import segment
 from bushcli.recording.source import Source
 
 

@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from bushcli.curve.curve import Curve
+from bushcli.curve.noise import noise
+from bushcli.curve.segment import displacement_noise as noise_of
+from bushcli.curve.segment import excursions, segment
 from bushcli.recording import displacement_noise, force_noise
-from bushcli.recording.curve import Curve
-from bushcli.recording.noise import noise
-from bushcli.recording.segment import displacement_noise as noise_of
-from bushcli.recording.segment import excursions, segment
 
 
 def program(*legs, dt=0.25):

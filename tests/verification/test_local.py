@@ -9,11 +9,11 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.case import load_case
+from bushcli.curve.curve import Curve
 from bushcli.inverse.channel import Channel
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.mismatch.bushing import _slopes, local_map
 from bushcli.recording import Recording
-from bushcli.recording.curve import Curve
 from cases.feature import Installed
 from cases.local import marched, swept
 from cases.march import march

@@ -25,10 +25,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.clock_times import Instant
-from bushcli.recording.decode import decoded
-from bushcli.recording.fields import is_number, to_float
 from bushcli.recording.reader import FilePart, Reader, numbered
+from bushcli.recording.text.clock_times import Instant
+from bushcli.recording.text.decode import decoded
+from bushcli.recording.text.fields import is_number, to_float
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.clock_times import Instant
 from bushcli.recording.reader import FilePart, Reader, numbered
+from bushcli.recording.text.clock_times import Instant
 
 #: The stamps of all groups count from the beginning of the measurement.
 _BEGIN = Instant("beginning of the measurement", 0)

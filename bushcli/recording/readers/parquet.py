@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.clock_times import UTC
 from bushcli.recording.reader import FilePart, Reader, unit_of
+from bushcli.recording.text.clock_times import UTC
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from bushcli.recording.clock_times import Instant
 from bushcli.recording.reader import FilePart, Reader
+from bushcli.recording.text.clock_times import Instant
 
 #: Largest number of cells of a workbook: two million rows of three columns, as in a text file.
 _MOST_CELLS = 6_000_000

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bushcli.curve.recorded import RecordedPath
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.evidence.prior import scales_of
-from bushcli.recording.recorded import RecordedPath
 from bushcli.runtime.workers import Workers
 from bushcli.selection import derivatives
 from bushcli.selection.columns import trials

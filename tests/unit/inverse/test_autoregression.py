@@ -9,9 +9,9 @@ import pytest
 from scipy.linalg import toeplitz
 
 from benchmarks.coverage import drawn
+from bushcli.curve.misfit import correlation_time
 from bushcli.inverse.autoregression import correlated, errors_of
 from bushcli.inverse.certainty import uncertainty
-from bushcli.recording.misfit import correlation_time
 
 
 def rows_of(n: int) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from bushcli.curve.misfit import correlation_time
 from bushcli.diagnosis.words import sentence, sentences
 from bushcli.likelihood.noise import (
     Compared,
@@ -17,7 +18,6 @@ from bushcli.mismatch.bins import bins
 from bushcli.mismatch.record import _mismatch, locate
 from bushcli.mismatch.scan import Box
 from bushcli.recording import Recording, branches, select_cycles
-from bushcli.recording.misfit import correlation_time
 
 SIGMA = 5.0
 SEEDS = 200

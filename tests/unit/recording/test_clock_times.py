@@ -5,8 +5,8 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import read_recording
-from bushcli.recording.clock_times import clock_times
 from bushcli.recording.source import Source
+from bushcli.recording.text.clock_times import clock_times
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import pytest
 from click.testing import CliRunner
 
 from bushcli.cli import main
+from bushcli.curve.earlier import earlier
 from bushcli.recording import Recording, branches, read_recording
-from bushcli.recording.earlier import earlier
 from bushcli.recording.source import Source
 from bushcli.standards.observed import observe
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.recording.curve import Curve
-from bushcli.recording.cycles import cycles
-from bushcli.recording.segment import segment
+from bushcli.curve.curve import Curve
+from bushcli.curve.cycles import cycles
+from bushcli.curve.segment import segment
 
 
 def ramps(*corners, step=0.05):

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
+from bushcli.curve.earlier import earlier
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.inverse import Task, identify
 from bushcli.recording import Recording
-from bushcli.recording.earlier import earlier
 from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bushcli.recording import read_recording
-from bushcli.recording.decode import decoded
 from bushcli.recording.source import Source
-from bushcli.recording.text import read_table
+from bushcli.recording.text.decode import decoded
+from bushcli.recording.text_file import read_table
 
 Q = np.linspace(0.0, 4.0, 41)
 ROWS = "".join(f"{0.1 * i:.1f}\t{q:.3f}\t{100 * q:.2f}\r\n" for i, q in enumerate(Q))

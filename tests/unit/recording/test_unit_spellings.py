@@ -14,8 +14,8 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import read_recording
+from bushcli.recording.header.units import is_unit, scaled_unit
 from bushcli.recording.source import Source
-from bushcli.recording.units import is_unit, scaled_unit
 
 # By definition: international inch and pound (1959), standard gravity 9.80665 m/s2.
 INCH, FOOT, GRAVITY = 25.4, 304.8, 9.80665

@@ -10,8 +10,8 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import read_coupon, read_recording
+from bushcli.recording.header.units import find_unit
 from bushcli.recording.source import Source
-from bushcli.recording.units import find_unit
 
 Q = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 1.25])
 F = np.array([0.0, 101.5, 199.0, -290.25, 400.0, 250.0])

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bushcli.case import Material, load_case
+from bushcli.curve.curve import Curve
 from bushcli.inverse import Combination, Estimate, Fit, FittedCurve
 from bushcli.recording import Recording
-from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response, Simulated

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bushcli.curve.curve import Curve
 from bushcli.faults import DataFault
-from bushcli.recording.curve import Curve
 from bushcli.report import judge
 from bushcli.report.verdict import single_factor, stiffer
 

@@ -1,0 +1,281 @@
+"""Curve: generalised force over generalised displacement (and time), recorded or simulated.
+
+Two stiffnesses are defined here, in the same way for coarse noise-free and for dense noisy cyclic curves:
+
+- *initial stiffness*: slope at zero displacement of the first loading branch that comes near zero: within 15 % of
+  the largest displacement or across it, else within 60 %; a recording without one has none. A polynomial
+  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with
+  Huber's weights against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at
+  least 3 of a simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %,
+  the window grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from
+  noise.
+- *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
+  the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
+  loading and unloading points near the end are averaged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.noise import median_deviation, noise_of_sparse
+from bushcli.curve.segment import Segment, displacement_noise, segment
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+
+_WINDOWS = (0.15, 0.25, 0.4, 0.6)
+_SURE = 0.01
+_END = 0.01
+#: Share of the range below which two displacements count as equal.
+SMALLEST_STEP = 1e-9
+_HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Force over displacement in the order of the program.
+
+    Attributes
+    ----------
+    mode : str
+        Name of the deformation mode.
+    displacement : (n,) array
+        mm or rad; stretch - 1 for a coupon. n >= 2.
+    force : (n,) array
+        N or N mm; nominal stress in MPa for a coupon.
+    time : (n,) array, optional
+        s.
+
+    The arrays are read-only copies of finite numbers.
+    """
+
+    #: Least number of points for the initial stiffness.
+    fewest: ClassVar[int] = 5
+
+    mode: str
+    displacement: Array
+    force: Array
+    time: Array | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("displacement", "force", "time"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            array = np.array(value, dtype=float)
+            if array.ndim != 1 or len(array) < 2 or len(array) != len(self.displacement):
+                raise ValueError(
+                    f"curve: {name} has shape {array.shape}; equal lengths of 2 or more are needed"
+                )
+            if not np.isfinite(array).all():
+                raise ValueError(f"curve: {name} has values that are not finite")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def at(
+        self,
+        displacement: float | Array,
+        method: Literal["cubic", "pchip"] = "cubic",
+        tolerance: float = 0.01,
+    ) -> Array:
+        """Return the force at given displacements, by interpolation.
+
+        Parameters
+        ----------
+        displacement : float or array
+            Same unit as the curve's.
+        method : {"cubic", "pchip"}
+            A cubic spline is an order more accurate on a computed curve; "pchip" never overshoots, for
+            recorded curves.
+        tolerance : float
+            Distance beyond the ends, as a fraction of the range, within which the end tangent is followed.
+
+        Returns
+        -------
+        array
+            Same shape as ``displacement``.
+
+        Raises
+        ------
+        ValueError
+            When the curve goes back and forth, or a displacement lies outside its range.
+        """
+        from scipy.interpolate import CubicSpline, PchipInterpolator  # 0.1 s: only where it is needed
+
+        q, force = self.displacement, self.force
+        if q[-1] < q[0]:
+            q, force = q[::-1], force[::-1]
+        if not (np.diff(q) > 0).all():
+            raise ValueError("curve: goes back and forth in displacement; take one branch or its backbone")
+        wanted = np.asarray(displacement, dtype=float)
+        slack = tolerance * (q[-1] - q[0])
+        outside = ~((wanted >= q[0] - slack) & (wanted <= q[-1] + slack))
+        if outside.any():
+            first = wanted[outside].flat[0]
+            raise ValueError(f"curve: {self.mode} at {first:g} is outside the curve ({q[0]:g} to {q[-1]:g})")
+        spline = (CubicSpline if method == "cubic" else PchipInterpolator)(q, force)
+        inside = np.clip(wanted, q[0], q[-1])
+        beyond = wanted - inside
+        values = spline(inside)
+        return np.asarray(np.where(beyond == 0.0, values, values + spline(inside, 1) * beyond))
+
+    def backbone(self) -> Curve:
+        """Return the curve sorted by displacement, for a response that does not depend on the path.
+
+        Points closer than 1e-9 of the range are merged into their mean; time is dropped.
+        """
+        order = np.argsort(self.displacement, kind="stable")
+        q, force = self.displacement[order], self.force[order]
+        new = np.concatenate([[True], np.diff(q) > 1e-9 * (q[-1] - q[0])])
+        group = np.cumsum(new) - 1
+        counts = np.bincount(group)
+        merged = np.bincount(group, q) / counts, np.bincount(group, force) / counts
+        return Curve(self.mode, *merged)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields only: with values calculated from them, equal curves would be pickled differently."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Loading, unloading and holds, with the numbers of their cycles from 1; see `bushcli.curve.segment`."""
+        return segment(self.displacement, self.time, self.displacement_noise)
+
+    @cached_property
+    def branches(self) -> tuple[Segment, ...]:
+        """The segments, with the numbers of the rig's cycles where it counts them."""
+        return self.segments
+
+    @cached_property
+    def displacement_noise(self) -> float:
+        """Standard deviation of the noise of the displacement, mm or rad."""
+        return displacement_noise(self.displacement, self.time)
+
+    @cached_property
+    def force_noise(self) -> float:
+        """Standard deviation of the noise of the force, in its unit; an upper bound where sampling is coarse.
+
+        The force is assumed to be smooth in time within each branch; without time, in displacement where that is
+        monotonic, else in the sample number. See `bushcli.curve.noise`.
+        """
+        q = self.displacement
+        steps = np.diff(q)
+        if self.time is not None:
+            abscissa = self.time
+        elif (steps > 0).all() or (steps < 0).all():
+            abscissa = q
+        else:
+            abscissa = np.arange(len(q), dtype=float)
+        groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(self.branches)])
+        return noise_of_sparse(self.force, abscissa, 4, groups)
+
+    def part(self, start: int, stop: int) -> Curve:
+        """Return the samples ``start:stop``, such as those of a branch.
+
+        Parameters
+        ----------
+        start : int
+            First sample.
+        stop : int
+            The sample after the last.
+        """
+        cut = slice(start, stop)
+        time = None if self.time is None else self.time[cut]
+        return replace(self, displacement=self.displacement[cut], force=self.force[cut], time=time)
+
+    def initial_stiffness(self) -> float:
+        """Return the slope at zero displacement, N/mm, N mm/rad, or MPa for a coupon; the module defines it.
+
+        Returns
+        -------
+        float
+            nan where too few points (fewer than 2 displacements) are near zero, or no loading branch comes near it.
+        """
+        return self._initial
+
+    @cached_property
+    def _initial(self) -> float:
+        # The sample before a branch is the turning point that it starts from.
+        loading = [slice(max(b.start - 1, 0), b.stop) for b in self.segments if b.kind == "loading"]
+        largest = float(np.abs(self.displacement).max())
+        # A branch far from zero would be extrapolated to it: one that has points in the smallest window is better.
+        cut = next(
+            (
+                c
+                for window in (_WINDOWS[0], _WINDOWS[-1])
+                for c in loading or [slice(None)]
+                if self._distance(c) <= window * largest
+            ),
+            None,
+        )
+        if cut is None:
+            return float("nan")
+        q, force = self.displacement[cut], self.force[cut]
+        mode = modes().get(self.mode)
+        coupon = mode is not None and mode.specimen == "coupon"
+        fewest = float(np.sort(np.abs(q))[: self.fewest][-1])
+        slope = error = float("nan")
+        for window in _WINDOWS[:1] if coupon else _WINDOWS:
+            reach = max(window * float(np.abs(self.displacement).max()), fewest)
+            near = np.abs(q) <= reach
+            slope, error = _slope(np.asarray(q[near] / reach), force[near], 2 if coupon else 3)
+            slope, error = slope / reach, error / reach
+            if not error > _SURE * abs(slope):
+                break
+        return slope
+
+    def _distance(self, cut: slice) -> float:
+        """Return how near the samples of a branch come to zero displacement; 0 where they cross it."""
+        low, high = float(self.displacement[cut].min()), float(self.displacement[cut].max())
+        return max(low, -high, 0.0)
+
+    def secant_stiffness(self) -> float:
+        """Return the peak-to-peak stiffness, N/mm, N mm/rad, or MPa for a coupon; the module defines it.
+
+        Returns
+        -------
+        float
+            nan where the displacement does not change.
+        """
+        low, high = float(self.displacement.min()), float(self.displacement.max())
+        if low == high:
+            return float("nan")
+        near_low = self.displacement <= low + _END * (high - low)
+        near_high = self.displacement >= high - _END * (high - low)
+        rise = self.force[near_high].mean() - self.force[near_low].mean()
+        return float(rise / (self.displacement[near_high].mean() - self.displacement[near_low].mean()))
+
+
+class ExactCurve(Curve):
+    """A simulated curve: its points have no noise, so that those next to rest determine its slope there."""
+
+    fewest: ClassVar[int] = 3
+
+
+def _slope(x: Array, values: Array, power: int) -> tuple[float, float]:
+    """Return k of ``values = a + k x + c x**power`` by Huber's M-estimate, and its standard error.
+
+    Two distinct x give the slope of the line through them, a single one gives nan.
+    """
+    terms = min(3, len(np.unique(x)))
+    if terms < 2:
+        return float("nan"), float("nan")
+    matrix = np.column_stack([np.ones_like(x), x, x**power][:terms])
+    solution = np.linalg.lstsq(matrix, values, rcond=None)[0]
+    scale = 0.0
+    for _ in range(20):
+        residuals = values - matrix @ solution
+        # Corrected for the number of fitted terms: any curve can make three of five residuals small.
+        scale = median_deviation(np.abs(residuals)) * np.sqrt(len(x) / max(len(x) - terms, 1))
+        if scale <= 1e-12 * float(np.abs(values).max()):
+            break
+        weights = np.sqrt(np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(residuals), 1e-300)))
+        solution = np.linalg.lstsq(matrix * weights[:, None], values * weights, rcond=None)[0]
+    error = scale * float(np.sqrt(np.linalg.pinv(matrix.T @ matrix)[1, 1]))
+    return float(solution[1]), error

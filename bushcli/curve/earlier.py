@@ -1,0 +1,154 @@
+"""What is assumed to have happened before a recording that does not begin at rest.
+
+Rubber with memory remembers the path to the first sample. A recording may begin in the middle of a test: a rig logs
+the third cycle only, or one loop has been cut out of a longer file. Either the first displacement is far from zero; or
+the first cycle closes, although its two branches pass through the first displacement with different forces. Rubber that
+is loaded from rest returns with another force than it began with, unless the second half of the cycle is smaller than
+the first: the zero of the force must then lie well between the two branches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.recorded import Recording
+from bushcli.curve.signals import displacement_noise, force_noise
+from bushcli.runtime.condition import Condition
+
+Array = NDArray[np.float64]
+
+# A first displacement beyond this share of the largest is no zero offset: the prior of one has a scale of 3 % of the
+# travel (`effects/library/offset.py`).
+OFF = 0.1
+# Share of the range that a path has to go for a motion: more than noise and overshoot. Judgement.
+MOTION = 0.1
+# A cycle is closed if its ends differ by less than this share of its width where it began. From rest the second half of
+# a first cycle changes the force there as much as the first half does (friction), or in proportion to its way.
+CLOSED = 0.25
+# It counts as no smaller if it goes at least this many times as far.
+FURTHER = 2.0
+# Where it began at a turning point, without a width: by less than this share of the range of the force. Judgement.
+AT_TURN = 0.05
+# Least distance of both forces from zero, as a share of the width: a cycle from rest begins at zero, one cut out of a
+# symmetric test in the middle, at 0.5.
+AMID = 0.25
+# Standard deviations of the force's noise that a width must exceed: those of a difference of two samples are 1.4.
+SURE = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Earlier:
+    """The path that is assumed before the first sample.
+
+    Attributes
+    ----------
+    time : shape (m,)
+        Before the first sample, s (negative, increasing); without recorded times in samples.
+    displacement : shape (m,)
+        mm or rad.
+    repeats : bool
+        Whether it has the first cycle of the recording once more; else it goes straight to the first displacement.
+    """
+
+    time: Array
+    displacement: Array
+    repeats: bool
+
+
+def earlier(recording: Recording) -> Earlier | None:
+    """Return the path before a recording that does not begin at rest; None if it begins at rest.
+
+    The assumed path goes from zero to the first displacement at the mean rate of the recording, and then through the
+    recording's first cycle if that is closed. Where only some cycles are compared, the whole record counts.
+    """
+    recording = recording.record
+    q, n = recording.displacement, len(recording.displacement)
+    clock = np.arange(float(n)) if recording.time is None else recording.time
+    first, reach = float(q[0]), float(np.abs(q).max())
+    off = abs(first) > OFF * reach
+    last = _first_cycle(recording)
+    if last is None and not off:
+        return None
+    end = n - 1 if last is None else last
+    way = float(np.sum(np.abs(np.diff(q[: end + 1]))))
+    if way == 0.0:
+        return None
+    time, path = [], []
+    if last is not None:
+        time.append(clock[:last] - clock[last])
+        path.append(q[:last])
+    begin = time[0][0] if time else 0.0
+    ramp = abs(first) / way * float(clock[end] - clock[0])
+    if ramp > 0.0:
+        time.insert(0, np.array([begin - ramp]))
+        path.insert(0, np.zeros(1))
+    return Earlier(np.concatenate(time), np.concatenate(path), last is not None)
+
+
+def not_from_rest(name: str, before: Earlier) -> Condition:
+    """Return what is said of a recording that does not begin at rest.
+
+    Parameters
+    ----------
+    name : str
+        Of the channel.
+    before : Earlier
+        What is assumed.
+    """
+    through = "the first cycle, once more" if before.repeats else "a ramp from zero"
+    return Condition(
+        "not_from_rest",
+        f"{name}: the recording does not begin at rest. The rubber remembers what went before; this is assumed to be "
+        f"{through}",
+        "record from rest; or keep the earlier cycles in the file, with conditioning = their number",
+    )
+
+
+def _first_cycle(recording: Recording) -> int | None:
+    """Return the sample at which the first cycle ends, if it shows that the recording does not begin at rest."""
+    q, force = recording.displacement, recording.force
+    motion, reach = MOTION * float(np.ptp(q)), float(np.abs(q).max())
+    away = np.flatnonzero(np.abs(q - q[0]) > motion)
+    if not len(away):
+        return None
+    # Distance from the beginning, in the sense of the first motion.
+    x = np.sign(q[away[0]] - q[0]) * (q - q[0])
+    # The last sample of a loop may lie one step before the first one of the next.
+    near = max(3.0 * displacement_noise(recording), 1.5 * float(np.median(np.abs(np.diff(q)))))
+    back = _next(x <= near, int(away[0]))
+    if back is None:
+        return None
+    beyond, again = _next(x < -motion, back), _next(x > motion, back)
+    if beyond is None or (again is not None and again < beyond):
+        # It turns where it began.
+        visit = slice(back, len(x) if again is None else again)
+        if visit.start >= visit.stop:
+            return None
+        end = back + int(np.argmin(np.abs(x[visit])))
+        closed = abs(force[end] - force[0]) <= AT_TURN * float(np.ptp(force))
+        return end if closed and abs(q[0]) > OFF * reach else None
+    rising = _next(x >= -near, beyond)
+    if rising is None:
+        return None
+    other = _force_at(x, force, back - 1, beyond)
+    width = abs(other - force[0])
+    end = rising + int(np.argmin(np.abs(x[rising : rising + 3])))
+    closed = abs(force[end] - force[0]) <= CLOSED * width and width > SURE * force_noise(recording)
+    amid = force[0] * other < 0.0 and min(abs(force[0]), abs(other)) >= AMID * width
+    further = -float(x[beyond:rising].min()) >= FURTHER * float(x[:back].max())
+    return end if closed and (amid or further or abs(q[0]) > OFF * reach) else None
+
+
+def _next(marked: NDArray[np.bool_], start: int) -> int | None:
+    """Return the first marked sample from `start` on."""
+    found = np.flatnonzero(marked[start:])
+    return start + int(found[0]) if len(found) else None
+
+
+def _force_at(x: Array, force: Array, first: int, last: int) -> float:
+    """Return the force where the falling distance passes zero between two samples."""
+    inside = slice(max(first, 0), last + 1)
+    return float(np.interp(0.0, -x[inside], force[inside]))

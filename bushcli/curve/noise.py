@@ -1,0 +1,166 @@
+"""Noise of a sampled signal, estimated from the signal itself.
+
+A divided difference of order p annihilates polynomials of degree below p, so that only noise remains of a smooth
+signal. Scaled to unit variance it is a sample of the noise for any spacing, and a robust mean over all windows
+disregards the few that straddle a kink (a turning point, the start of a hold). Windows that contain a single bad
+sample are left out: such a spike is in p + 1 windows, so that 1 % of spikes affects 5 % of the windows of fourth
+differences, some of them too little to be recognised alone.
+
+References
+----------
+Hall, Kay, Titterington (1990), Asymptotically optimal difference-based estimation of variance in
+nonparametric regression, Biometrika 77:521-528, doi:10.1093/biomet/77.3.521 (difference-based estimators).
+Rousseeuw, Croux (1993), Alternatives to the median absolute deviation, J. Am. Stat. Assoc. 88:1273-1283,
+doi:10.1080/01621459.1993.10476408 (the median absolute deviation and its factor 1.4826).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Highest order of differences: of a sine of six samples a cycle the ninth leave 0.5 % of the amplitude.
+HIGHEST = 9
+# Standard deviations beyond which a sample counts as a spike; of 1e6 samples of normal noise fewer than one lies
+# beyond.
+_SPIKE = 5.0
+# Least number of windows for which the median is certain enough to recognise a spike.
+_ENOUGH = 20
+# Windows whose weights are computed at a time, so that what is needed for them stays in the processor's cache.
+_PIECE = 8_192
+
+
+def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int_] | None = None) -> float:
+    """Return the standard deviation of the noise in a signal.
+
+    Parameters
+    ----------
+    values : (n,) array
+    abscissa : (n,) array
+        Strictly monotonic; the variable of which the noise-free signal is a smooth function (time, sample number,
+        displacement).
+    order : int
+        Order of the differences; lowered when there are too few samples.
+    groups : (n,) array of int, optional
+        Only windows within one group are used, so that kinks between groups have no influence. Ignored where the groups
+        are too short to give half as many windows as there are samples.
+
+    Returns
+    -------
+    float
+        In the unit of ``values``; 0 for fewer than 3 samples. With coarse sampling it is an upper bound, because the
+        curvature of the signal counts as noise.
+    """
+    n = len(values)
+    order = min(order, n - 1)
+    if order < 2:
+        return 0.0
+    weights = _weights(abscissa, order)
+    residuals = np.einsum("ij,ij->i", weights, sliding_window_view(values, order + 1))
+    within = np.ones(len(residuals), dtype=bool)
+    if groups is not None and (alike := groups[order:] == groups[:-order]).sum() >= n / 2:
+        within = alike
+    if within.sum() < _ENOUGH:
+        return _spread(np.abs(residuals[within]))
+    weights[~within] = 0.0
+    kept = within & ~_spiked(residuals, weights)
+    # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
+    return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
+
+
+def noise_of_sparse(
+    values: Array, abscissa: Array, order: int, groups: NDArray[np.int_] | None = None
+) -> float:
+    """Return the standard deviation of the noise in a signal that may be sampled sparsely.
+
+    Sines of ten samples a cycle are smooth, but not for third differences, which make noise of a twenty-fifth of their
+    amplitude out of them. Higher orders count where they leave less than half: of noise they leave as much.
+
+    Parameters
+    ----------
+    values : (n,) array
+    abscissa : (n,) array
+        As in `noise`.
+    order : int
+        Lowest order of the differences.
+    groups : (n,) array of int, optional
+        As in `noise`.
+    """
+    sigma = noise(values, abscissa, order, groups)
+    for higher in range(order + 2, HIGHEST + 1, 2):
+        less = noise(values, abscissa, higher, groups)
+        sigma = less if less < 0.5 * sigma else sigma
+    return sigma
+
+
+def median_deviation(sizes: Array) -> float:
+    """Return the standard deviation of normal residuals from the median of their absolute values (m,), m > 0.
+
+    `np.median` does the same, but loads NumPy's masked arrays (4 ms), which nothing else at start needs.
+    """
+    middle = [(len(sizes) - 1) // 2, len(sizes) // 2]
+    return 1.4826 * (0.5 * float(np.partition(sizes, middle)[middle].sum()))
+
+
+def _spread(sizes: Array) -> float:
+    """Return the standard deviation of residuals from their absolute values (m,), outliers left out.
+
+    The median absolute deviation finds the outliers; the root mean square of the rest uses the data better
+    (the median alone scatters by 12 % for 250 samples, this by 8 %).
+    """
+    sigma = median_deviation(sizes)
+    for _ in range(3):
+        kept = sizes[sizes <= 3.0 * sigma]
+        # 0.9733: variance of a standard normal cut off at 3.
+        sigma = float(np.sqrt(np.mean(kept**2) / 0.9733))
+    return sigma
+
+
+def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
+    """Return which windows (m,) hold a spike: a sample that explains the residuals of all its windows.
+
+    Parameters
+    ----------
+    residuals : (m,) array
+        Divided differences.
+    weights : (m, p + 1) array
+        Weights of the samples in each window; 0 in windows that are not used.
+    """
+    m, width = weights.shape
+    height, power = np.zeros(m + width - 1), np.zeros(m + width - 1)
+    for j in range(width):
+        # Least squares for the height of a spike at each sample, from the windows that contain the sample, divided by
+        # its standard error for residuals of 1: a few windows, as at the ends, determine the height poorly.
+        height[j : j + m] += weights[:, j] * residuals
+        power[j : j + m] += weights[:, j] ** 2
+    known = power > 0.0
+    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
+    high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
+    # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
+    beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
+    high = high[size[high] == beside.max(axis=1)]
+    spiked = np.zeros(m, dtype=bool)
+    for j in range(width):
+        inside = high - j
+        spiked[inside[(inside >= 0) & (inside < m)]] = True
+    return spiked
+
+
+def _weights(abscissa: Array, order: int) -> Array:
+    """Return the weights (n - order, order + 1) of divided differences, scaled to keep the variance of white noise."""
+    windows = sliding_window_view(abscissa, order + 1)
+    weights = np.empty(windows.shape)
+    for at in range(0, len(windows), _PIECE):
+        x = windows[at : at + _PIECE]
+        x = ((x - x[:, :1]) / (x[:, -1:] - x[:, :1])).T.copy()
+        products = np.ones_like(x)
+        for j in range(order + 1):
+            for k in range(order + 1):
+                if j != k:
+                    products[j] *= x[j] - x[k]
+        piece = np.ascontiguousarray(1.0 / products.T)
+        weights[at : at + _PIECE] = piece / np.linalg.norm(piece, axis=1)[:, None]
+    return weights

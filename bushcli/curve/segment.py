@@ -1,0 +1,446 @@
+"""Cut a recorded displacement into loading, unloading and hold branches, and these into cycles.
+
+The rules, all relative to the noise of the displacement, which is estimated from the signal:
+
+- A *turning point* is an extreme from which the displacement then retreats by more than 8 standard
+  deviations, and by more than 0.2 % of the whole range. Noise of that size between two samples
+  has a probability below 1e-7.
+- A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
+  trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
+- *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
+  there.
+- An *overshoot* is not an excursion: where the motion passes zero by less than 5 % of the neighbouring excursions
+  before it turns back, it is not cut there.
+- An *excursion* begins with a loading branch that follows an unloading one: 0, 4, 0, -4, 0 are two. A recording that
+  begins at a turning point is counted from there, in whole loops: 4, -4, 4 is one.
+- A *cycle* is a full reversal, as rigs count: two successive excursions to opposite sides are one, an excursion whose
+  successor goes to the same side is one by itself. 0, 4, 0, -4, 0 and 0, 4, 0 are one cycle each. Where an excursion
+  differs in size from the two after it, and these are alike, it is a ramp before their cycle: 0, 4, 0, -2, 0, 2, 0 are
+  two. What leads to a cycle or away from the last one without a reversal of its own belongs to that cycle.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby, pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.noise import noise_of_sparse
+
+Array = NDArray[np.float64]
+Kind = Literal["loading", "unloading", "hold"]
+
+_TURN = 8.0
+_HALF_BAND = 4.0
+# Small compared with any useful program, large compared with the steps of a coarse analogue-digital converter.
+_SMALLEST_TURN = 2e-3
+_SMALLEST_NOISE = 1.25e-4
+_SHORTEST_HOLD = 5
+# Stretches whose ends are found for all samples of a piece at once, a power of two; and samples in a piece, so that what
+# is needed for them stays in the processor's cache.
+_LONGEST, _PIECE = 2_048, 16_384
+# Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins at the extreme, up to
+# noise and control error.
+_OVERSHOOT = 0.05
+_AT_THE_TURN = 0.9
+# Excursions are alike if they differ by less than this share of the larger one, as amplitudes of cycles are
+# (`bushcli.standards.observed`).
+_ALIKE = 0.1
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of a recording.
+
+    Attributes
+    ----------
+    kind : {"loading", "unloading", "hold"}
+    start, stop : int
+        Samples ``start:stop``. Branches follow each other without gap or overlap: a turning point is the
+        last sample of the branch that leads to it.
+    cycle : int
+        From 1.
+    direction : {1, -1, 0}
+        Sign of the displacement rate, 0 in a hold.
+    """
+
+    kind: Kind
+    start: int
+    stop: int
+    cycle: int
+    direction: int
+
+
+def displacement_noise(displacement: Array, time: Array | None = None) -> float:
+    """Return the standard deviation of the noise of a displacement, in its unit.
+
+    Parameters
+    ----------
+    displacement : Array
+        Shape (n,), mm or rad.
+    time : Array | None
+        Shape (n,), s; None where the recording has none.
+    """
+    return noise_of_sparse(displacement, _abscissa(displacement, time), 3)
+
+
+def segment(
+    displacement: Array, time: Array | None = None, sigma: float | None = None
+) -> tuple[Segment, ...]:
+    """Cut a displacement (n,) at its turning points, holds and zero crossings; see the module for the rules.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+    time : (n,) array, optional
+        Strictly increasing; without it, holds are judged by the number of samples.
+    sigma : float, optional
+        Standard deviation of the displacement's noise, if it is known.
+
+    Returns
+    -------
+    tuple of Segment
+        At least one, covering all samples.
+    """
+    found = excursions(displacement, time, sigma)
+    numbers = _cycles(found, displacement)
+    return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
+
+
+def excursions(
+    displacement: Array, time: Array | None = None, sigma: float | None = None
+) -> tuple[Segment, ...]:
+    """Return the branches of a displacement as `segment` does, but with the numbers of their excursions as cycles.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+    time : (n,) array, optional
+        Strictly increasing; without it, holds are judged by the number of samples.
+    sigma : float, optional
+        Standard deviation of the displacement's noise, if it is known.
+    """
+    span = float(np.ptp(displacement))
+    if len(displacement) < 2 or span == 0.0:
+        return (Segment("hold", 0, len(displacement), 1, 0),)
+    sigma = displacement_noise(displacement, time) if sigma is None else sigma
+    threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
+    # The threshold has to stay below the range if the noise exceeds a twentieth of it.
+    threshold = min(threshold, 0.4 * span)
+    turns = _turning_points(displacement.tolist(), threshold)
+    holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
+    pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
+    return tuple(_named(pieces, displacement, threshold))
+
+
+def _abscissa(displacement: Array, time: Array | None) -> Array:
+    return np.arange(len(displacement), dtype=float) if time is None else time
+
+
+def _turning_points(q: list[float], threshold: float) -> list[int]:
+    """Return the samples at which the direction changes, by the zigzag rule."""
+    turns: list[int] = []
+    low = high = 0
+    direction = 0
+    for i in range(1, len(q)):
+        if q[i] > q[high]:
+            high = i
+        if q[i] < q[low]:
+            low = i
+        if direction >= 0 and q[high] - q[i] > threshold:
+            if direction > 0 or high > 0:
+                turns.append(high)
+            direction, low = -1, i
+            high = i
+        elif direction <= 0 and q[i] - q[low] > threshold:
+            if direction < 0 or low > 0:
+                turns.append(low)
+            direction, high = 1, i
+            low = i
+    return turns
+
+
+def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
+    """Return the holds as (start, stop)."""
+    band = 2.0 * _HALF_BAND * sigma
+    # Lists, because most stretches are short: a function of NumPy takes longer than they do.
+    holds, start, n, values, times = [], 0, len(q), q.tolist(), x.tolist()
+    stops = _stops(q, band).tolist()
+    while start <= n - _SHORTEST_HOLD:
+        stop = stops[start]
+        if stop - start >= _LONGEST:
+            stop = _stop(q, start, band)
+        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
+        if long and _still(q[start:stop], x[start:stop], sigma):
+            holds.append((start, stop))
+            start = stop
+        else:
+            start += max(1, (stop - start) // 8)
+    return holds
+
+
+def _stops(q: Array, band: float) -> NDArray[np.int_]:
+    """Return the first sample (n,) after each that is not in one band with all between; at most `_LONGEST` further on.
+
+    A stretch is put together of halves, quarters and so on of `_LONGEST`, whose extremes are known.
+    """
+    found = np.empty(len(q), dtype=np.int_)
+    for at in range(0, len(q), _PIECE):
+        part = np.append(q[at : at + _PIECE + _LONGEST], np.nan)
+        sizes = [1 << k for k in range(_LONGEST.bit_length())]
+        highs, lows = [part], [part]
+        for size in sizes[:-1]:
+            # Stretches beyond the last sample contain nan, and no band.
+            beyond = np.full(min(size, len(part)), np.nan)
+            highs.append(np.maximum(highs[-1], np.concatenate([highs[-1][size:], beyond])))
+            lows.append(np.minimum(lows[-1], np.concatenate([lows[-1][size:], beyond])))
+        count = min(_PIECE, len(q) - at)
+        stop, high, low = np.arange(count), part[:count].copy(), part[:count].copy()
+        for size, top, bottom in reversed(list(zip(sizes, highs, lows, strict=True))):
+            inside = np.minimum(stop, len(part) - 1)
+            new_high, new_low = np.maximum(high, top[inside]), np.minimum(low, bottom[inside])
+            fits = new_high - new_low <= band
+            high, low = np.where(fits, new_high, high), np.where(fits, new_low, low)
+            stop += size * fits
+        found[at : at + count] = at + stop
+    return found
+
+
+def _stop(q: Array, start: int, band: float) -> int:
+    """Return the first sample that is not in one band with all from `start` on."""
+    size = _LONGEST
+    while True:
+        part = q[start : start + size]
+        out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
+        if out.any() or start + size >= len(q):
+            return start + (int(np.argmax(out)) if out.any() else len(part))
+        size *= 2
+
+
+def _is_abrupt(q: list[float], x: list[float], start: int, stop: int, band: float) -> bool:
+    """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
+
+    At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
+    """
+    patience = 0.3 * (x[stop - 1] - x[start])
+    before = q[bisect_left(x, x[start] - patience) : start]
+    # The median is no further than a band from any sample: most stretches are none by that alone.
+    if start and not (before and max(max(before) - q[start], q[start] - min(before)) > 0.5 * band):
+        return False
+    after = q[stop : bisect_right(x, x[stop - 1] + patience)]
+    centre = _median(q[start:stop])
+    low, high = centre - 1.5 * band, centre + 1.5 * band
+    came = start == 0 or (bool(before) and (max(before) > high or min(before) < low))
+    return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))
+
+
+def _median(values: list[float]) -> float:
+    ordered, half = sorted(values), len(values) // 2
+    return ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
+
+
+def _still(q: Array, x: Array, sigma: float) -> bool:
+    """Whether a stretch shows noise but neither a trend nor the arch of a slow reversal."""
+    n = len(q)
+    third = max(1, n // 3)
+    first, middle, last = q[:third].mean(), q[third : n - third].mean(), q[n - third :].mean()
+    trend = np.polynomial.polynomial.polyfit((x - x[0]) / (x[-1] - x[0]), q, 1)[1]
+    arch = middle - 0.5 * (first + last)
+    # Four standard errors of trend and arch under white noise, but no less than a rig may drift in a hold.
+    straight = abs(trend) <= sigma * max(1.0, 4.0 * np.sqrt(12.0 / n))
+    flat = abs(arch) <= sigma * max(0.5, 4.0 * np.sqrt(1.5 / third))
+    return bool(straight and flat and q.std() <= 1.6 * sigma)
+
+
+def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tuple[int, int, bool]]:
+    """Return (start, stop, is a hold) covering all n samples; turning points within a hold do not cut it."""
+    held = np.zeros(n, dtype=bool)
+    for start, stop in holds:
+        held[start:stop] = True
+    cuts = {0, n} | {edge for hold in holds for edge in hold} | {t + 1 for t in turns if not held[t]}
+    edges = sorted(cuts)
+    return [(a, b, bool(held[a])) for a, b in pairwise(edges)]
+
+
+def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> list[tuple[int, int, bool]]:
+    """Join moving pieces without a net displacement (a hold's ragged ends) to their neighbour."""
+    merged: list[tuple[int, int, bool]] = []
+    for start, stop, held in pieces:
+        idle = not held and abs(q[stop - 1] - q[max(start - 1, 0)]) < threshold
+        if merged and (idle or (held and merged[-1][2])):
+            merged[-1] = (merged[-1][0], stop, merged[-1][2])
+        else:
+            merged.append((start, stop, held))
+    if len(merged) > 1 and not merged[0][2] and abs(q[merged[0][1] - 1] - q[0]) < threshold:
+        merged[:2] = [(0, merged[1][1], merged[1][2])]
+    return merged
+
+
+def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
+    cycle, turned = 1, False
+    side = _first_side(pieces, q, threshold)
+    for place, (start, stop, held) in enumerate(pieces):
+        if held:
+            yield Segment("hold", start, stop, cycle, 0)
+            continue
+        before = max(start - 1, 0)
+        direction = 1 if q[stop - 1] > q[before] else -1
+        small = max(threshold, _overshoot(pieces, place, q))
+        for first, last in _cut_at_zero(q, before, start, stop, small):
+            end = q[last - 1]
+            kind: Kind = "loading" if abs(end) > abs(q[max(first - 1, 0)]) else "unloading"
+            # A cycle ends where the next one begins: at rest, or at the turning point at which the file begins.
+            if kind == ("unloading" if side else "loading") and turned:
+                cycle, turned = cycle + 1, False
+            turned = turned or (
+                end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
+            )
+            yield Segment(kind, first, last, cycle, direction)
+
+
+def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:
+    """Return the sign of the displacement at the turning point where a recording begins; 0 if it begins elsewhere."""
+    moving = [(start, stop) for start, stop, held in pieces if not held]
+    if not moving:
+        return 0
+    start, stop = moving[0]
+    begin, end = float(q[max(start - 1, 0)]), float(q[stop - 1])
+    side = 1 if begin > 0 else -1
+    furthest = float((side * q).max())
+    away = side * (end - begin) < 0 and abs(begin) > threshold
+    return side if away and abs(begin) >= _AT_THE_TURN * furthest else 0
+
+
+@dataclass(frozen=True)
+class _Excursion:
+    """Where an excursion begins and is furthest (mm, rad, stretch - 1), whether it comes back, whether it is a loop."""
+
+    number: int
+    begin: float
+    furthest: float
+    reverses: bool
+    loop: bool
+
+    @property
+    def height(self) -> float:
+        """Distance from the beginning to the furthest displacement."""
+        return abs(self.furthest - self.begin)
+
+
+def _cycles(found: Sequence[Segment], q: Array) -> dict[int, int]:
+    """Return the number of the cycle of each excursion; see the module for the rules."""
+    every = [_excursion(number, list(part), q) for number, part in groupby(found, lambda one: one.cycle)]
+    groups: list[list[_Excursion]] = []
+    while every:
+        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
+        groups.append(every[:size])
+        every = every[size:]
+    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
+    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
+        groups[:2] = [[*groups[0], *groups[1]]]
+    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
+        groups[-2:] = [[*groups[-2], *groups[-1]]]
+    return {one.number: i for i, group in enumerate(groups, 1) for one in group}
+
+
+def _excursion(number: int, part: Sequence[Segment], q: Array) -> _Excursion:
+    start, stop = part[0].start, part[-1].stop
+    before = max(start - 1, 0)
+    furthest = before + int(np.argmax(np.abs(q[before:stop])))
+    kinds = [branch.kind for branch in part if branch.kind != "hold"]
+    loop = kinds[:1] == ["unloading"]
+    return _Excursion(number, float(q[before]), float(q[furthest]), len(set(kinds)) == 2, loop)
+
+
+def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
+    """Whether the first two excursions are the halves of one cycle, after the cycle `before`."""
+    if len(every) < 2 or _same_side(*every[:2]):
+        return False
+    a = [abs(one.furthest) for one in every[:5]]
+    a = a[: next((i for i in range(2, len(a)) if _same_side(every[i - 1], every[i])), len(a))]
+    if len(a) == 2 or (len(before) == 2 and _repeat([abs(one.furthest) for one in before], a)):
+        return True
+    if _repeat(a, a[2:]) or (len(a) == 3 and _at_preload(every[2], every[:2], 0.0)):
+        return True
+    ramp = not _alike(a[0], a[1]) and not _alike(a[0], a[2])
+    later = len(a) > 3 and _repeat(a[1:], a[3:])
+    return not (later or (ramp and _alike(a[1], a[2])) or _at_preload(every[0], every[1:3], 0.0))
+
+
+def _same_side(one: _Excursion, other: _Excursion) -> bool:
+    """Whether two successive excursions are no halves of one cycle: on one side of zero, or whole loops."""
+    return other.loop or one.furthest * other.furthest >= 0.0
+
+
+def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
+    """Whether both halves of a cycle are as large as those of a later one, as far as there are any."""
+    return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
+
+
+def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bool:
+    """Whether an excursion turns at the middle of a cycle beside it, away from rest, which it meets at `turn`."""
+    ends = [each.furthest for each in cycle]
+    largest = max(map(abs, ends))
+    if len(cycle) == 1:
+        if abs(turn) <= _OVERSHOOT * largest:
+            return False
+        ends.append(turn)
+    preload, span = 0.5 * (max(ends) + min(ends)), max(ends) - min(ends)
+    return abs(preload) > _OVERSHOOT * largest and abs(one.furthest - preload) <= _ALIKE * span
+
+
+def _alike(one: float, other: float) -> bool:
+    return abs(one - other) <= _ALIKE * max(one, other)
+
+
+def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
+    """Whether what precedes a cycle is an overshoot, or only the way to it."""
+    one = first[0]
+    if len(first) > 1 or (one.loop and one.reverses):
+        return False
+    return one.height < _OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
+
+
+def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
+    """Whether what follows the last cycle has no reversal of its own: the way to a preload, or back to rest."""
+    one, largest = last[0], max(abs(each.furthest) for each in before)
+    if len(last) > 1 or (one.loop and one.reverses):
+        return False
+    if not one.reverses:
+        # A last loading as far as before is half a cycle more; a mere return to rest is not.
+        return abs(one.furthest) < _AT_THE_TURN * largest or one.height == 0.0
+    return _at_preload(one, before, one.begin)
+
+
+def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:
+    """Return the largest excursion of a piece beyond zero that is an overshoot: small compared with both neighbours.
+
+    In 4, -0.1, 4 the excursion of 0.1 is an overshoot; in 0.1, -0.1, 4 it is a cycle of its own.
+    """
+    ends = [float(q[max(pieces[0][0] - 1, 0)])]
+    at = 0
+    for i, (_, stop, held) in enumerate(pieces):
+        if not held:
+            ends.append(float(q[stop - 1]))
+        if i == place:
+            at = len(ends) - 1
+    begin, end = ends[at - 1], ends[at]
+    small = at if abs(end) < abs(begin) else at - 1
+    beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
+    same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
+    return _OVERSHOOT * min(beside) if beside and same_side else 0.0
+
+
+def _cut_at_zero(q: Array, before: int, start: int, stop: int, small: float) -> list[tuple[int, int]]:
+    """Return the stretch, cut in two if it crosses zero: the sample nearest to zero ends the first part."""
+    begin, end = q[before], q[stop - 1]
+    if begin * end < 0 and min(abs(begin), abs(end)) > small:
+        middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1
+        if start < middle < stop:
+            return [(start, middle), (middle, stop)]
+    return [(start, stop)]

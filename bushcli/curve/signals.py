@@ -1,0 +1,140 @@
+"""Branches, cycles and noise of a curve; no file is read here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.curve import Curve
+from bushcli.curve.recorded import Recording
+from bushcli.curve.segment import Segment
+from bushcli.errors import Problem, RecordingError
+
+# Points of the cycles that are selected, as of a coupon: fewer are no curve.
+_FEWEST = 3
+
+
+def branches(recording: Curve) -> tuple[Segment, ...]:
+    """Return the loading, unloading and hold branches with their cycles; `bushcli.curve.segment` has the rules.
+
+    Where the rig counts the cycles, or some of them were selected, they have those numbers; a branch in which a cycle
+    ends is cut there.
+    """
+    return recording.branches
+
+
+def departure(found: Sequence[Segment], i: int) -> int:
+    """Return the sample from which a branch starts: the last before it, unless cycles between are left out.
+
+    Parameters
+    ----------
+    found : Sequence[Segment]
+        Branches of a recording, in order.
+    i : int
+        Index of the branch.
+    """
+    first = found[i].start
+    return first - 1 if i > 0 and found[i].cycle - found[i - 1].cycle <= 1 else first
+
+
+def force_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the force, in its unit; see `bushcli.curve.curve.Curve`."""
+    return recording.force_noise
+
+
+def displacement_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the displacement, in mm or rad."""
+    return recording.displacement_noise
+
+
+def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to the given cycles, counted from 1.
+
+    Parameters
+    ----------
+    recording : Curve
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
+
+    Raises
+    ------
+    RecordingError
+        When the recording has no such cycle.
+    """
+    wanted, found = set(cycles), branches(recording)
+    last = max(branch.cycle for branch in found)
+    absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)
+    if absent:
+        where = str(getattr(recording, "source", None) or recording.mode)
+        what = f"cycles: there is no cycle {absent[0]}"
+        raise RecordingError(
+            Problem(where, what, "", f"the recording has {last}; a cycle is a full reversal: 0, a, 0, -a, 0")
+        )
+    mask = np.zeros(len(recording.displacement), dtype=bool)
+    for branch in found:
+        mask[branch.start : branch.stop] = branch.cycle in wanted
+    return mask
+
+
+def on_branch(recording: Recording, kind: Literal["loading", "unloading"]) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to branches of one kind; holds belong to neither.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    kind : {"loading", "unloading"}
+        Away from zero displacement, or towards it.
+    """
+    mask = np.zeros(len(recording.displacement), dtype=bool)
+    for branch in branches(recording):
+        mask[branch.start : branch.stop] = branch.kind == kind
+    return mask
+
+
+def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
+    """Return the samples of the given cycles, counted from 1, with their times.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
+
+    Raises
+    ------
+    RecordingError
+        When there is no such cycle, or too few points are left.
+    """
+    cycles = tuple(cycles)
+    mask = cycle_mask(recording, cycles)
+    # A cycle begins at the last sample of the one before it, where the motion passes zero: its work needs both ends.
+    first = np.flatnonzero(mask[1:] & ~mask[:-1])
+    mask[first] = True
+    if mask.sum() < _FEWEST or np.ptp(recording.displacement[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    if np.ptp(recording.force[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    numbers = np.zeros(len(mask), dtype=np.int_)
+    for branch in branches(recording):
+        numbers[branch.start : branch.stop] = branch.cycle
+    numbers[first] = numbers[first + 1]
+    time = None if recording.time is None else recording.time[mask]
+    return replace(
+        recording,
+        displacement=recording.displacement[mask],
+        force=recording.force[mask],
+        time=time,
+        cycles=tuple(sorted(set(cycles))),
+        numbers=numbers[mask],
+        selected_from=recording,
+        selected=np.flatnonzero(mask),
+    )

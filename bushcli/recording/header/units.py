@@ -1,0 +1,570 @@
+"""Units as people write them -> the measured quantity, and their factor to N, mm, MPa, s, rad.
+
+One grammar reads a unit completely: words, each a prefix and a unit of the table below (or a force and a length written
+together, ``Ncm``, ``ftlb``), joined by signs of multiplication and division, with powers. A text of which a part is
+not understood is no unit. pint, which takes 0.5 s to import, is asked only what else such a text may be (a mass, a
+voltage), and for units without a prefix that are in no table. Nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from bushcli.recording.source import UNITS
+
+#: Stands for any quantity that a recording does not contain.
+OTHER = "other"
+
+
+class _Size(NamedTuple):
+    """Powers of time, length, force and angle of a unit, and its factor to s, mm, N, rad."""
+
+    powers: tuple[int, int, int, int]
+    factor: float
+
+    def times(self, other: _Size, power: int = 1) -> _Size:
+        """Return the product with a power of another unit."""
+        powers = tuple(a + power * b for a, b in zip(self.powers, other.powers, strict=True))
+        return _Size(powers, self.factor * other.factor**power)  # type: ignore[arg-type]
+
+
+_ONE = _Size((0, 0, 0, 0), 1.0)
+_POWERS: Mapping[str, tuple[int, int, int, int]] = {
+    "time": (1, 0, 0, 0), "length": (0, 1, 0, 0), "force": (0, 0, 1, 0), "angle": (0, 0, 0, 1), "moment": (0, 1, 1, 0),
+    "stress": (0, -2, 1, 0), "strain": (0, 0, 0, 0),
+}  # fmt: skip
+_MEASURED = {powers: measured for measured, powers in _POWERS.items()}
+#: International inch and pound (1959), and standard gravity, m/s2, by definition.
+_INCH, _GRAVITY = 25.4, 9.80665
+_POUND = 0.45359237 * _GRAVITY
+#: Quantity, factor to the internal unit, prefixes in use, and spellings, without blanks, in their usual case. Nobody
+#: records in megaseconds: a prefix that is not in use, as in "Ms", is a slip or has another meaning.
+_TABLE: tuple[tuple[str, float, str, str], ...] = (
+    ("time", 1.0, "m u n", "s sec secs Sec sek с сек 秒 초"),
+    ("time", 1.0, "milli micro nano", "second seconds Sekunde Sekunden seconde"),
+    ("time", 1.0, "milli micro nano", "secondes secondo secondi segundo segundos"),
+    ("time", 60.0, "", "min mins minute minutes Minute Minuten minuto minuti minutos мин 分"),
+    ("time", 3600.0, "", "h hr hrs hour hours Stunde Stunden heure heures ora ore hora horas ч 小时"),
+    ("time", 86400.0, "", "day days Tag Tage jour jours"),
+    ("time", 1e-3, "", "мс 毫秒 ミリ秒"),
+    ("length", 1e3, "k d c m u n", "m"),
+    ("length", 1e3, "kilo deci centi milli micro nano", "meter meters metre metres mètre mètres metro metri metros"),
+    ("length", 1e3, "", "м 米"),
+    ("length", 1.0, "", "毫米 мм ミリ ミリメートル milímetro milímetros"),
+    ("length", 10.0, "", "см 厘米 centímetro centímetros"),
+    ("length", 1e-3, "", "mikron micron microns мкм 微米"),
+    ("length", _INCH, "u", "in inch inches Zoll \" '' ″ pollice pollici pouce pouces pulgada pulgadas дюйм дюймы 英寸"),
+    ("length", _INCH, "milli micro", "inch inches"),
+    ("length", 12.0 * _INCH, "", "ft foot feet Fuß Fuss ' ′ pied pieds"),
+    ("length", 36.0 * _INCH, "", "yd yard yards"),
+    ("length", _INCH / 1e3, "", "mil mils thou thous"),
+    ("angle", math.pi / 180.0, "m milli", "deg degs Deg degree degrees"),
+    ("angle", math.pi / 180.0, "", "° º Grad degré degrés grado gradi grados град 度"),
+    ("angle", 1.0, "m u milli micro", "rad rads Rad radian radians Radiant Radianten"),
+    ("angle", 1.0, "", "рад 弧度 ラジアン radianti radianes"),
+    ("angle", math.pi / 200.0, "m", "gon"),
+    ("angle", 2.0 * math.pi, "", "rev revs turn turns revolution revolutions Umdr Umdrehung Umdrehungen tr giri"),
+    ("angle", math.pi / 10800.0, "", "arcmin arcmins arcminute arcminutes Winkelminute Winkelminuten"),
+    ("angle", math.pi / 648000.0, "", "arcsec arcsecs arcsecond arcseconds Winkelsekunde Winkelsekunden"),
+    ("force", 1.0, "da h k K M d c m u", "N"),
+    ("force", 1.0, "deca hecto kilo mega deci centi milli micro", "newton newtons"),
+    ("force", 1.0, "", "牛 牛顿 Н ニュートン 뉴턴"),
+    ("force", 1e3, "", "千牛 кН キロニュートン"),
+    ("force", 10.0, "", "даН"),
+    ("force", _GRAVITY, "", "kgf kgF kp kpond kilopond kiloponds"),
+    ("force", _GRAVITY, "", "kgforce kgsforce kilogramforce kilogramsforce kilogrammeforce кгс"),
+    ("force", _GRAVITY / 1e3, "", "gf pond ponds gramforce gramsforce"),
+    ("force", 1e3 * _GRAVITY, "", "tf tonneforce tonnesforce"),
+    ("force", _POUND, "k", "lbf lbfs"),
+    ("force", _POUND, "", "lbforce poundforce poundsforce"),
+    ("force", 1e3 * _POUND, "", "kip kips"),
+    ("force", _POUND / 16.0, "", "ozf ounceforce"),
+    ("force", 1e-5, "", "dyn dyne dynes"),
+    ("moment", 1e3, "", "newtonmeter newtonmeters newtonmetre newtonmetres Н·м Нм 牛米 牛顿米 牛·米"),
+    ("moment", 1.0, "", "newtonmillimeter newtonmillimeters newtonmillimetre newtonmillimetres 牛毫米"),
+    ("moment", 10.0, "", "newtoncentimeter newtoncentimeters newtoncentimetre"),
+    ("moment", 1e6, "", "kilonewtonmeter kilonewtonmeters kilonewtonmetre"),
+    ("stress", 1e-6, "h k K M G", "Pa"),
+    ("stress", 1e-6, "hecto kilo mega giga", "pascal pascals"),
+    ("stress", 1.0, "", "МПа 兆帕"),
+    ("stress", 1e-3, "", "кПа 千帕"),
+    ("stress", 0.1, "m k", "bar"),
+    ("stress", 0.1, "milli", "bar bars"),
+    ("stress", 0.0980665, "", "at"),
+    ("stress", 0.101325, "", "atm atmosphere atmospheres"),
+    ("stress", _POUND / _INCH**2, "", "psi"),
+    ("stress", 1e3 * _POUND / _INCH**2, "", "ksi"),
+    ("strain", 0.01, "", "% percent pct percentage Prozent pourcent percento percentuale por_ciento"),
+    ("strain", 1e-3, "", "‰ permille permil Promille"),
+    ("strain", 1e-6, "", "ppm"),
+    ("strain", 1.0, "m u milli micro", "strain strains"),
+    ("strain", 1.0, "m u", "ε"),
+)  # fmt: skip
+_PREFIXES = {
+    "da": 10.0, "h": 100.0, "k": 1e3, "K": 1e3, "M": 1e6, "G": 1e9, "d": 0.1, "c": 0.01, "m": 1e-3, "u": 1e-6,
+    "n": 1e-9, "deca": 10.0, "deka": 10.0, "hecto": 100.0, "hekto": 100.0,
+    "kilo": 1e3, "mega": 1e6, "giga": 1e9, "deci": 0.1,
+    "dezi": 0.1, "centi": 0.01, "zenti": 0.01, "milli": 1e-3, "micro": 1e-6, "mikro": 1e-6, "nano": 1e-9,
+}  # fmt: skip
+_ALSO = {"deca": "deka", "hecto": "hekto", "deci": "dezi", "centi": "zenti", "micro": "mikro"}
+#: Numbers in words before a unit, "pi rad", "Mio N".
+COUNTED = {
+    "pi": math.pi,
+    "π": math.pi,
+    "mio": 1e6,
+    "mio.": 1e6,
+    "tsd": 1e3,
+    "tsd.": 1e3,
+    "mega": 1e6,
+    "kilo": 1e3,
+}
+_COUNTED_UNIT = re.compile(r"(pi|π|mio\.?|tsd\.?|mega|kilo)[\s*·⋅×∙•-]*(?=\D)", re.IGNORECASE)
+#: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
+#: refused, because many read-outs show them, and the file does not say whether they were converted.
+_OF_FORCE = {
+    "lb": _POUND, "lbs": _POUND, "pound": _POUND, "pounds": _POUND, "#": _POUND, "klb": 1e3 * _POUND,
+    "klbs": 1e3 * _POUND, "kilopound": 1e3 * _POUND, "kilopounds": 1e3 * _POUND, "oz": _POUND / 16.0,
+    "ounce": _POUND / 16.0, "ounces": _POUND / 16.0,
+}  # fmt: skip
+#: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at".
+_LOOSE = frozenset(
+    [
+        "rev",
+        "revs",
+        "turn",
+        "turns",
+        "revolution",
+        "revolutions",
+        "at",
+        "bar",
+        "bars",
+        "tr",
+        "ora",
+        "ore",
+        "hora",
+        "foot",
+        "feet",
+        "tag",
+        "day",
+        "days",
+        "mil",
+        "mils",
+        "yard",
+        "yards",
+        "yd",
+        "pond",
+        "ponds",
+        "oz",
+        "ounce",
+        "ounces",
+        "#",
+        "klb",
+        "klbs",
+        "'",
+        "′",
+        "strains",
+        "ε",
+        "jour",
+        "jours",
+        "metro",
+        "radiant",
+        "us",
+        "tf",
+        "kip",
+        "kips",
+        "microstrain",
+        "strain",
+        "un",
+        "hn",
+        "dn",
+        "cn",
+        "nin",
+        "km",
+    ]
+)
+#: Units of other quantities that stand in the files of rigs; pint knows more of them.
+_ELSEWHERE = frozenset(
+    [
+        "kg",
+        "mg",
+        "to",
+        "tonne",
+        "tonnes",
+        "Tonne",
+        "Tonnen",
+        "ton",
+        "tons",
+        "tonf",
+        "kilogram",
+        "kilograms",
+        "mV",
+        "Volt",
+        "Volts",
+        "volt",
+        "volts",
+        "mA",
+        "°C",
+        "°F",
+        "Hz",
+        "kHz",
+        "kJ",
+        "px",
+    ]
+)
+#: Texts that mean "no unit".
+NO_UNIT = ("-", "--", "1", "")
+#: Texts that are used with two meanings, each with the unambiguous spellings.
+AMBIGUOUS: Mapping[str, str] = {
+    "grad": '"deg" for degrees, "gon" for 1/400 of a turn',
+    "grads": '"deg" for degrees, "gon" for 1/400 of a turn',
+    "ton": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
+    "tons": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
+    "tonf": '"kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
+}
+#: Names of `UNITS`, and units that are shown by them.
+_NAMES = {
+    (measured, float(f"{factor:.12g}")): name
+    for measured, units in UNITS.items()
+    for name, factor in units.items()
+    if name != "stretch"
+}
+#: Surveyors' units of pint that name a part of a machine in the header of a rig: "Displacement (rod)".
+_PARTS = frozenset(
+    ["rod", "rods", "pole", "poles", "perch", "link", "links", "chain", "chains", "hand", "hands"]
+)
+#: Factors beyond these are slips: mPa for MPa, Mm for mm; or no units of a test: a year, "EN".
+_SENSIBLE = {
+    "stress": (1e-7, 1e7), "length": (1e-7, 1e7), "force": (1e-7, 1e7), "moment": (1e-7, 1e10), "time": (1e-10, 1e6),
+}  # fmt: skip
+#: SI base units, with pint's names of the dimensions, in internal units.
+_DIMENSIONS: tuple[tuple[str, Mapping[str, int], float], ...] = (
+    ("time", {"[time]": 1}, 1.0),
+    ("length", {"[length]": 1}, 1e3),
+    ("force", {"[mass]": 1, "[length]": 1, "[time]": -2}, 1.0),
+    ("moment", {"[mass]": 1, "[length]": 2, "[time]": -2}, 1e3),
+    ("stress", {"[mass]": 1, "[length]": -1, "[time]": -2}, 1e-6),
+)
+_PINT = r"[A-Za-zµμ°Å]+(?:\*\*[1-9])?"
+_EXPRESSION = re.compile(rf"{_PINT}(?:[*/]{_PINT}){{0,3}}")
+_LONGEST = 40
+_SIGNS = r"*·⋅×∙•‧・.\-_"
+_WORD = rf"[^\s\d/{_SIGNS}^()]+"
+_FACTOR = re.compile(rf"({_WORD})(?:(?:\^|\*\*)?\(?(-[1-4]|[2-4])\)?)?")
+_OPERATOR = re.compile(rf"[/{_SIGNS}]")
+#: Square units in words: sqmm, qmm, sq.in.
+_SQUARE = re.compile(
+    r"(?<![^\W_])(?:sq[.\-_]?|q(?=[cm]?m(?![^\W\d_])))(mm|cm|m|in|ft)(?![^\W_])", re.IGNORECASE
+)
+#: Between the words of "kilo-newton".
+_HYPHEN = re.compile(
+    r"(?<=kilo|mega|giga|deca|deka|deci|nano)-(?=[^\W\d_])|(?<=milli|micro|mikro|centi|hecto)-(?=[^\W\d_])",
+    re.IGNORECASE,
+)
+_SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "⁴": "4", "µ": "u", "μ": "u"})
+#: A number before a unit: "0.1 N", "x10 N", "10^3 N", "1/10 mm", "1e3 N".
+_NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?"
+_SCALED = re.compile(
+    rf"\s*[x×*]?\s*(?:(?P<over>{_NUMBER})\s*/\s*(?P<under>{_NUMBER})|10\s*(?:\^|\*\*)\s*(?P<power>[-+]?\d{{1,2}})"
+    rf"|(?P<plain>{_NUMBER}))\s*[x×*·]?\s*(?P<unit>[^\W\d_].*|[%°‰\"'].*)"
+)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit.
+
+    Attributes
+    ----------
+    measured : str
+        A key of `bushcli.recording.source.UNITS`, or `OTHER`.
+    name : str
+        As in `UNITS`, or as it was written.
+    factor : float
+        Factor to the internal unit; 0 for `OTHER`.
+    """
+
+    measured: str
+    name: str
+    factor: float
+
+
+def _spelled() -> Iterator[tuple[str, _Size]]:
+    """Yield each spelling of the table, with each prefix that is in use, and its size."""
+    for measured, factor, prefixes, spellings in _TABLE:
+        for spelling in spellings.split():
+            yield spelling, _Size(_POWERS[measured], factor)
+            for prefix in prefixes.split():
+                size = _Size(_POWERS[measured], factor * _PREFIXES[prefix])
+                yield from ((one + spelling, size) for one in {prefix, _ALSO.get(prefix, prefix)})
+
+
+_EXACT = dict(_spelled())
+_FOLDED: dict[str, set[_Size]] = {}
+for _spelling, _one in _EXACT.items():
+    _FOLDED.setdefault(_spelling.lower(), set()).add(_one)
+
+
+def plain_unit(text: str) -> str:
+    """Return a unit as written, but without blanks, enclosing brackets and a final full stop."""
+    bare = re.sub(r"\s", "", text[: 4 * _LONGEST])
+    bare = re.sub(r"^[\[({<]+|[\])}>]+$", "", bare)
+    return bare.rstrip(".") if len(bare) > 1 else bare
+
+
+def tabulated_unit(text: str, measured: str = "") -> Unit | None:
+    """Return a unit that a text means wherever it stands, without pint; None for any other text.
+
+    Parameters
+    ----------
+    text : str
+    measured : str, optional
+        Quantity of the column, if known: ``nm`` is N m in lower case or a nanometre.
+    """
+    bare = plain_unit(text)
+    if bare.startswith("%"):
+        bare = "%"  # "%-ext": percent by extensometer
+    if bare.lower() in _LOOSE or bare in AMBIGUOUS:
+        return None
+    found = _read(bare, measured)
+    return None if found is None or found.measured == OTHER else found
+
+
+def find_unit(text: str, measured: str) -> Unit | None:
+    """Return the unit that a text names, for a column of the quantity ``measured``; None if it names no unit.
+
+    Parameters
+    ----------
+    text : str
+        As written: ``kgf``, ``[ft-lb]``.
+    measured : str
+        A key of `bushcli.recording.source.UNITS`.
+    """
+    if measured != "time" and re.search(r"\w[\s*·.]s\W*$", text):
+        return None  # "N s" is an impulse; without its blank it would be a plural
+    bare = plain_unit(text)
+    if bare.startswith("%"):
+        bare = "%"
+    if bare in UNITS[measured]:
+        return Unit(measured, bare, UNITS[measured][bare])
+    if bare in AMBIGUOUS:
+        return None
+    found = _read(bare, measured)
+    counted = _COUNTED_UNIT.match(bare)
+    if found is None and counted and measured in ("force", "angle", "moment"):
+        unit = find_unit(bare[counted.end() :], measured)
+        factor = COUNTED[counted[1].lower()]
+        return unit and replace(unit, name=bare, factor=factor * unit.factor)
+    if found is not None or bare.lower() in AMBIGUOUS:
+        return found
+    found = _foreign(bare, measured)
+    return _foreign(bare.lower(), measured) if found is None and bare.isupper() else found
+
+
+def certain_unit(text: str) -> bool:
+    """Whether a text is surely a unit, also of another quantity, ``N/s``, or with a number before it, ``0.1 N``."""
+    bare = plain_unit(text)
+    found = _SCALED.fullmatch(text)
+    return bool(
+        tabulated_unit(text)
+        or bare in _ELSEWHERE
+        or (len(bare) > 1 and bare.lower() not in _LOOSE and _read(bare, ""))
+        or (found and tabulated_unit(found["unit"]))
+    )
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is completely understood as a unit of any quantity, also of one that no recording contains."""
+    return tabulated_unit(text) is not None or any(
+        unit is not None and (unit.factor > 0.0 or len(plain_unit(text)) > 1)
+        for unit in (find_unit(text, kind) for kind in UNITS)
+    )
+
+
+def scaled_unit(text: str, measured: str) -> Unit | None:
+    """Return the unit that the case file gives, which may have a number before it, ``0.1 N``, ``1/10 mm``; or None.
+
+    In a recording such a number may also be the range of a sensor.
+
+    Parameters
+    ----------
+    text : str
+    measured : str
+        A key of `bushcli.recording.source.UNITS`.
+    """
+    found = _SCALED.fullmatch(text)
+    unit = find_unit(found["unit"] if found else text, measured)
+    if found is None or unit is None or not unit.factor:
+        return unit
+    over, under, power, plain = (found[key] for key in ("over", "under", "power", "plain"))
+    number = 10.0 ** int(power) if power else float((plain or over).replace(",", "."))
+    number /= float(under.replace(",", ".")) if under else 1.0
+    return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
+
+
+def unit_size(text: str) -> tuple[tuple[int, int, int, int], float] | None:
+    """Return the powers of time, length, force and angle of a unit and its factor to s, mm, N, rad; None for others."""
+    size = _size(plain_unit(text), "")
+    return None if size is None else (size.powers, size.factor)
+
+
+def slip(text: str, measured: str) -> str:
+    """Return the unit that differs from a text by upper and lower case only, or an empty text.
+
+    Parameters
+    ----------
+    text : str
+        Name of a column.
+    measured : str
+        What the unit measures, such as "force" or "length".
+    """
+    near = [size for size in _FOLDED.get(plain_unit(text).lower(), ()) if size.powers == _POWERS[measured]]
+    names = [_NAMES.get((measured, float(f"{size.factor:.12g}")), "") for size in near]
+    return names[0] if len(names) == 1 else ""
+
+
+def _read(bare: str, measured: str) -> Unit | None:
+    """Return the unit that a text without blanks means by the grammar; None if a part of it is not understood."""
+    size = _size(bare, measured)
+    if size is None:
+        return None
+    of = _MEASURED.get(size.powers)
+    if of is None:
+        return Unit(OTHER, bare, 0.0)
+    if of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare):
+        return None
+    low, high = _SENSIBLE.get(of, (0.0, math.inf))
+    if not low <= size.factor <= high:
+        return None
+    factor = float(f"{size.factor:.14g}")  # 0.1, not 0.09999999999999999
+    name = _NAMES.get((of, float(f"{factor:.12g}")))
+    return Unit(of, bare, factor) if name is None else Unit(of, name, UNITS[of][name])
+
+
+def _size(bare: str, measured: str) -> _Size | None:
+    """Return the product of the words of a unit without blanks, or None."""
+    whole = _word(bare, measured)
+    if whole is not None:
+        return whole
+    text = unicodedata.normalize("NFKC", bare.translate(_SUPERSCRIPTS)).translate(_SUPERSCRIPTS)
+    text = re.sub(r"(?:-?\(|[-_])(f|force)$", r"\1", text, flags=re.IGNORECASE)  # kg-f, kg(f), pound-force
+    text = _SQUARE.sub(r"\g<1>2", _HYPHEN.sub("", text))
+    size, at, power = _ONE, 0, 1
+    while at < len(text):
+        factor = _FACTOR.match(text, at)
+        one = _word(factor[1], measured) if factor else None
+        if factor is None or one is None:
+            return None
+        size, at = size.times(one, power * int(factor[2] or 1)), factor.end()
+        if at == len(text):
+            return size
+        sign = _OPERATOR.match(text, at)
+        if sign is None:
+            return None
+        power, at = (-1 if sign[0] == "/" else 1), sign.end()
+    return None
+
+
+@functools.lru_cache(maxsize=4096)
+def _word(word: str, measured: str) -> _Size | None:
+    """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
+    single = _single(word, measured)
+    if single is not None:
+        return single
+    pairs = (_glued(word[:cut], word[cut:], measured) for cut in range(1, len(word)))
+    return next((pair for pair in pairs if pair is not None), None)
+
+
+def _single(word: str, measured: str) -> _Size | None:
+    """Return the size of a unit with or without prefix; None for other words."""
+    pounds = _OF_FORCE.get(word) or (
+        _OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None
+    )
+    if pounds is not None:
+        return _Size(_POWERS["force"], pounds)
+    word = word.replace("µ", "u").replace("μ", "u")
+    if word in ("nm", "NM") and measured != "length":
+        return _Size(_POWERS["moment"], 1e3)
+    if word in _EXACT:
+        return _EXACT[word]
+    # MPA, SEC, KN; force_kn, stress_mpa; Sec. In other mixtures of cases a prefix matters: mPa is not MPa. "In" is the
+    # only short unit that rigs write like a title.
+    plain = word.isupper() or word.islower() or (word.istitle() and (len(word) > 2 or word == "In"))
+    folded = _FOLDED.get(word.lower(), set()) if plain else set()
+    return next(iter(folded)) if len(folded) == 1 else None
+
+
+def _glued(first: str, second: str, measured: str) -> _Size | None:
+    """Return the moment of a force and a length written together, ``daNcm``, ``ftlb``, ``mkp``, ``nm``; or None."""
+    one, two = _single(first, measured), _single(second, measured)
+    kinds = [size and _MEASURED.get(size.powers) for size in (one, two)]
+    if one is None or two is None or sorted(map(str, kinds)) != ["force", "length"]:
+        return None
+    # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
+    before = second.lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
+    return one.times(two) if kinds[0] == "force" or before else None
+
+
+def _foreign(bare: str, measured: str) -> Unit | None:
+    """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
+
+    The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.
+    """
+    expression = re.sub(r"[·⋅×∙•.\-_]", "*", bare).replace("^", "**").replace("²", "**2").replace("³", "**3")
+    expression = re.sub(r"(?<=[A-Za-zµμ])([2-4])(?!\d)", r"**\1", expression)
+    if len(expression) > _LONGEST or not _EXPRESSION.fullmatch(expression):
+        return None
+    words = re.findall(r"[^\W\d_]+", expression)
+    if "pond" in expression or not _PARTS.isdisjoint(words):
+        return None
+    import pint  # here, because importing it takes longer than checking a case
+
+    try:
+        parsed = [next(iter(_registry().parse_unit_name(word)), ("", "", "")) for word in words]
+        if any(
+            suffix == "s" and (len(w) < 3 or not w.islower())
+            for w, (_, _, suffix) in zip(words, parsed, strict=True)
+        ):
+            return None
+        known = str(_registry().parse_units(expression))
+        quantity = _registry().Quantity(1.0, known).to_base_units()
+    except (pint.PintError, ArithmeticError, AttributeError, TypeError, ValueError):
+        return None
+    found = _judged(bare, known, quantity)
+    if found is None or found.measured == OTHER:
+        return found
+    if found.measured in ("angle", "strain"):
+        return Unit(OTHER, bare, 0.0)  # mV/V, the angle "mil" of gunners
+    return None if any(prefix for prefix, _, _ in parsed) else found
+
+
+def _judged(text: str, known: str, quantity: Any) -> Unit | None:
+    """Return the unit for a quantity in base units."""
+    base = str(quantity.units)
+    dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
+    size = float(f"{float(quantity.magnitude):.14g}")
+    if base in ("radian", "dimensionless"):
+        return Unit("angle" if base == "radian" else "strain", text, size)
+    # An energy has the dimensions of a moment, and so has a moment per angle.
+    # pint's pixels and points are lengths on a printed page.
+    foreign = re.search(
+        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count", f"{known} {base}"
+    )
+    for of, wanted, scale in _DIMENSIONS:
+        if dimensions == wanted and not foreign:
+            low, high = _SENSIBLE[of]
+            factor = float(f"{size * scale:.14g}")
+            return Unit(of, text, factor) if low <= factor <= high else None
+    return Unit(OTHER, text, 0.0)
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()

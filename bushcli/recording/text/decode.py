@@ -1,0 +1,94 @@
+"""Bytes -> text: by byte-order mark, else by the bytes themselves.
+
+UTF-16 without a mark has zeros in every second byte, because a table consists mostly of digits. Bytes that are not
+valid UTF-8 are Latin-1 (as in Windows) or GBK: Chinese characters are pairs of bytes beyond 127, and the common ones
+begin with 0xB0 to 0xD7, where Latin-1 has capital letters with accents; single letters with accents between others, as
+in ``Prüfzeit``, are not pairs.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from itertools import islice
+from pathlib import Path
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.runtime.bounded import TooLarge, read_bounded
+
+#: Bytes. Two million rows of three columns; reading them takes about a quarter of a minute.
+LARGEST_FILE = 64_000_000
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, because it begins with the mark of UTF-16
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+#: Bytes that are examined for UTF-16, and share of zeros in every second one of them; below, the number of runs of
+#: bytes beyond 127 that are examined for Chinese, and the share of common characters.
+_LOOKED_AT, _ZEROS = 65_536, 0.6
+_MOST_RUNS, _COMMON = 10_000, 0.8
+_BEYOND = re.compile(rb"[\x80-\xff]+")
+
+
+def decoded(path: Path) -> str:
+    """Return the text of a file, without byte-order mark, with line feeds between lines.
+
+    Raises
+    ------
+    RecordingError
+        When there is no such file, or it cannot be read, is not text, or is empty.
+    """
+    try:
+        content = read_bounded(path, LARGEST_FILE)
+    except FileNotFoundError:
+        raise RecordingError(Problem(str(path), "no such file")) from None
+    except IsADirectoryError:
+        raise RecordingError(Problem(str(path), "is a directory", expected="a CSV file")) from None
+    except TooLarge as error:
+        raise RecordingError(
+            Problem(str(path), str(error), "", "every tenth row is enough for a fit")
+        ) from None
+    except (OSError, ValueError) as error:
+        raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
+    marked = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
+    text = ""
+    for encoding in marked or _unmarked(content):
+        try:
+            text = content.decode(encoding)
+            break
+        except UnicodeDecodeError:
+            continue
+    text = text.rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # Ctrl-Z: the end of a file for DOS
+    if "\0" in text or (content and not text):
+        raise RecordingError(
+            Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")
+        )
+    if not text.strip():
+        raise RecordingError(Problem(str(path), "is empty"))
+    return text
+
+
+def _unmarked(content: bytes) -> list[str]:
+    """Return the encodings to try for a text without a byte-order mark."""
+    head = content[:_LOOKED_AT]
+    half = max(len(head) // 2, 1)
+    odd, even = head[1::2].count(0), head[::2].count(0)
+    if odd > _ZEROS * half and even < 0.01 * half:
+        return ["utf-16-le"]
+    if even > _ZEROS * half and odd < 0.01 * half:
+        return ["utf-16-be"]
+    return ["utf-8", "gb18030", "cp1252"] if _is_chinese(content) else ["utf-8", "cp1252", "latin-1"]
+
+
+def _is_chinese(content: bytes) -> bool:
+    """Whether the bytes beyond 127 are pairs, most of which begin like common Chinese characters."""
+    runs = [found[0] for found in islice(_BEYOND.finditer(content), _MOST_RUNS)]
+    pairs = [run[i] for run in runs for i in range(0, len(run), 2)]
+    if not pairs or any(len(run) % 2 for run in runs):
+        return False
+    common = sum(0xB0 <= lead <= 0xD7 for lead in pairs)
+    # Full-width signs and letters, such as the brackets around a unit, begin with 0xA1 to 0xA3.
+    signs = sum(0xA1 <= lead <= 0xA3 for lead in pairs)
+    return common > 0 and common + signs >= _COMMON * len(pairs)

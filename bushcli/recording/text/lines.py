@@ -1,0 +1,122 @@
+"""Lines of a text file, and their fields."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.text.fields import begins_with_missing, is_grouped, is_number, only_numbers
+
+COMMENTS = ("#", "%", "//")
+#: Bound on the work: a line of a thousand columns has some ten thousand characters.
+LONGEST_LINE = 20_000
+#: A quotation mark that begins a field, and one that ends it; an inch (") stands behind a name instead.
+_OPEN, _CLOSED = re.compile(r'(?:^|[,;\t])\s*"[^"]*$'), re.compile(r'^[^"]*"\s*(?:$|[,;\t])')
+#: Most line breaks within the names of a header: judgement, two for each of twenty columns.
+_BREAKS = 40
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that is not empty: its number from 1, its text, and whether it is a comment."""
+
+    number: int
+    text: str
+    comment: bool
+
+    @property
+    def uncommented(self) -> str:
+        """The text without the signs that make it a comment."""
+        return re.sub(r"^\s*(#|%(?=\s)|//)+", "", self.text)
+
+
+def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
+    """Return the lines of a text that are not empty.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    text : str
+        With line feeds between lines.
+    first : int
+        Number of the first line.
+
+    Raises
+    ------
+    RecordingError
+        When a line is too long.
+    """
+    lines = []
+    for number, line in _unbroken(text.split("\n"), first):
+        if len(line) > LONGEST_LINE:
+            what = f"has {len(line)} characters"
+            expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
+            raise RecordingError(Problem(f"{path}:{number}", what, "", expected))
+        if line.strip():
+            comment = line.lstrip().startswith(COMMENTS) and not begins_with_missing(line)
+            lines.append(Line(number, line, comment))
+    return lines
+
+
+def _unbroken(physical: Sequence[str], first: int) -> Iterator[tuple[int, str]]:
+    """Yield lines with their numbers; a line break within quotation marks, as in a cell of Excel, is a blank."""
+    number = 0
+    while number < len(physical):
+        line, taken = physical[number], 1
+        if line.count('"') % 2 and _OPEN.search(line):
+            for more in range(1, min(_BREAKS, len(physical) - number - 1) + 1):
+                whole = " ".join(physical[number : number + more + 1])
+                if whole.count('"') % 2 == 0 and _CLOSED.search(physical[number + more]):
+                    line, taken = whole, more + 1
+                    break
+        yield number + first, line
+        number += taken
+
+
+def split_line(text: str, delimiter: str) -> list[str]:
+    """Return the fields of a line.
+
+    Parameters
+    ----------
+    text : str
+    delimiter : str
+    """
+    if delimiter == " ":
+        text = text.replace("\t", " ").strip()
+    if delimiter == "|":
+        # A table in Markdown begins and ends its rows with the delimiter.
+        text = text.strip().removeprefix("|").removesuffix("|")
+    # In a row of units, a single quotation mark means an inch.
+    if text.count('"') % 2 == 0 and '"' in text:
+        try:
+            fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
+            return [f.strip() for f in fields if f.strip() or delimiter != " "]
+        except (csv.Error, StopIteration):
+            pass
+    return text.split() if delimiter == " " else [field.strip() for field in text.split(delimiter)]
+
+
+def trimmed(fields: list[str]) -> list[str]:
+    """Return the fields without empty ones at the end: trailing delimiters."""
+    end = len(fields)
+    while end and not fields[end - 1]:
+        end -= 1
+    return fields[:end]
+
+
+def numbers_in(fields: list[str], decimal: str) -> int:
+    """Return how many of the fields of a line are numbers.
+
+    Parameters
+    ----------
+    fields : list of str
+    decimal : str
+    """
+    if only_numbers(fields, decimal):
+        return len(fields) - fields.count("")
+    return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)

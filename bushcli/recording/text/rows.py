@@ -1,0 +1,219 @@
+"""Rows of a text: fields line by line, and long runs of lines of numbers, which are recognised and parsed in bulk."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.text.fields import NUMBER, is_grouped, is_number, only_numbers, to_float
+from bushcli.recording.text.lines import COMMENTS, Line, lines_of, split_line, trimmed
+
+Array = NDArray[np.float64]
+
+#: Lines of a file, at its beginning, from which the form of its rows is taken, and least number of lines of a run: up
+#: to these, reading line by line takes a tenth of a second.
+HEAD = 2_000
+#: Lines before the end of the head that must have that form.
+_ALIKE = 200
+#: Characters that are parsed at a time, so that the fields of a large file are never in memory together.
+_PIECE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Form:
+    """The form of a row: delimiter, decimal sign, fields, empty ones at its end, and which of them are numbers."""
+
+    delimiter: str
+    decimal: str
+    empty: int
+    numeric: tuple[bool, ...]
+
+    @staticmethod
+    def of(head: Sequence[Line], delimiter: str, decimal: str) -> Form | None:
+        """Return the form that the last lines of a head have; None where they differ, or have one only by lines."""
+        rows = [split_line(line.text, delimiter) for line in head[-_ALIKE:]]
+        filled = {len(trimmed(fields)) for fields in rows}
+        if len({len(fields) for fields in rows}) != 1 or len(filled) != 1 or delimiter in (decimal, "|"):
+            return None
+        width = filled.pop()
+        columns = list(zip(*(fields[:width] for fields in rows), strict=True))
+        numeric = tuple(all(re.fullmatch(NUMBER[decimal], text, re.ASCII) for text in one) for one in columns)
+        for texts, plain in zip(columns, numeric, strict=True):
+            if not plain and any(is_grouped(text, decimal) or is_number(text, decimal) for text in texts):
+                return None
+        # A row has two numbers, and not more texts than numbers.
+        numbers = sum(numeric)
+        if numbers < 2 or 2 * numbers < len(numeric):
+            return None
+        return Form(delimiter, decimal, len(rows[0]) - len(numeric), numeric)
+
+    @cached_property
+    def lines(self) -> re.Pattern[str]:
+        """Consecutive lines of the form, each with its end; without backtracking, so that the work is proportional."""
+        blanks, number = ("[ ]*+", NUMBER[self.decimal])
+        number = rf'{blanks}(?:{number}|"{number}"){blanks}'
+        text = rf'[^{self.delimiter}\n"]*+'
+        between = re.escape(self.delimiter)
+        if self.delimiter == " ":
+            number, text, between = NUMBER[self.decimal], r'[^\s"]++', "[ \t]++"
+        fields = between.join(number if plain else text for plain in self.numeric)
+        end = rf"(?:{between}[ ]*+){{{self.empty}}}" if self.empty else ""
+        end += "[ \t]*+" if self.delimiter == " " else ""
+        begin = r"[ \t]*+" if self.delimiter == " " else ""
+        comment = "" if self.numeric[0] else rf"(?!\s*+(?:{'|'.join(map(re.escape, COMMENTS))}))"
+        return re.compile(rf"(?:{comment}{begin}{fields}{end}\n)*+", re.ASCII)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of fields without surrounding blanks, and the number of the line of each, from 1."""
+
+    fields: list[list[str]] = field(repr=False)
+    lines: list[int] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.fields)
+
+    def line(self, row: int) -> int:
+        """Return the number of the line of a row, from 0."""
+        return self.lines[row]
+
+    def text(self, row: int, column: int) -> str:
+        """Return a field; an empty text where the row has fewer."""
+        fields = self.fields[row]
+        return fields[column] if column < len(fields) else ""
+
+    def texts(self, column: int) -> list[str]:
+        """Return the fields of a column."""
+        return [fields[column] if column < len(fields) else "" for fields in self.fields]
+
+    def numbers(self, column: int, decimal: str) -> tuple[Array, bool]:
+        """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
+        texts = self.texts(column)
+        return np.array([to_float(text, decimal) for text in texts]), only_numbers(texts, decimal)
+
+    def first(self, count: int) -> Rows:
+        """Return the first rows."""
+        return Rows(self.fields[:count], self.lines[:count])
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Consecutive lines of one form: characters ``begin:end`` of the text, the first of which is line `at`, from 1."""
+
+    whole: str = field(repr=False)
+    begin: int
+    end: int
+    at: int
+    form: Form
+
+    @cached_property
+    def _ends(self) -> NDArray[np.int64]:
+        found = re.compile("\n").finditer(self.whole, self.begin, self.end)
+        return np.fromiter((one.start() for one in found), dtype=np.int64)
+
+    @cached_property
+    def _count(self) -> int:
+        return self.whole.count("\n", self.begin, self.end)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def line(self, row: int) -> int:
+        """Return the number of the line of a row, from 0."""
+        return self.at + row
+
+    def text(self, row: int, column: int) -> str:
+        """Return a field; an empty text where the row has fewer."""
+        begin = self.begin if row == 0 else int(self._ends[row - 1]) + 1
+        fields = split_line(self.whole[begin : int(self._ends[row])], self.form.delimiter)
+        return fields[column] if column < len(fields) else ""
+
+    def _pieces(self) -> Iterator[str]:
+        at = self.begin
+        while at < self.end:
+            end = self.whole.rfind("\n", at, min(at + _PIECE, self.end)) + 1
+            yield self.whole[at:end]
+            at = end
+
+    def texts(self, column: int) -> list[str]:
+        """Return the fields of a column."""
+        if column >= len(self.form.numeric):
+            return [""] * len(self)
+        lines = (line for piece in self._pieces() for line in piece.split("\n")[:-1])
+        return [split_line(line, self.form.delimiter)[column] for line in lines]
+
+    def numbers(self, column: int, decimal: str) -> tuple[Array, bool]:
+        """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
+        if column >= len(self.form.numeric) or not self.form.numeric[column]:
+            return np.full(len(self), np.nan), False
+        if column not in self._parsed:
+            self._parsed[column] = self._numbers(column)
+        return self._parsed[column], True
+
+    @cached_property
+    def _parsed(self) -> dict[int, Array]:
+        return {}
+
+    def _numbers(self, column: int) -> Array:
+        found = []
+        for piece in self._pieces():
+            # What stands in other columns is not parsed.
+            text = piece.replace("D", "e").replace("d", "e").replace('"', "")
+            lines = (text.replace(",", ".") if self.form.decimal == "," else text).split("\n")[:-1]
+            delimiter = None if self.form.delimiter == " " else self.form.delimiter
+            found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
+        return np.concatenate(found)
+
+    def first(self, count: int) -> Run:
+        """Return the first rows."""
+        return replace(self, end=int(self._ends[count - 1]) + 1) if count else replace(self, end=self.begin)
+
+
+def end_of_head(text: str) -> int:
+    """Return where the line behind the head of a long text begins; 0 in a text that has no room for a run."""
+    at = 0
+    for _ in range(HEAD):
+        at = text.find("\n", at) + 1
+        if not at:
+            return 0
+    return at if text.count("\n", at) > HEAD else 0
+
+
+def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[Run]]:
+    """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these.
+
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    text : str
+    begin : int
+        Where the line behind the head begins.
+    form : Form
+
+    Raises
+    ------
+    RecordingError
+        When a line is too long.
+    """
+    lines: list[Line] = []
+    runs: list[Run] = []
+    rest, number, at = 0, 1, begin
+    while at < len(text):
+        found = form.lines.match(text, at)
+        end = found.end() if found else at
+        if end > at and (count := text.count("\n", at, end)) > HEAD:
+            lines += lines_of(path, text[rest:at], number)
+            number += text.count("\n", rest, at)
+            rest = text.rfind("\n", at, end - 1) + 1
+            runs.append(Run(text, at, rest, number, form))
+            number += count - 1
+        at = (text.find("\n", end) + 1) or len(text)
+    return [*lines, *lines_of(path, text[rest:], number)], runs

@@ -1,0 +1,1 @@
+"""Columns -> channels with clocks: time stamps, rates, rasters, and counts of cycles."""

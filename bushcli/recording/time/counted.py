@@ -1,0 +1,92 @@
+"""The rig's own count of cycles: a column of the file whose number changes with each cycle."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.segment import segment
+from bushcli.errors import RecordingError
+from bushcli.recording.header.header import heading
+from bushcli.recording.text.table import Table
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int_]
+
+#: Words of which one has to be in the name, and words that may stand beside it; "cycle time" is no count.
+_CYCLE = re.compile(
+    r"cycles?|cyc|zykl(?:us|en)|(?:zyklus|zyklen|zykel)(?:zahl|zähler|nummer|nr)?|last(?:spiele?|wechsel)(?:zahl|zähler|nr)?"
+    r"|schwingspiele?(?:zahl)?|cicl[oi]s?|cykl|cyklus|cykel|循环(?:次数|数)?|サイクル(?:数)?|segments?|seg|loops?|blocks?|abschnitte?"
+)
+_BESIDE = re.compile(
+    r"counts?|counter|number|num|no|nr|n|id|index|total|elapsed|current|actual|of|the|axial|radial|torsional|channel"
+    r"|zähler|zahl|nummer|anzahl|aktuelle[rs]?|numéro|numero|número|compteur|nombre|contador"
+)
+_NAMED = re.compile(r"[^\W\d_]+[\s._#:\-]*(\d{1,9})")
+# Most cycles, by the motion, in one number of the count: a column that counts blocks of cycles has more. Least share of
+# the numbers in which the motion turns back: one that counts ramps has none. Judgement.
+_ONE, _TURNING = 1.5, 0.5
+# A stretch turns back if its ends are nearer to each other than its range, by this share of it.
+_BACK = 0.2
+
+
+def counted(table: Table, rows: Index, displacement: Array, time: Array | None) -> tuple[int, Index] | None:
+    """Return the column in which the rig counts cycles, and the number, from 1, of each sample's cycle; None without.
+
+    What precedes the first cycle and what follows the last one, without a reversal, belongs to that cycle.
+
+    Parameters
+    ----------
+    table : Table
+    rows : (n,) array of int
+        Row of each sample.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
+    time : (n,) array or None
+        s.
+    """
+    for index, name in enumerate(table.names):
+        words = [part for word in heading(name).words for part in re.split(r"[\s._\-#:]+", word) if part]
+        named = [word for word in words if _CYCLE.fullmatch(word)]
+        if not named or not all(word in named or _BESIDE.fullmatch(word) for word in words):
+            continue
+        count = _count(table, index)
+        numbers = None if count is None else _numbers(count[rows], displacement, time)
+        if numbers is not None:
+            return index, numbers
+    return None
+
+
+def _count(table: Table, index: int) -> Array | None:
+    """Return the whole numbers in a column (n,), also behind a word, "Zyklus 3"; None if a field has none."""
+    try:
+        return np.floor(table.numbers(index))
+    except RecordingError:
+        found = [_NAMED.fullmatch(table.text(row, index)) for row in range(len(table))]
+        numbers = [one[1] for one in found if one is not None]
+        return np.array(numbers, dtype=float) if len(numbers) == len(found) else None
+
+
+def _numbers(count: Array, displacement: Array, time: Array | None) -> Index | None:
+    """Return the numbers from 1 of the cycles (n,) that a column (n,) delimits; None if it counts something else."""
+    starts = [0, *(np.flatnonzero(np.diff(count)) + 1), len(count)]
+    cut = [slice(a, b) for a, b in pairwise(starts)]
+    by_motion = [branch.cycle for branch in segment(displacement, time)]
+    if len(cut) < 2 or len(cut) > 2 * by_motion[-1] + 2:
+        return None
+    turns = [_turns_back(displacement[max(one.start - 1, 0) : one.stop]) for one in cut]
+    if not turns[0] and len(cut) > 1:
+        cut[:2], turns[:2] = [slice(0, cut[1].stop)], [turns[1]]
+    last = float(np.ptp(displacement[cut[-1]])) if len(cut) > 1 else 0.0
+    if len(cut) > 1 and not turns[-1] and last < 0.9 * float(np.ptp(displacement[cut[-2]])):
+        cut[-2:], turns[-2:] = [slice(cut[-2].start, len(count))], [turns[-2]]
+    if np.mean(turns) < _TURNING or by_motion[-1] > _ONE * len(cut):
+        return None
+    return np.repeat(np.arange(1, len(cut) + 1), [one.stop - one.start for one in cut])
+
+
+def _turns_back(q: Array) -> bool:
+    return bool(abs(q[-1] - q[0]) < (1.0 - _BACK) * np.ptp(q))

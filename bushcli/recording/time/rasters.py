@@ -1,0 +1,564 @@
+"""Channels with clocks of their own -> one table at the time stamps of the force.
+
+A logger may write the force every millisecond and the travel every ten milliseconds: two groups of a file, or two
+columns of time in one table, each in front of its channel. Here, for all formats, their clocks are compared:
+
+- Equal stamps are one clock, whether they are written as stamps or follow from an interval.
+- Where different stamps count from the same instant (a date, the start that a waveform states, the beginning of an MDF
+  file, or because they are in one table), the travel is interpolated at the stamps of the force, and a remark says so.
+- Otherwise the file is refused: rows that were not measured at the same time are never put side by side.
+
+The force is never interpolated, because its noise is estimated from the differences of its samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header.columns import Column, chosen_index, column
+from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
+from bushcli.recording.source import Quantity, Source
+from bushcli.recording.text.clock_times import ClockTimes
+from bushcli.recording.text.rows import Rows, Run
+from bushcli.recording.text.table import ArrayTable, Table, TextTable
+from bushcli.recording.time.clock import even_stamps
+from cases.mode import Mode
+
+Array = NDArray[np.float64]
+
+#: A pause of the travel's stamps is a gap, whose travel is unknown, if it is longer than this many median intervals and
+#: the travel changes by more than this share of its range. A logger that writes changes only pauses at rest.
+_PAUSE, _MOVED = 10.0, 0.01
+#: Stamps are equal if they differ by at most this share of their median interval. It admits rounding (a stamp of 1000 s
+#: in single precision is known to 0.06 ms); at 20 samples per cycle it shifts the phase by 0.003 rad.
+_EQUAL = 0.01
+#: Stamps beyond this many seconds (1979) count from 1970 where nothing else is said: no recording lasts nine years.
+_EPOCH = 3e8
+#: Rows by which a column of dates is recognised.
+_HEAD = 20
+#: Largest number of groups whose stamps are compared.
+_MOST_COMPARED = 200
+#: What is interpolated, and at the stamps of what.
+WORDS = ("the displacement", "the force")
+_RASTER = "export the channels with one common raster"
+
+
+@dataclass(frozen=True)
+class RasterColumns:
+    """Columns of a table that can be a quantity, with their clock.
+
+    Attributes
+    ----------
+    table : Table
+    columns : tuple of int
+        From 0.
+    stamps : Column
+        Their times, s; its index is -1 where the table has none.
+    """
+
+    table: Table
+    columns: tuple[int, ...]
+    stamps: Column
+
+    @property
+    def time(self) -> Array:
+        """Stamps (n,), s."""
+        return self.stamps.values
+
+    @property
+    def name(self) -> str:
+        """Where the columns are, for messages: a group, or a column of one table."""
+        if self.table.part:
+            return f'group "{self.table.part}"'
+        return ", ".join(self.table.label(index) for index in self.columns[:3])
+
+    @property
+    def raster(self) -> str:
+        """`name` with the interval of the stamps."""
+        return f"{self.name} every {float(np.median(np.diff(self.time))):.3g} s"
+
+    @property
+    def span(self) -> str:
+        """`name` with the first and the last stamp."""
+        return f"{self.name} ({self.time[0]:.6g} to {self.time[-1]:.6g} s)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JoinedTable(Table):
+    """Columns of several tables whose rows were measured at the same times.
+
+    Attributes
+    ----------
+    places : tuple of (Table, int)
+        Table and index, from 0, of each column.
+    """
+
+    places: tuple[tuple[Table, int], ...]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.places[0][0])
+
+    def line(self, row: int) -> int:
+        """Return the number of a row (from 0) in the first of the tables."""
+        return self.places[0][0].line(row)
+
+    def text(self, row: int, column: int) -> str:
+        """Return a field as written; see `Table.text`.
+
+        Parameters
+        ----------
+        row, column : int
+            From 0.
+        """
+        table, index = self.places[column]
+        return table.text(row, index)
+
+    def numbers(self, column: int, accepted: Collection[float] = ()) -> Array:
+        """Return a column as numbers; see `Table.numbers`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        accepted : collection of float
+            Numbers that look like codes for missing values and were measured, in the unit of the file.
+        """
+        table, index = self.places[column]
+        return table.numbers(index, accepted)
+
+    def clock(self, column: int, form: str = "") -> ClockTimes | None:
+        """Return a column of dates or times of day; see `Table.clock`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        form : str
+            What the case file says of its form, such as "mm:ss".
+        """
+        table, index = self.places[column]
+        return table.clock(index, form)
+
+
+def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
+    """Return tables, those with equal time stamps as one: some loggers write a group for each channel.
+
+    Parameters
+    ----------
+    tables : sequence of Table
+        Groups or sheets of a file.
+    source : Source
+    mode : Mode
+    """
+    alike: list[list[RasterColumns]] = []
+    apart = list(tables[_MOST_COMPARED:])
+    for table in tables[:_MOST_COMPARED]:
+        try:
+            one = stamped(table, (), source, mode)
+        except RecordingError:
+            one = None  # it is said where the table is needed
+        if one is None:
+            apart.append(table)
+            continue
+        group = next((group for group in alike if _same_clock(group[0], one, False)), None)
+        if group is None:
+            alike.append([one])
+        else:
+            group.append(one)
+    return [group[0].table if len(group) == 1 else _side_by_side(group) for group in alike] + apart
+
+
+def _side_by_side(group: Sequence[RasterColumns]) -> JoinedTable:
+    first = group[0].table
+    places = [
+        (one.table, index)
+        for i, one in enumerate(group)
+        for index in range(len(one.table.names))
+        if i == 0 or index != one.stamps.index
+    ]
+    return JoinedTable(
+        path=first.path,
+        names=tuple(table.names[index] for table, index in places),
+        units=tuple(table.units[index] for table, index in places),
+        part=" + ".join(one.table.part for one in group)[:200],
+        preamble=first.preamble,
+        origin=first.origin,
+        remarks=tuple(dict.fromkeys(text for one in group for text in one.table.remarks)),
+        places=tuple(places),
+    )
+
+
+def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
+    """Return columns with the time stamps of their table; None if it has none.
+
+    Parameters
+    ----------
+    table : Table
+    columns : sequence of int
+        From 0.
+    source : Source
+    mode : Mode
+
+    Raises
+    ------
+    RecordingError
+        The stamps cannot be read.
+    """
+    chosen = source.columns.get("time")
+    if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
+        source = replace(source, columns={key: one for key, one in source.columns.items() if key != "time"})
+    stamps = column(table, source, mode, "time")
+    return None if stamps is None else RasterColumns(table, tuple(columns), stamps)
+
+
+def _shift(one: RasterColumns, other: RasterColumns, together: bool) -> float | None:
+    """Return what has to be added to the stamps of the other to count from the same instant, s; None if not known.
+
+    Parameters
+    ----------
+    one, other : RasterColumns
+    together : bool
+        Whether stamps without an instant count from the same one, because they are columns of one table.
+    """
+    a, b = one.stamps.begin, other.stamps.begin
+    if a is not None and b is not None:
+        return (b.nanoseconds - a.nanoseconds) / 1e9 if a.reference == b.reference else None
+    if a is None and b is None and (together or min(one.time[0], other.time[0]) > _EPOCH):
+        return 0.0
+    return None
+
+
+def _same_clock(one: RasterColumns, other: RasterColumns, together: bool) -> bool:
+    """Whether the stamps are equal; see `_shift`. Where no instants can be compared, they count from the first."""
+    if len(one.time) != len(other.time):
+        return False
+    shift = _shift(one, other, together)
+    if shift is None and one.stamps.begin is not None and other.stamps.begin is not None:
+        return False
+    interval = float(np.median(np.abs(np.diff(one.time)))) if len(one.time) > 1 else 0.0
+    return bool(np.abs(one.time - (other.time + (shift or 0.0))).max(initial=0.0) <= _EQUAL * interval)
+
+
+def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
+    """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible.
+
+    Parameters
+    ----------
+    tables : iterable of Table
+        Groups or sheets of a file, of which none has both.
+    source : Source
+    mode : Mode
+        It determines the meaning of the columns.
+
+    Raises
+    ------
+    RecordingError
+        When several groups have the force or the travel, the stamps do not count from the same instant or run
+        backwards, or the groups do not overlap in time.
+    """
+    tables = list(tables)
+    forced = _only(tables, source, mode, "force")
+    moved = _only(tables, source, mode, "displacement")
+    return None if forced is None or moved is None else interpolated(forced, [moved], source)
+
+
+def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantity) -> RasterColumns | None:
+    """Return the only group that has a quantity; None if no group has it."""
+    if isinstance(source.columns.get(quantity), int):
+        return None  # a column's number is ambiguous if the columns are in several groups
+    wanted = WantedColumn.of(source, mode, quantity)
+    having = [table for table in tables if has_columns(table, source, mode, [quantity])]
+    # A group whose channel names the quantity precedes those that have the unit only.
+    having = [table for table in having if candidates(table, wanted)] or having
+    if not having:
+        return None
+    if len(having) > 1:
+        listed = ", ".join(f'"{table.part}"' for table in having[:8])
+        what = f"the channels have different time stamps, and the {quantity} could be in {listed}"
+        key = f'columns = {{{quantity} = "..."}} in the case file'
+        raise RecordingError(Problem(str(source.file), what, "", f"name the channel that is meant: {key}"))
+    table, chosen = having[0], source.columns.get(quantity)
+    named = [i for i, name in enumerate(table.names) if name == chosen]
+    found = stamped(table, named or candidates(table, wanted) or by_unit(table, wanted), source, mode)
+    if found is None:
+        what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
+        raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with a time in each group"))
+    return found
+
+
+def own_clocks(
+    table: Table,
+    forced: Sequence[int],
+    moved: Sequence[int],
+    source: Source,
+    mode: Mode,
+    words: tuple[str, str] = WORDS,
+) -> Table:
+    """Return a table with one clock: where several columns of time stand each in front of its channels.
+
+    Columns of time that stand beside each other describe the same rows; `bushcli.recording.header.columns` chooses one.
+
+    Parameters
+    ----------
+    table : Table
+    forced, moved : sequence of int
+        Columns of the force or the reactions, and of the travel or the motions, from 0.
+    source : Source
+    mode : Mode
+        It determines the meaning of the columns.
+    words : tuple of str
+        What they are in remarks.
+
+    Raises
+    ------
+    RecordingError
+        The stamps differ and the case names one of the columns, run backwards, or do not overlap.
+    """
+    clocks = clock_columns(table, source, mode)
+    if len(clocks) < 2 or not (forced or moved):
+        return table
+    every = []
+    for index in (*forced, *moved):
+        at = None if index in clocks else _clock_of(index, clocks, len(table.names))
+        if at is None:
+            return table
+        every.append(_with_clock(table, index, at, source, mode))
+    own, travels, chosen = every[0], every[len(forced) :], source.columns.get("time")
+    if chosen is not None:
+        every.append(_with_clock(table, own.columns[0], chosen_index(table, chosen), source, mode))
+    if all(_same_clock(own, one, True) for one in every):
+        others = {i for i in clocks if i != own.stamps.index} if chosen is None else set()
+        names = tuple("" if i in others else name for i, name in enumerate(table.names))
+        return replace(_first_rows(table, len(own.time)), names=names)
+    if any((one.stamps.begin is None) != (own.stamps.begin is None) for one in every):
+        return table  # one is a date and the other is not: a logger's two ways to write the time of a row
+    if chosen is not None:
+        labels = " and ".join(dict.fromkeys(table.label(one.stamps.index) for one in every))
+        what = f"{labels} are different times, and each channel has the one that stands beside it"
+        expected = (
+            "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
+            "column that is not a time of these channels"
+        )
+        raise RecordingError(Problem(table.where, what, "", expected))
+    if not all(_same_clock(own, one, True) for one in every[: len(forced)]):
+        what = f"{words[1]} have different columns of time"
+        raise RecordingError(Problem(table.where, what, "", "forces are not interpolated: " + _RASTER))
+    return interpolated(replace(own, columns=tuple(forced)), travels, source, words, together=True)
+
+
+def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
+    """Return the columns of time that stand apart from each other, from 0; none if two are neighbours.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    mode : Mode
+    """
+    wanted, head = WantedColumn.of(source, mode, "time"), _first_rows(table, min(len(table), _HEAD))
+    found = named_as(table, wanted) or by_unit(table, wanted)
+    clocks = sorted({*found, *(i for i in range(len(table.names)) if head.clock(i) is not None)})
+    return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
+
+
+def _clock_of(index: int, clocks: Sequence[int], width: int) -> int | None:
+    """Return the column of time of a channel: the last in front of it, or the next where the time stands behind.
+
+    Parameters
+    ----------
+    index : int
+        The channel's column, from 0.
+    clocks : sequence of int
+        Columns of time.
+    width : int
+        Number of columns.
+    """
+    if clocks[0] > 0 and clocks[-1] == width - 1:
+        return min((at for at in clocks if at > index), default=None)
+    return max((at for at in clocks if at < index), default=None)
+
+
+def _with_clock(table: Table, index: int, at: int, source: Source, mode: Mode) -> RasterColumns:
+    """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
+    cut = _first_rows(table, _filled(table, at))
+    stamps = column(cut, replace(source, columns={"time": at + 1}), mode, "time")
+    assert stamps is not None
+    return RasterColumns(cut, (index,), stamps)
+
+
+def _filled(table: Table, index: int) -> int:
+    """Return the number of rows to the last in which a column is filled."""
+    if isinstance(table, ArrayTable):
+        values = table.columns[index]
+        if values is None or values.dtype.kind not in "fmM":
+            return len(table)
+        there = ~np.isnat(values) if values.dtype.kind in "mM" else ~np.isnan(values)
+        return int(np.flatnonzero(there).max(initial=-1)) + 1
+    return max((row + 1 for row in range(len(table)) if table.text(row, index)), default=0)
+
+
+def _first_rows(table: Table, count: int) -> Table:
+    if count == len(table):
+        return table
+    if isinstance(table, ArrayTable):
+        return replace(table, columns=tuple(None if one is None else one[:count] for one in table.columns))
+    if isinstance(table, JoinedTable):
+        return replace(table, places=tuple((_first_rows(one, count), i) for one, i in table.places))
+    assert isinstance(table, TextTable)
+    parts: list[Rows | Run] = []
+    for part in table.parts:
+        parts.append(part.first(min(len(part), count)))
+        count -= len(parts[-1])
+    return replace(table, parts=tuple(parts))
+
+
+def interpolated(
+    forced: RasterColumns,
+    moved: Sequence[RasterColumns],
+    source: Source,
+    words: tuple[str, str] = WORDS,
+    together: bool = False,
+) -> ArrayTable:
+    """Return a table of the force, and of the travel at its stamps.
+
+    Parameters
+    ----------
+    forced : RasterColumns
+        Force, or reactions.
+    moved : sequence of RasterColumns
+        Travel, or several motions.
+    source : Source
+    words : tuple of str
+        What they are in remarks.
+    together : bool
+        Whether they are columns of one table; the new one then has its columns at the same places.
+
+    Raises
+    ------
+    RecordingError
+        The stamps do not count from the same instant or run backwards, or they do not overlap in time.
+    """
+    forced, moved, known, gaps = _common_stamps(forced, moved, source, together)
+    table, at = forced.table, forced.time[known]
+    values: dict[int, NDArray[np.generic]] = {forced.stamps.index: _of_time(forced, known)}
+    for index in forced.columns:
+        values[index] = table.numbers(index, source.accept)[known]
+    columns = [values.get(i) for i in range(len(table.names))]
+    # Of the other columns the rows are not those of the force.
+    names = ["" if one is None else name for name, one in zip(table.names, columns, strict=True)]
+    units = list(table.units)
+    for one in moved:
+        for index in one.columns:
+            travel = np.interp(at, one.time, one.table.numbers(index, source.accept))
+            if together:
+                columns[index], names[index] = travel, one.table.names[index]
+                continue
+            columns.append(travel)
+            names.append(one.table.names[index])
+            units.append(one.table.units[index])
+    parts = dict.fromkeys(one.table.part for one in (forced, *moved))
+    said = [text for one in (forced, *moved) for text in one.table.remarks]
+    said.append(_said(forced, moved, int(np.count_nonzero(~known)), gaps, words))
+    return ArrayTable(
+        path=source.file,
+        names=tuple(names),
+        units=tuple(units),
+        part=" + ".join(parts)[:200],
+        columns=tuple(columns),
+        preamble=table.preamble,
+        header_line=table.header_line,
+        origin=table.origin,
+        remarks=tuple(dict.fromkeys(said)),
+    )
+
+
+def _of_time(one: RasterColumns, known: NDArray[np.bool_]) -> NDArray[np.generic]:
+    """Return the column of the stamps where the travel is known: in the unit of the file, or durations for dates."""
+    if one.table.clock(one.stamps.index) is None:
+        return one.table.numbers(one.stamps.index)[known]
+    return np.asarray(np.rint(1e9 * one.time[known]).astype("m8[ns]"))
+
+
+def _common_stamps(
+    forced: RasterColumns, moved: Sequence[RasterColumns], source: Source, together: bool
+) -> tuple[RasterColumns, list[RasterColumns], NDArray[np.bool_], int]:
+    """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
+    by stamp of the force; and the number of gaps of the travels.
+    """
+    forced, *moved = (_forwards(one) for one in (forced, *moved))
+    found, gaps = list[RasterColumns](), 0
+    known = np.ones(len(forced.time), dtype=bool)
+    for one in moved:
+        shift = _shift(forced, one, together)
+        if shift is None:
+            what = f"{forced.name} and {one.name} have different time stamps"
+            what += ", and the file does not say that they count from the same instant"
+            raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with dates"))
+        one = replace(one, stamps=replace(one.stamps, values=one.time + shift))
+        there, count = _known_at(one, forced.time, source)
+        known &= there
+        gaps += count
+        found.append(one)
+    if np.count_nonzero(known) < 2:
+        spans = " and ".join(dict.fromkeys(one.span for one in (forced, *found)))
+        what = f"{spans} do not overlap in time"
+        raise RecordingError(Problem(str(source.file), what, "", "were they recorded in the same run?"))
+    return forced, found, known, gaps
+
+
+def _forwards(one: RasterColumns) -> RasterColumns:
+    """Return columns with stamps that can be interpolated at, those with too few digits at equal intervals."""
+    time = one.time
+    if (np.diff(time) < 0.0).any():
+        row = int(np.argmax(np.diff(time) < 0.0)) + 1
+        what = f"the time runs backwards, {time[row]:g} s follows {time[row - 1]:g} s"
+        raise RecordingError(Problem(one.table.place(row), what, "", _RASTER))
+    even = even_stamps(time)
+    return one if even is None else replace(one, stamps=replace(one.stamps, values=even))
+
+
+def _known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
+    """Return whether a travel is known at each stamp (n,), and the number of its gaps.
+
+    Parameters
+    ----------
+    moved : RasterColumns
+        The travel.
+    time : (n,) array
+        Stamps, s.
+    source : Source
+        Its `accept` lists values that are not codes.
+    """
+    intervals = np.diff(moved.time)
+    known = (time >= moved.time[0]) & (time <= moved.time[-1])
+    if not len(intervals):
+        return np.zeros(len(time), dtype=bool), 0
+    values = moved.table.numbers(moved.columns[0], source.accept)
+    paused = intervals > _PAUSE * np.median(intervals)
+    paused &= np.abs(np.diff(values)) > _MOVED * np.ptp(values)
+    gaps = np.flatnonzero(paused)
+    for gap in gaps:
+        known &= (time <= moved.time[gap]) | (time >= moved.time[gap + 1])
+    return known, len(gaps)
+
+
+def _said(
+    forced: RasterColumns, moved: Sequence[RasterColumns], lost: int, gaps: int, words: tuple[str, str]
+) -> str:
+    rasters = " and ".join(dict.fromkeys(one.raster for one in moved))
+    text = (
+        f"{words[0]}, in {rasters}, is interpolated at the {len(forced.time)} time stamps "
+        f"of {words[1]}, in {forced.raster}"
+    )
+    if lost:
+        where = "before its beginning or after its end"
+        where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
+        text += f"; {lost} of them, {where}, are left out"
+    return text

@@ -1,0 +1,109 @@
+"""Columns -> samples: time stamps repaired or computed, repeated rows left out; each change is reported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.recorded import Repair
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header.columns import Column
+from bushcli.recording.source import Source
+from bushcli.recording.text.table import Table
+from bushcli.recording.time.clock import clock, missing_time
+from bushcli.recording.time.repeated import updates
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples in internal units, and the changes to them.
+
+    Attributes
+    ----------
+    displacement, force : (n,) arrays
+    time : (n,) array or None
+        s.
+    rows : (n,) array of int
+        Row of each sample in the table, from 0.
+    repeated : tuple of int
+        Rows, from 0, that were left out because they repeat the row before them, time included.
+    repairs : tuple of Repair
+    """
+
+    displacement: Array
+    force: Array
+    time: Array | None
+    rows: NDArray[np.int_]
+    repeated: tuple[int, ...] = ()
+    repairs: tuple[Repair, ...] = ()
+
+
+def timed(
+    table: Table, source: Source, stamps: Column | None, displacement: Array, force: Array, fewest: int
+) -> Samples:
+    """Return the samples with their times, repaired or computed as the case specifies.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    stamps : Column or None
+        Times of the file.
+    displacement, force : (n,) arrays
+    fewest : int
+        Number of samples that must remain.
+
+    Raises
+    ------
+    RecordingError
+    """
+    if stamps is None:
+        time, text = missing_time(source, table, displacement)
+        rows = np.arange(len(displacement))
+        return Samples(displacement, force, time, rows, (), (Repair("columns", text),) if text else ())
+    for key in ("sample_rate", "rate"):
+        if getattr(source, key) is not None:
+            what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
+            raise RecordingError(Problem(table.where, what, "", f"delete {key} from the case file"))
+    found = clock(table, stamps, displacement, force)
+    kept = found.kept
+    if kept.sum() < fewest:
+        what = f"has only {kept.sum()} different rows"
+        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+    repeated = tuple(int(i) for i in np.flatnonzero(~kept))
+    repairs = tuple(Repair("time", text) for text in found.repairs)
+    return Samples(displacement[kept], force[kept], found.time, np.flatnonzero(kept), repeated, repairs)
+
+
+def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
+    """Leave out the rows between the updates of a channel that was logged more slowly than the others.
+
+    Parameters
+    ----------
+    table : Table
+    samples : Samples
+    moved, forced : Column
+        As read from the file.
+    fewest : int
+        Number of samples that must remain.
+    """
+    for values, other, one in (
+        (samples.force, samples.displacement, forced),
+        (samples.displacement, samples.force, moved),
+    ):
+        kept = updates(values, other)
+        if kept is None or kept.sum() < fewest:
+            continue
+        text = (
+            f"{table.label(one.index)} is updated only every {len(kept) / kept.sum():.3g} rows; the "
+            f"{int((~kept).sum())} of {len(kept)} rows between, which repeat it, are left out"
+        )
+        time = None if samples.time is None else samples.time[kept]
+        repairs = (*samples.repairs, Repair("stuck", text))
+        moved_, forced_, rows = samples.displacement[kept], samples.force[kept], samples.rows[kept]
+        return Samples(moved_, forced_, time, rows, samples.repeated, repairs)
+    return samples
