@@ -164,15 +164,7 @@ def _names(requested: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
-    """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit.
-
-    Parameters
-    ----------
-    run : Run
-        Options of the command.
-    budget : float or None
-        s; None if there is none, so that the time left is not known.
-    """
+    """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit."""
     if run.quiet or not is_first_rank():
         return None
     begin, last = time.perf_counter(), ""

@@ -73,17 +73,7 @@ def resumes(what: str) -> Callable[[F], F]:
 
 
 def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> None:
-    """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on.
-
-    Parameters
-    ----------
-    error : BaseException
-        What has ended the run; of other errors nothing is said.
-    folder : Path or None
-        That of -o.
-    what : str
-        What is saved, in the plural.
-    """
+    """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on."""
     from bushcli.runtime.executor import SchedulerLost
 
     lost = isinstance(error, SchedulerLost)

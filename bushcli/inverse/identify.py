@@ -228,15 +228,7 @@ class _Searches:
         problem.begin_profiles(states[_best(self.minima)])
 
     def result(self, interrupted: bool, begin: float) -> Fit:
-        """Return the best minimum as a fit, with its uncertainty.
-
-        Parameters
-        ----------
-        interrupted : bool
-            Whether Ctrl-C or SIGTERM ended the search.
-        begin : float
-            When the identification began, s of `time.perf_counter`.
-        """
+        """Return the best minimum as a fit, with its uncertainty."""
         task, problem = self.task, self.problem
         best = self.minima[_best(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves

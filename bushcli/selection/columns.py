@@ -111,13 +111,7 @@ def trials(
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
-    """Return why the specimen cannot have these effects together; empty if it can.
-
-    Parameters
-    ----------
-    case : Case
-    names : sequence of str
-    """
+    """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
         for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):

@@ -14,12 +14,6 @@ from bushcli.simulate.play import check_play
 def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
     """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
 
-    Parameters
-    ----------
-    case : Case
-    measured : Measured
-        Reads the recordings.
-
     Raises
     ------
     InputError

@@ -141,16 +141,7 @@ def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tup
 
 
 def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
-    """Return the row of a design without results.
-
-    Parameters
-    ----------
-    task : StudyTask
-    number : int
-        Number of the design, from 0.
-    values : sequence
-        In the order of the keys.
-    """
+    """Return the row of a design without results."""
     row: Row = {DESIGN: number, **dict(zip(task.keys, values, strict=True))}
     row |= {STATUS: "ok", KIND: "", REASON: "", CONDITIONS: "", SECONDS: 0.0}
     return row | dict.fromkeys((one.name for one in task.answers), None)
