@@ -80,6 +80,13 @@ def known_from_hardness(material: Material) -> tuple[Condition, ...]:
 def hardened(material: Material, nominal: float, shore_a: float) -> Material:
     """Return a material with its moduli scaled to another hardness.
 
+    Parameters
+    ----------
+    material : Material
+        With its parameters at the nominal hardness.
+    nominal, shore_a : float
+        Shore A hardness, a number without a unit: of the given material, and of the returned one.
+
     Raises
     ------
     ValueError

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bushcli.cli.listed import names_in
-from bushcli.cli.positive import PositiveNumber
 from bushcli.cli.run import (
     DONE,
     INTERRUPTED,
@@ -20,7 +18,7 @@ from bushcli.cli.run import (
     on_a_case,
     ranks_there_are,
 )
-from bushcli.cli.shared import elsewhere, resumes, say_what_is_saved, scheduled
+from bushcli.cli.shared import PositiveNumber, elsewhere, names_in, resumes, say_what_is_saved, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 

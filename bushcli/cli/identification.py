@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from bushcli.cli.listed import names_in
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import (
     DONE,
@@ -20,7 +19,7 @@ from bushcli.cli.run import (
     on_a_case,
     wait_for_ranks,
 )
-from bushcli.cli.shared import pool, resumes, scheduled
+from bushcli.cli.shared import names_in, pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Channel, ChannelForces
+from bushcli.inverse.channel import Channel, ChannelForces, Patience
 from bushcli.inverse.journal import Journal, opened
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search

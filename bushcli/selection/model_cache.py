@@ -105,6 +105,13 @@ class ModelCache:
 
         They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
         memory; the difference that the factor leaves is added as it is.
+
+        Parameters
+        ----------
+        plain : Task
+            Of the law without effects.
+        anchor : mapping of str to float
+            Parameters of the law (MPa or dimensionless) at which both meshes are compared.
         """
 
         def made() -> dict[str, MeshCorrection]:

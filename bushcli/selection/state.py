@@ -194,7 +194,15 @@ class State:
         return State(self.problem, fitted)
 
     def with_law(self, other: State, plain: State) -> State:
-        """The model with another law, to first order: curves change by the difference of the laws without effects."""
+        """The model with another law, to first order: the curves change by the difference of the laws without effects.
+
+        Parameters
+        ----------
+        other : State
+            The fit of the other law without effects, or of the same law with free parameters.
+        plain : State
+            The model's own law without effects.
+        """
         gone = [e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed]
         state = self.without(gone)
         old, new = state.fitted, other.fitted
