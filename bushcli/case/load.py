@@ -29,6 +29,7 @@ from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.bounded import TooLarge, read_bounded
+from bushcli.runtime.condition import Condition
 from geometry.shape import shapes
 
 #: The numbers of a result, in its folder.
@@ -217,3 +218,28 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         what = "changes the law, but material.parameters are those of another law"
         problems.append(Problem(changed.where, what, expected="also give --set material.parameters={...}"))
     return problems
+
+
+_MARK = re.compile(r"#\s*<--")
+
+
+def unedited(path: Path) -> tuple[Condition, ...]:
+    """Return a condition if a case file still has lines that its user was asked to complete.
+
+    Parameters
+    ----------
+    path : Path
+    """
+    if path.suffix != ".toml" or not path.is_file():
+        return ()
+    lines = [i for i, line in enumerate(path.read_text("utf-8").splitlines(), start=1) if _MARK.search(line)]
+    if not lines:
+        return ()
+    places = f"{'line' if len(lines) == 1 else 'lines'} {', '.join(map(str, lines))}"
+    return (
+        Condition(
+            "unedited_case",
+            f"{path.name}: `bushcli init` marked {places} with <--: it cannot know these values",
+            "compare these lines with your bushing and files, and delete the marks",
+        ),
+    )
