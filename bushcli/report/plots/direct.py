@@ -66,7 +66,7 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
         return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
     if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
         return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
-    return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
+    return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
 
 
 def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
