@@ -25,6 +25,9 @@ from cases.six import MOTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
+#: kg/m3 in t/mm^3, the unit of density beside N, mm, MPa and s.
+DENSITY = 1e-12
+
 
 @dataclass(frozen=True)
 class MeshOptions:
@@ -54,12 +57,18 @@ class Material:
         By name, within the law's bounds; empty when the law is to be identified.
     terms : int, optional
         Number of terms to identify of a law that has optional ones.
+    density : float
+        t/mm^3; of vibrations only.
+    hardness : float, optional
+        Shore A from which the parameters were taken, because nothing else is known.
     """
 
     law: str
     bulk_modulus: float = math.inf
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
+    density: float = 1.1e-9
+    hardness: float | None = None
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -90,6 +99,8 @@ class LoadCase:
         File with the program, for `bushcli.recording.read_program`.
     six : SixPath, optional
         Path of six motions.
+    by_force : bool
+        The path, the rate and the source's values are forces: N, N/s (N mm, N mm/s); the march finds the travel.
     """
 
     mode: str
@@ -98,11 +109,49 @@ class LoadCase:
     steps: int = 20
     source: Source | None = None
     six: SixPath | None = None
+    by_force: bool = False
 
     @property
     def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad; 0 when the program is in a file."""
+        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
         return max(map(abs, self.path), default=0.0)
+
+
+@dataclass(frozen=True)
+class DynamicTest:
+    """Small vibrations about preloads.
+
+    Attributes
+    ----------
+    mode : str
+    frequency : tuple of float
+        Hz.
+    preload : tuple of float
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
+        with ``six``.
+    by_force : bool
+        Whether the preloads are forces.
+    amplitude : float, optional
+        Peak, mm or rad; None = small.
+    transfer : bool
+        Whether the force is taken at the held sleeve; else where the bushing is driven.
+    steps : int
+        Steps to the furthest preload.
+    six : SixPath, optional
+        Path to a pose, which is then the preload.
+    motion : int
+        Number of the motion that vibrates there (`cases.six.MOTIONS`).
+    """
+
+    mode: str
+    frequency: tuple[float, ...]
+    preload: tuple[float, ...] = (0.0,)
+    by_force: bool = False
+    amplitude: float | None = None
+    transfer: bool = True
+    steps: int = 20
+    six: SixPath | None = None
+    motion: int = 0
 
 
 @dataclass(frozen=True)
@@ -119,6 +168,8 @@ class Case:
     mesh : MeshOptions
     material : Material
     load_cases : tuple of LoadCase
+    vibrations : tuple of DynamicTest
+        Load cases with ``[load_cases.dynamic]``, which are not among the former.
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     dynamic : tuple of DynamicSource
@@ -130,6 +181,8 @@ class Case:
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
         Tolerances by dotted key, for the numbers that were given with one.
+    tables : mapping
+        The tables of the case file as written, with the overrides; empty where no file was read.
     """
 
     title: str
@@ -138,12 +191,14 @@ class Case:
     mesh: MeshOptions
     material: Material
     load_cases: tuple[LoadCase, ...] = ()
+    vibrations: tuple[DynamicTest, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     dynamic: tuple[DynamicSource, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
+    tables: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -175,7 +230,9 @@ class Case:
         return not self.material.parameters
 
 
-def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
+def load_case_names(
+    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source]
+) -> tuple[str, ...]:
     """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
 
     Parameters
@@ -232,8 +289,13 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
+            "density": float(f"{case.material.density / DENSITY:.12g}"),
+            "hardness": case.material.hardness,
         },
-        "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
+        "load_cases": [
+            *(_load_case(load_case, folder) for load_case in case.load_cases),
+            *map(_vibrations, case.vibrations),
+        ],
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
         "effects": [_effect(active, case) for active in case.effects],
@@ -251,7 +313,10 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
         return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
         given = {key: value for key, value in _source(load_case.source, folder).items() if value}
-        return shown | {key: value for key, value in given.items() if key != "name"}
+        renamed = {"file": "force_file"} if load_case.by_force else {}
+        return shown | {renamed.get(key, key): value for key, value in given.items() if key != "name"}
+    if load_case.by_force:
+        return shown | {"force_path": list(load_case.path), "rate": load_case.rate}
     turned = modes()[load_case.mode].rotational
     # Twelve digits: 30 degrees must not come back as 29.999999999999996.
     path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
@@ -259,6 +324,25 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     if rate is not None and turned:
         rate = float(f"{math.degrees(rate):.12g}")
     return shown | {"path": path, "rate": rate}
+
+
+def _vibrations(test: DynamicTest) -> dict[str, Any]:
+    unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
+    shown: dict[str, Any] = {
+        "amplitude": None if test.amplitude is None else float(f"{unit * test.amplitude:.12g}"),
+        "frequency": list(test.frequency),
+        "point": "transfer" if test.transfer else "driving",
+    }
+    if test.six is not None:
+        turned = test.motion >= 3 and test.amplitude is not None
+        shown |= {"motion": MOTIONS[test.motion]}
+        shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
+        return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
+    if test.by_force:
+        shown["preload_force"] = list(test.preload)
+    else:
+        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -271,7 +355,9 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
+    channels = (*case.channels, *tests)
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
     return {
         "name": active.effect.name,
         "parameters": {

@@ -95,7 +95,7 @@ def _of_load_cases(case: Case) -> Iterator[tuple[str, str, Array, Array | None]]
     """Yield name, mode, displacement (mm, rad, stretch - 1) and time (s) or None of each prescribed path."""
     names = (name for name, _ in case.channels)
     for name, one in zip(names, case.load_cases, strict=False):
-        if one.six is not None or one.source is not None or not one.path:
+        if one.six is not None or one.source is not None or one.by_force or not one.path:
             continue
         q = np.asarray(one.path, dtype=float)
         time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate

@@ -30,6 +30,7 @@ def check(run: Run, strict: bool) -> int:
     """
     from bushcli import report
     from bushcli.case import load_case_names
+    from bushcli.case.hardness import known_from_hardness
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
@@ -54,15 +55,26 @@ def check(run: Run, strict: bool) -> int:
     check_play_of_load_cases(case, run.tables)
     names = load_case_names(case.load_cases, case.recordings)
     programs = [
-        None if one.source is None else replace(read_program(one.source, run.tables), name=name)
+        None
+        if one.source is None
+        else replace(
+            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=name
+        )
         for name, one in zip(names, case.load_cases, strict=True)
     ]
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    odd = unusual(case, case.material, (*records, *materials, *filter(None, programs)))
-    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
-    tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
+    forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
+    moved = [one for one in programs if one is not None and one.name not in forced]
+    odd = unusual(case, case.material, (*records, *materials, *moved))
+    found = (
+        *unedited(case.path),
+        *known_from_hardness(case.material),
+        *untried_dolfinx(installed_dolfinx()),
+        *odd,
+    )
+    tests = protocol(case, curves, coupons, moved)
     checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
     run.deliver(
         lambda: report.check_json(checked, run.timings()),
@@ -162,7 +174,7 @@ def direct(
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     if not case.recordings and not case.load_cases:
-        expected = "[[recordings]] or [[load_cases]]"
+        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
     from bushcli.report.cycles import ChannelHistory
+    from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -53,6 +54,23 @@ def direct_figures(
     if shape.view is not None:
         pictures.append(geometry_picture(shape.view, INTERPRETED, shape.measures()))
     return (*pictures, *_bodies(response.channels, names))
+
+
+def dynamic_figures(response: DynamicResponse, names: Mapping[str, str]) -> tuple[Picture, ...]:
+    """Return stiffness and loss angle over frequency, a picture for each load case.
+
+    Parameters
+    ----------
+    response : DynamicResponse
+    names : mapping of str to str
+        File name by name of the load case.
+    """
+    from bushcli.report.plots.dynamic import dynamic_panels
+
+    return tuple(
+        plotted(dynamic_panels([one for one in response.curves if one.name == name], file))
+        for name, file in names.items()
+    )
 
 
 def _bodies(channels: Sequence[Simulated], names: Mapping[str, str]) -> list[Picture]:

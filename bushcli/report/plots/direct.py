@@ -66,7 +66,7 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
         return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
     if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
         return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
-    return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
+    return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
 
 
 def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
@@ -138,7 +138,7 @@ def around(x: Array, low: Array, high: Array) -> Array:
 
 
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:
-    """Return motions and reactions of a path, displacements and forces on the left, rotations and moments beside."""
+    """Return motions and reactions of a path: translations and forces left, rotations and moments right."""
     motion, largest = shown_motion(six), largest_reactions(six.force)
     title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
     above, below = [], []

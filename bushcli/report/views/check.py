@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case, LoadCase, load_case_names
+from bushcli.case import Case, DynamicTest, LoadCase, load_case_names
 from bushcli.faults import DataFault, condition
 from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.recording.dynamic.table import DynamicTable
@@ -68,12 +68,29 @@ def check_document(found: Checked) -> Document:
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
+        Section("Vibrations", [_dynamic_table(case.vibrations)]),
         Section("Recordings", [recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
         *([dynamic_tables_section(found.tables)] if found.tables else []),
         *protocol_sections(found.tests),
     ]
     return Document("", (), "plain", sections, found.conditions, seen)
+
+
+def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
+    """Return a row for each dynamic test: frequencies and preloads."""
+    heads = ("vibration", "mode", "preload", "", "frequencies", "from", "to", "")
+
+    def row(name: str, test: DynamicTest) -> Row:
+        shown = quantities(test.mode)
+        preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
+        unit = shown.force_unit if test.by_force else shown.displacement_unit
+        preloads = ("the end of its path", "") if test.six else (preload, unit)
+        ends = (f"{end(test.frequency):g}" for end in (min, max))
+        return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
+
+    rows = map(row, load_case_names(tests, ()), tests)
+    return Table("Vibrations", heads, tuple(rows), left=3)
 
 
 def recording_table(title: str, curves: Sequence[Recording]) -> Table:
@@ -115,13 +132,14 @@ def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> R
         return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read.displacement
-    low, high = (number(shown.at(float(q))) for q in (values.min(), values.max()))
-    unit = shown.displacement_unit
+    unit = shown.force_unit if load.by_force else shown.displacement_unit
+    low, high = (float(end if load.by_force else shown.at(end)) for end in (values.min(), values.max()))
+    per = 1.0 if load.by_force else shown.per_internal
     if load.source is not None:
         program = f"{len(values)} points of {load.source.file.name}"
     else:
         segments = len(values) - 1
         program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
         if load.rate is not None:
-            program += f", {number(shown.at(load.rate))} {unit or shown.displacement}/s"
-    return name, load.mode, program, low, high, unit or shown.displacement
+            program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
+    return name, load.mode, program, number(low), number(high), unit or shown.displacement

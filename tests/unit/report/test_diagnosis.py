@@ -184,6 +184,15 @@ def test_rivals_in_another_rig_are_told_by_it(case, diagnoses):
     assert found["rivals"] == [["offset@radial"], ["offset", "friction"]]
 
 
+def test_equal_prior_odds_are_told(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    for given in (False, True):
+        asked = replace(found, uniform_odds=given)
+        said = [one.text for one in section_of(asked, "How probable each effect is") if hasattr(one, "text")]
+        assert any("the same prior odds" in text for text in said) == given
+        assert report.diagnosis_json(asked, {})["uniform_odds"] is given
+
+
 # -- names and numbers -----------------------------------------------------------------------------------------------
 
 
