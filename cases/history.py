@@ -84,17 +84,27 @@ class NotConverged(RuntimeError):
         The target that the march was heading for, and the last displacement in equilibrium, mm or rad.
     reason
         Name of SNES's reason.
+    largest
+        Where a force was prescribed: displacement and force (N, N mm) of the equilibrium that came nearest to it.
     """
 
-    def __init__(self, history: History, target: float, reason: str, last: float) -> None:
+    def __init__(
+        self,
+        history: History,
+        target: float,
+        reason: str,
+        last: float,
+        largest: tuple[float, float] | None = None,
+    ) -> None:
         self.history, self.target, self.reason, self.last = history, target, reason, last
+        self.largest = largest
         super().__init__(
             f"no equilibrium found beyond displacement {last:.6g} on the way to {target:.6g} ({reason})"
         )
 
     def with_history(self, history: History) -> NotConverged:
         """Return the same failure with the history of several marches, of which this was one."""
-        return NotConverged(history, self.target, self.reason, self.last)
+        return NotConverged(history, self.target, self.reason, self.last, self.largest)
 
 
 def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:

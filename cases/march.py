@@ -18,6 +18,7 @@ from cases.equilibrium import Equilibrium
 from cases.history import Attempt, History, Interrupted, NotConverged, Observer, Progress, unsolved
 from cases.interrupt import is_interrupt
 from cases.limit import limit
+from cases.load import LIMIT_POINT, ForceSearch, PrescribedForce
 from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.recorder import Recorder
@@ -52,7 +53,7 @@ def march(
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
     path_rates: Mapping[str, Array] | None = None,
-    series: SeriesSpring | None = None,
+    drive: SeriesSpring | PrescribedForce | None = None,
     progress: Progress | None = None,
     observer: Observer | None = None,
     patience: int | None = None,
@@ -77,9 +78,9 @@ def march(
     path_rates
         Parameter -> derivative of the program's displacements with respect to it, shape (n,), for parameters that move
         the path.
-    series
-        A spring through which the bushing is driven: the program then prescribes the displacement of both together, and
-        the history's displacement is that of the bushing.
+    drive
+        What the program prescribes where that is not the bushing's own displacement, which the history has: with a
+        spring in series the displacement of both together, with a prescribed force the force.
     progress
         Called after each target.
     observer
@@ -91,15 +92,16 @@ def march(
     Raises
     ------
     NotConverged
-        The step was cut back to the smallest length and still failed, or more steps failed than `patience` allows.
-        Carries the history so far.
+        The step was cut back to the smallest length and still failed, more steps failed than `patience` allows, or no
+        travel carries a prescribed force (`cases.load`). Carries the history so far.
     """
     solver = Equilibrium(model, tolerance, limit(patience))
     try:
         kind = Sensitivity if model.motion.six is None else SixSensitivity
-        derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, series)
-        recorder = Recorder(program, keep_states, bool(derivatives.names))
-        run = _started(model, solver, program, derivatives, recorder, series, observer, patience)
+        derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, drive)
+        forced = isinstance(drive, PrescribedForce)
+        recorder = Recorder(program, keep_states, bool(derivatives.names), forced)
+        run = _started(model, solver, program, derivatives, recorder, drive, observer, patience)
         return run.to_end(progress)
     finally:
         solver.destroy()
@@ -111,7 +113,7 @@ def _started(
     program: Program,
     derivatives: _Derivatives,
     recorder: Recorder,
-    series: SeriesSpring | None,
+    drive: SeriesSpring | PrescribedForce | None,
     observer: Observer | None,
     patience: int | None,
 ) -> _March:
@@ -126,10 +128,16 @@ def _started(
             derivatives.follow(solver, 0, 0.0, began)
             model.commit()
     span = float(np.abs(program.displacement).max())
-    shared = None if series is None else Shared(series, span, began)
     widest = max(float(np.abs(np.diff(program.displacement, prepend=0.0)).max()), 1e-12)
+    search: Shared | ForceSearch | None = None
+    if isinstance(drive, PrescribedForce):
+        stiffness = Sensitivity(model, ()).stiffness(solver)
+        search = ForceSearch(drive, span, began, solver.force, stiffness)
+        widest /= abs(stiffness)
+    elif drive is not None:
+        search = Shared(drive, span, began)
     stepper = Stepper(model, solver, began, widest, flows=patience is None)
-    return _March(model, solver, program, derivatives, recorder, stepper, shared, observer, patience)
+    return _March(model, solver, program, derivatives, recorder, stepper, search, observer, patience)
 
 
 @dataclass
@@ -142,7 +150,7 @@ class _March:
     derivatives: _Derivatives
     recorder: Recorder
     stepper: Stepper
-    shared: Shared | None
+    search: Shared | ForceSearch | None
     observer: Observer | None
     patience: int | None
 
@@ -174,7 +182,7 @@ class _March:
         """Go to the target with this number; return how many corrections of the state it took."""
         prescribed = float(self.program.displacement[number])
         until = 0.0 if self.program.time is None else float(self.program.time[number])
-        target = prescribed if self.shared is None else self.shared.first(prescribed)
+        target = prescribed if self.search is None else self.search.first(prescribed)
         newton = 0
         self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
@@ -184,17 +192,29 @@ class _March:
             if not step.attempt.accepted:
                 self._refused(step, target, newton)
                 continue
-            if self.shared is not None and step.goal == target:
-                better = self.shared.better(target, self.solver.force, until, prescribed)
+            at = step.goal, self.solver.force, until, prescribed
+            if self.search is not None and (step.goal == target or self._passed(*at)):
+                better = self.search.better(*at)
                 if better is not None and math.isnan(better):
-                    raise self._stopped(target, "DIVERGED_SERIES")
+                    raise self._stopped(target, self.search.reason)
                 if better is not None:
-                    # Spring and bushing together are not yet at the prescribed displacement: repeat the step.
+                    # Not yet what the program prescribes: repeat the step.
                     target = better
                     continue
+                target = step.goal
             self._accepted(step, number, arrived=step.goal == target)
             if step.goal == target:
                 return newton
+
+    def _passed(self, q: float, force: float, time: float, prescribed: float) -> bool:
+        """Whether an equilibrium on the way to a trial already carries more than the prescribed force."""
+        if not isinstance(self.search, ForceSearch):
+            return False
+        before = self.stepper.q, self.stepper.force
+        # Rubber that relaxes may carry less although it is stiff.
+        if self.program.time is None and self.search.falls(before, (q, force), time):
+            raise self._stopped(q, LIMIT_POINT)
+        return self.search.passed(q, force, time, prescribed)
 
     def record(self, number: int, newton: int) -> None:
         """Record a target that was reached."""
@@ -229,16 +249,20 @@ class _March:
             raise self._stopped(target, step.attempt.reason)
 
     def _stopped(self, target: float, reason: str) -> NotConverged:
-        return NotConverged(self.recorder.history(), target, reason, self.stepper.q)
+        largest = self.search.largest if isinstance(self.search, ForceSearch) else None
+        return NotConverged(self.recorder.history(), target, reason, self.stepper.q, largest)
 
 
 class _Derivatives:
     """Derivatives of the force along the march, and of the path with respect to parameters that move it."""
 
     def __init__(
-        self, sensitivity: Sensitivity, path_rates: Mapping[str, Array], series: SeriesSpring | None = None
+        self,
+        sensitivity: Sensitivity,
+        path_rates: Mapping[str, Array],
+        drive: SeriesSpring | PrescribedForce | None,
     ) -> None:
-        self._sensitivity, self._series = sensitivity, series
+        self._sensitivity, self._drive = sensitivity, drive
         self.names = sensitivity.names
         self._targets = {name: np.asarray(path_rates[name]) for name in self.names if name in path_rates}
         self._now = dict.fromkeys(self._targets, 0.0)
@@ -257,7 +281,7 @@ class _Derivatives:
             return None
         for name, targets in self._targets.items():
             self._now[name] += share * (float(targets[number]) - self._now[name])
-        self.at, self.rates = self._sensitivity(solver, self._now, self._series, time)
+        self.at, self.rates = self._sensitivity(solver, self._now, self._drive, time)
         if isinstance(self._sensitivity, SixSensitivity):
             self.reactions = self._sensitivity.reactions
         return self._sensitivity.rate

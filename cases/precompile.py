@@ -76,7 +76,7 @@ def _functions() -> Iterator[PointFunction]:
                 yield answers.volumetric_answer(setting, moduli, guarded)
             volumetric, count = answers.volumetric_slopes(setting, guarded), answers.volumetric_count(guarded)
             yield from (volumetric, answers.work_slopes(volumetric, count))
-        yield answers.metal_answer(setting)
+        yield from (answers.metal_answer(setting), answers.resting_answer(setting))
         for law, names in _laws():
             for moduli in (False, True):
                 yield answers.law_answer(setting, law, names, moduli)

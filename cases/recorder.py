@@ -22,6 +22,8 @@ class Recorder:
         Whether the unknowns at the targets are kept.
     derivatives
         Whether derivatives are recorded.
+    forced
+        Whether the program's numbers are forces.
 
     Attributes
     ----------
@@ -29,8 +31,9 @@ class Recorder:
         Every attempt so far.
     """
 
-    def __init__(self, program: Program, keep_states: bool, derivatives: bool) -> None:
+    def __init__(self, program: Program, keep_states: bool, derivatives: bool, forced: bool = False) -> None:
         self._program, self._keep, self._differentiated = program, keep_states, derivatives
+        self._forced = forced
         self.attempts: list[Attempt] = []
         self._rows: list[tuple[float, float, float, int]] = []
         self._states: list[Array] = []
@@ -123,7 +126,7 @@ class Recorder:
         return History(
             displacement=columns[:, 0],
             force=columns[:, 1],
-            time=_times(self._program, columns[:, 0]) if timed else None,
+            time=_times(self._program, columns[:, 1 if self._forced else 0]) if timed else None,
             energy=columns[:, 2],
             newton=columns[:, 3].astype(int),
             attempts=tuple(self.attempts),
@@ -136,14 +139,15 @@ class Recorder:
         )
 
 
-def _times(program: Program, displacement: Array) -> Array:
+def _times(program: Program, reached: Array) -> Array:
     """Time of each recorded point: the program's, interpolated on the way to a target that was not reached."""
     assert program.time is not None
-    count = min(len(displacement), len(program.time))
-    reached = program.time[:count].copy()
-    last = count - 1
-    if last > 0 and displacement[last] != program.displacement[last]:
-        way = program.displacement[last] - program.displacement[last - 1]
-        share = (displacement[last] - program.displacement[last - 1]) / way
-        reached[last] = reached[last - 1] + share * (program.time[last] - reached[last - 1])
-    return np.asarray(reached)
+    targets = program.displacement
+    last = min(len(reached), len(program.time)) - 1
+    found = program.time[: last + 1].copy()
+    if last > 0 and targets[last] != targets[last - 1]:
+        share = (reached[last] - targets[last - 1]) / (targets[last] - targets[last - 1])
+        # A target that was found by a search is reached to within its tolerance.
+        if not np.isclose(share, 1.0, rtol=0.0, atol=1e-5):
+            found[last] = found[last - 1] + share * (program.time[last] - found[last - 1])
+    return np.asarray(found)

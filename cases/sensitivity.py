@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
+from cases.load import PrescribedForce
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.predictor import RecentPoints
@@ -75,7 +76,7 @@ class Sensitivity:
         self,
         solver: Equilibrium,
         path_rates: Mapping[str, float] | None = None,
-        series: SeriesSpring | None = None,
+        drive: SeriesSpring | PrescribedForce | None = None,
         time: float = 0.0,
     ) -> tuple[Array, Array]:
         """Derivatives of the force and of the sleeve's displacement, shape (names,) each, at the present equilibrium.
@@ -88,10 +89,10 @@ class Sensitivity:
             Solver that has just found the equilibrium.
         path_rates
             Parameter -> derivative of the prescribed displacement, for those that move it.
-        series
-            A spring through which the sleeve is driven: the prescribed displacement is then that of both together.
+        drive
+            What is prescribed in place of the sleeve's displacement (`cases.march.march`).
         time
-            s, as in the program; for the spring.
+            s, as in the program.
         """
         model, prescribed = self.model, path_rates or {}
         changes = [self._change(name) for name in self.names]
@@ -106,19 +107,23 @@ class Sensitivity:
             rate, moved = self._solutions(solver, -forces)
             self.rate = rate
             works = forces @ rate
-        stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
+        stiffness = self._stiffness(solver.q, rate) if drive is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity
         works += [self._bent(name, solver.q) for name in self.names]
         rates = np.array([prescribed.get(name, 0.0) for name in self.names])
-        if series is not None:
+        if drive is not None:
             for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
-                rates[i] = series.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
+                rates[i] = drive.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
         if model.path_dependent:
             moved += np.outer(rates, rate)
             for one, boundary in zip(moved, boundaries, strict=True):
                 one += 0.0 if boundary is None else boundary
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return works + stiffness * rates, rates
+
+    def stiffness(self, solver: Equilibrium) -> float:
+        """Return dQ/dq at the present equilibrium, at fixed memory: N/mm or N mm/rad."""
+        return self._stiffness(solver.q, solver.tangent_rate())
 
     def _change(self, name: str) -> Numbers:
         """Return the derivative of the body's material numbers by a parameter; a step's duration does not change it."""

@@ -112,6 +112,8 @@ class Shared:
         self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, began).by_displacement)
         self._trials: list[tuple[float, float]] = []
 
+    reason = "DIVERGED_SERIES"
+
     def first(self, prescribed: float) -> float:
         """Return the first displacement to try."""
         self._trials = []

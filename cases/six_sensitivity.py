@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
+from cases.load import PrescribedForce
 from cases.ranks import summed
 from cases.rigid import completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
@@ -38,7 +39,7 @@ class SixSensitivity(Sensitivity):
         self,
         solver: Equilibrium,
         path_rates: Mapping[str, float] | None = None,
-        series: SeriesSpring | None = None,
+        drive: SeriesSpring | PrescribedForce | None = None,
         time: float = 0.0,
     ) -> tuple[Array, Array]:
         """Derivatives of the power Q and of q, shape (names,) each; those of the reactions become attributes.
@@ -47,11 +48,11 @@ class SixSensitivity(Sensitivity):
         ----------
         solver
             Solver that has just found the equilibrium.
-        path_rates, series, time
+        path_rates, drive, time
             As in `Sensitivity`; a path of six motions has none of them.
         """
         assert not path_rates
-        assert series is None
+        assert drive is None
         model, q = self.model, solver.q
         solver.factorise()
         found = tangent(model, solver.factor, q)

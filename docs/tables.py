@@ -6,6 +6,7 @@ or changed; tests/unit/test_docs.py says when that has been forgotten.
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,6 +28,11 @@ PAGES = [
     for name in ("case-file.md", "effects.md", "diagnosis-details.md", "exports.md")
 ]
 _ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
+ROOT = Path(__file__).resolve().parents[1]
+# Rooms whose constants decide on a fit, a probability or a sentence of a diagnosis.
+_WITH_CONSTANTS = ("likelihood", "evidence", "inverse", "selection", "mismatch", "diagnosis")
+# A constant is a number or made of numbers, not a text.
+_NUMBER, _WORD = re.compile(r"\d"), re.compile(r"[\"']|\bre\.|^[A-Z]\w*\(")
 _UNIT = re.compile(r", (mm|MPa|degrees)\b")
 
 
@@ -183,6 +189,41 @@ def _density(known: Prior, unit: str) -> str:
     return f"{'half-t' if known.shape == 'half_t' else 't'}, std {known.low:g}{of}"
 
 
+def constants(file: Path) -> list[tuple[str, str]]:
+    """Return the numeric constants of a module and the comment above them, which says what they are and their source.
+
+    Constants below one comment, without a blank line between them, share it.
+    """
+    lines = file.read_text(encoding="utf-8").splitlines()
+    groups: list[tuple[list[str], list[str], int]] = []
+    for node in ast.parse("\n".join(lines)).body:
+        text = ast.get_source_segment("\n".join(lines), node) or ""
+        named = re.match(r"_?[A-Z][A-Z0-9_]*(, _?[A-Z][A-Z0-9_]*)*(: [^=]+)? = ", text)
+        if named is None or not _NUMBER.search(text[named.end() :]) or _WORD.search(text[named.end() :]):
+            continue
+        first = node.lineno - 1
+        while first and lines[first - 1].startswith("#"):
+            first -= 1
+        comment = [line.lstrip("#: ") for line in lines[first : node.lineno - 1]]
+        shown = f"`{' '.join(text.split())}`".replace(", dtype=np.float64", "").replace("np.", "")
+        if not comment and groups and groups[-1][2] == first:
+            groups[-1] = ([*groups[-1][0], shown], groups[-1][1], node.end_lineno or 0)
+        else:
+            groups.append(([shown], comment, node.end_lineno or 0))
+    return [("<br>".join(names), " ".join(comment)) for names, comment, _ in groups]
+
+
+def constants_text() -> str:
+    """Return the constants of the calculation by module."""
+    rows = []
+    for file in (file for room in _WITH_CONSTANTS for file in sorted((ROOT / "bushcli" / room).glob("*.py"))):
+        module = f"`{file.parent.name}/{file.stem}`"
+        for names, comment in constants(file):
+            rows.append((module, names, comment.replace("|", "\\|")))
+            module = ""
+    return table(("module", "constants", "what they are, and their source"), rows)
+
+
 def units_text() -> str:
     """Return the systems of units of exports."""
     rows = [
@@ -222,6 +263,7 @@ def brought_up_to_date(page: str) -> str:
         "effects": effects_text(),
         "odds": odds_text(),
         "priors": priors_text(),
+        "constants": constants_text(),
         "units": units_text(),
         "cards": cards_text(),
     } | {f"effect {effect.name}": effect_text(effect) for effect in effects().values()}

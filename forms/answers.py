@@ -181,6 +181,28 @@ def metal_answer(setting: KinematicDescription) -> PointFunction:
     )
 
 
+def resting_answer(setting: KinematicDescription) -> PointFunction:
+    """Answer of a Maxwell branch's spring of unit modulus (MPa) that is at rest at the strains ``rest``.
+
+    The energy is 1/2 (tr(C' Ci^-1) - 3), Ci the isochoric C' of ``rest``. Where both strains are the same, its slopes
+    vanish, and its second derivative along a displacement v is 2 dev eps : dev eps, eps = sym(grad v F^-1).
+    """
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y, rest = variables(given["strain"]), strain_of(variables(given["rest"])[:-1])
+        strain = strain_of(y[:-1])
+        assert strain.metric is not None
+        assert rest.metric is not None
+        stretch = ufl.variable(rest.metric.adjugate().dot(strain.metric))
+        # The isochoric C is J^(-2/3) C, and its inverse is its adjugate.
+        volumes = ufl.exp(-2 / 3 * ufl.ln(strain.J) - 4 / 3 * ufl.ln(rest.J))
+        W = (volumes * stretch - 3) / 2
+        return answer(W, (*strain.volume_measures, stretch), y, given, moduli=True)
+
+    n = len(setting.names) + 1
+    return PointFunction(("at rest", "moduli", str(len(setting.names))), {"strain": n, "rest": n}, make)
+
+
 def principal_moduli(law: Law, names: tuple[str, ...]) -> PointFunction:
     """[W_1, W_2, W_11, W_12, W_22] by the principal log strains e1 and e2 at constant volume, MPa.
 

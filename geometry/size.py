@@ -10,7 +10,8 @@ Unit = Literal["mm", "cm", "m", "inch"]
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 #: Remedy for a part of impossible size.
 UNITS = 'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states'
-#: Note on a file without a unit.
+#: Notes on a file with a unit, and on one without.
+STATES = "the file states the unit of length {}"
 UNSTATED = "the file states no unit: its numbers are taken as mm (geometry.unit for another)"
 
 #: Least and largest size of a bushing, mm; beyond them the unit must be wrong.

@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, six
-from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.case import (
+    DENSITY,
+    Case,
+    DynamicTest,
+    LoadCase,
+    Material,
+    MeshOptions,
+    load_case_names,
+)
+from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
@@ -26,6 +35,7 @@ from bushcli.case.schema import (
 from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
@@ -42,6 +52,10 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
+#: kg/m3: cellular rubber, and rubber filled with lead.
+RUBBER = (100.0, 5000.0)
+#: Keys of a load case of which one gives the program.
+PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -77,13 +91,15 @@ class Builder:
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
+        loads = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material)
-            for table, keys in self._list(data, "load_cases", LoadCaseTable)
+            self._load_case(table, keys, shape, material) for table, keys in loads if table.dynamic is None
         ]
+        tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
-        active = self._effects(data, load_cases, recordings, shape)
+        tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
+        active = self._effects(data, load_cases, tests, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -98,7 +114,7 @@ class Builder:
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in load_cases if load] + [source.mode for source in recordings]
+        used = [load.mode for load in (*load_cases, *tests) if load] + [source.mode for source in recordings]
         self.findings += mesh_size(shape, options, used)
         if self.findings:
             return None
@@ -109,8 +125,10 @@ class Builder:
             mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
+            vibrations=tuple(item for item in tests if item),
             recordings=recordings,
             coupons=coupons,
+            dynamic=tables,
             effects=active,
             tolerance=tolerance,
         )
@@ -129,8 +147,13 @@ class Builder:
             self.findings += explain(error, model, keys, section)
             return None
 
-    def _list(self, data: dict[str, Any], name: str, model: type[T]) -> Iterator[tuple[T, Keys]]:
+    def _list(
+        self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
+    ) -> Iterator[tuple[T, Keys]]:
+        """Yield the tables of a list; of recordings those of a kind."""
         for raw, keys in self._entries(data, name):
+            if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
+                continue
             table = self._validated(raw, keys, model, f"[[{name}]]")
             if table is not None:
                 yield table, keys
@@ -186,7 +209,9 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
-        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
+        material = Material(
+            table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
+        )
         self.findings += checks.parameters(material)
         return material
 
@@ -205,36 +230,44 @@ class Builder:
     def _load_case(
         self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
     ) -> LoadCase | None:
-        given = [key for key in ("amplitude", "path", "file") if getattr(table, key) is not None]
+        given = [key for key in PROGRAMS if getattr(table, key) is not None]
         if len(given) != 1:
             what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
             at = (*keys, given[-1]) if given else keys
-            self.findings.append(Finding(at, what, expected="give one of amplitude, path, file"))
+            self.findings.append(Finding(at, what, expected=f"give one of {', '.join(PROGRAMS)}"))
         if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
             return None
-        key = (*keys, given[0])
+        key, by_force = (*keys, given[0]), given[0].startswith("force")
+        if by_force and (modes()[table.mode].specimen == "coupon" or modes()[table.mode].follow is not None):
+            what = f"{dotted(key)}: mode {shown(table.mode)} is loaded by a displacement"
+            self.findings.append(
+                Finding(key, what, expected="amplitude, path or file; a force loads a bushing in one mode")
+            )
+            return None
         if six.is_meant(table):
             found, findings = six.load_case(table, keys, shape, self._validated)
             self.findings += findings
             return found
-        if table.file is not None:
+        name = table.force_file if by_force else table.file
+        if name is not None:
             if table.rate is not None:
                 what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
                 self.findings.append(Finding((*keys, "rate"), what))
-            file = find_file(self.folder, key, table.file, self.findings)
+            file = find_file(self.folder, key, name, self.findings)
             if file is None:
                 return None
             source = source_of(table, table.mode, file)
             self.findings += wrong_units(keys, source)
-            return LoadCase(table.mode, steps=table.steps, source=source)
+            return LoadCase(table.mode, steps=table.steps, source=source, by_force=by_force)
         for name in sorted(FileTable.model_fields.keys() & table.model_fields_set):
             what = f"{dotted((*keys, name))} has no meaning without a file"
             self.findings.append(Finding((*keys, name), what))
-        unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
-        points = table.path if table.path is not None else [0.0, float(table.amplitude or 0.0)]
+        unit = math.radians(1.0) if modes()[table.mode].rotational and not by_force else 1.0
+        listed, largest = (table.force_path, table.force) if by_force else (table.path, table.amplitude)
+        points = listed if listed is not None else [0.0, float(largest or 0.0)]
         path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))
         rate = None if table.rate is None else unit * table.rate
-        load_case = LoadCase(table.mode, path, rate, table.steps)
+        load_case = LoadCase(table.mode, path, rate, table.steps, by_force=by_force)
         if any(a == b for a, b in pairwise(path)):
             what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
             self.findings.append(
@@ -242,9 +275,20 @@ class Builder:
                     key, what, expected="consecutive points must differ; write a hold as a file with times"
                 )
             )
-        if shape is not None:
+        if shape is not None and not by_force:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
+
+    def _vibrations(
+        self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
+    ) -> DynamicTest | None:
+        if not self._mode(keys, table.mode, shape, None, material):
+            return None
+        from bushcli.case import vibrations  # few cases have a dynamic test
+
+        found, findings = vibrations.test(table, keys, shape, self._validated)
+        self.findings += findings
+        return found
 
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
@@ -265,6 +309,26 @@ class Builder:
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
         return builder.build(tables, "coupon" if coupons else None, usual)
 
+    def _dynamic(
+        self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
+    ) -> tuple[DynamicSource, ...]:
+        """Return the tables of dynamic stiffness, of the bushing and of coupons."""
+        found: list[DynamicSource] = []
+        for section, specimen in (("recordings", None), ("coupons", "coupon")):
+            tables = list(self._list(data, section, DynamicRecordingTable, KIND))
+            if not tables:
+                continue
+            builder = SourceBuilder(
+                self.folder, self.findings, lambda *_: True, self.looks_for_files, self.tables
+            )
+
+            def known(keys: Keys, mode: str, specimen: str | None = specimen) -> bool:
+                return self._mode(keys, mode, shape, specimen, material)
+
+            names = [*taken, *(one.label for one in found)]
+            found += sources(tables, builder.files, known, names, self.findings)
+        return tuple(found)
+
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
         raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)
         if isinstance(raw, str) and raw.upper() in CLASSES:
@@ -282,6 +346,7 @@ class Builder:
         self,
         data: dict[str, Any],
         load_cases: Sequence[LoadCase | None],
+        tests: Sequence[DynamicTest | None],
         recordings: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
@@ -304,6 +369,12 @@ class Builder:
             for i, (name, load) in enumerate(named)
         ]
         channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        vibrating = [test for test in tests if test is not None]
+        channels += [
+            effects.DeclaredChannel(name, test.mode)
+            for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
+            if name not in {channel.name for channel in channels}
+        ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)

@@ -13,15 +13,20 @@ from typing import Any
 
 import numpy as np
 
+from bushcli.case.dynamic import shown_source
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.case.toleranced import Toleranced
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
+from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from cases.mode import modes
 from cases.six import MOTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
+
+#: kg/m3 in t/mm^3, the unit of density beside N, mm, MPa and s.
+DENSITY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -52,12 +57,15 @@ class Material:
         By name, within the law's bounds; empty when the law is to be identified.
     terms : int, optional
         Number of terms to identify of a law that has optional ones.
+    density : float
+        t/mm^3; of vibrations only.
     """
 
     law: str
     bulk_modulus: float = math.inf
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
+    density: float = 1.1e-9
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -88,6 +96,8 @@ class LoadCase:
         File with the program, for `bushcli.recording.read_program`.
     six : SixPath, optional
         Path of six motions.
+    by_force : bool
+        The path, the rate and the source's values are forces: N, N/s (N mm, N mm/s); the march finds the travel.
     """
 
     mode: str
@@ -96,11 +106,45 @@ class LoadCase:
     steps: int = 20
     source: Source | None = None
     six: SixPath | None = None
+    by_force: bool = False
 
     @property
     def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad; 0 when the program is in a file."""
+        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
         return max(map(abs, self.path), default=0.0)
+
+
+@dataclass(frozen=True)
+class DynamicTest:
+    """Small vibrations about preloads.
+
+    Attributes
+    ----------
+    mode : str
+    frequency : tuple of float
+        Hz.
+    preload : tuple of float
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon); 0 with ``six``.
+    amplitude : float, optional
+        Peak, mm or rad; None = small.
+    transfer : bool
+        Whether the force is taken at the held sleeve; else where the bushing is driven.
+    steps : int
+        Steps to the furthest preload.
+    six : SixPath, optional
+        Path to a pose, which is then the preload.
+    motion : int
+        Number of the motion that vibrates there (`cases.six.MOTIONS`).
+    """
+
+    mode: str
+    frequency: tuple[float, ...]
+    preload: tuple[float, ...] = (0.0,)
+    amplitude: float | None = None
+    transfer: bool = True
+    steps: int = 20
+    six: SixPath | None = None
+    motion: int = 0
 
 
 @dataclass(frozen=True)
@@ -117,8 +161,12 @@ class Case:
     mesh : MeshOptions
     material : Material
     load_cases : tuple of LoadCase
+    vibrations : tuple of DynamicTest
+        Load cases with ``[load_cases.dynamic]``, which are not among the former.
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
+    dynamic : tuple of DynamicSource
+        Tables of dynamic stiffness, of the bushing and of coupons.
     effects : tuple of ActiveEffect
         Effects that are added to the plain model, each once, or once in each rig; parameters that are not given have
         no value.
@@ -134,8 +182,10 @@ class Case:
     mesh: MeshOptions
     material: Material
     load_cases: tuple[LoadCase, ...] = ()
+    vibrations: tuple[DynamicTest, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
+    dynamic: tuple[DynamicSource, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
@@ -153,7 +203,8 @@ class Case:
         part = getattr(self.geometry, "file", None)
         programs = (load.source for load in self.load_cases if load.source is not None)
         sources = (*self.recordings, *self.coupons, *programs)
-        return (*(source.file for source in sources), *([Path(part)] if part else []))
+        tables = (file for table in self.dynamic for file in table.files)
+        return (*(source.file for source in sources), *tables, *([Path(part)] if part else []))
 
     def data_digest(self) -> str:
         """Return a digest of the present contents of `files`; one that cannot be read does not count."""
@@ -169,7 +220,9 @@ class Case:
         return not self.material.parameters
 
 
-def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
+def load_case_names(
+    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source]
+) -> tuple[str, ...]:
     """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
 
     Parameters
@@ -226,10 +279,14 @@ def resolved(case: Case) -> dict[str, Any]:
             else "inf",
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
+            "density": float(f"{case.material.density / DENSITY:.12g}"),
         },
-        "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
-        "recordings": [_source(source, folder) for source in case.recordings],
-        "coupons": [_source(source, folder) for source in case.coupons],
+        "load_cases": [
+            *(_load_case(load_case, folder) for load_case in case.load_cases),
+            *map(_vibrations, case.vibrations),
+        ],
+        "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
+        "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
         "effects": [_effect(active, case) for active in case.effects],
     } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
 
@@ -245,7 +302,10 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
         return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
         given = {key: value for key, value in _source(load_case.source, folder).items() if value}
-        return shown | {key: value for key, value in given.items() if key != "name"}
+        renamed = {"file": "force_file"} if load_case.by_force else {}
+        return shown | {renamed.get(key, key): value for key, value in given.items() if key != "name"}
+    if load_case.by_force:
+        return shown | {"force_path": list(load_case.path), "rate": load_case.rate}
     turned = modes()[load_case.mode].rotational
     # Twelve digits: 30 degrees must not come back as 29.999999999999996.
     path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
@@ -253,6 +313,22 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     if rate is not None and turned:
         rate = float(f"{math.degrees(rate):.12g}")
     return shown | {"path": path, "rate": rate}
+
+
+def _vibrations(test: DynamicTest) -> dict[str, Any]:
+    unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
+    shown: dict[str, Any] = {
+        "amplitude": None if test.amplitude is None else float(f"{unit * test.amplitude:.12g}"),
+        "frequency": list(test.frequency),
+        "point": "transfer" if test.transfer else "driving",
+    }
+    if test.six is not None:
+        turned = test.motion >= 3 and test.amplitude is not None
+        shown |= {"motion": MOTIONS[test.motion]}
+        shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
+        return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
+    shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -265,7 +341,9 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
+    channels = (*case.channels, *tests)
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
     return {
         "name": active.effect.name,
         "parameters": {
@@ -287,8 +365,12 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": list(source.accept) or None,
+        "accept": [*source.accept, *source.sound] or None,
     } | _further(source)
+
+
+def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
+    return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
 
 
 def _further(source: Source) -> dict[str, Any]:

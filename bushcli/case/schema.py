@@ -14,6 +14,8 @@ from pydantic import (
     WrapValidator,
 )
 
+from bushcli.recording.source import FaultKind
+
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
 
@@ -46,6 +48,16 @@ class CaseTable(BaseModel):
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
+def _numbers(value: Any) -> tuple[float, ...]:
+    values = value if isinstance(value, list) else [value]
+    if not values or any(isinstance(one, bool) or not isinstance(one, (int, float)) for one in values):
+        raise ValueError("neither a number nor a list of numbers")
+    return tuple(map(float, values))
+
+
+Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
+
+
 class MaterialTable(CaseTable):
     """``[material]``."""
 
@@ -55,6 +67,10 @@ class MaterialTable(CaseTable):
         default=float("inf"), gt=0, allow_inf_nan=True, description="MPa, inf = incompressible"
     )
     parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
+    # 100 parts of rubber of 920 kg/m3, 50 of carbon black of 1,800 and 10 of others of 1,000 have 1,090.
+    density: float = Field(
+        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); of vibrations only"
+    )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
     )
@@ -124,8 +140,9 @@ class FileTable(CaseTable):
     reverse: list[Literal["displacement", "force"]] | None = Field(
         default=None, description="columns whose sign is reversed; [] says that all signs are right"
     )
-    accept: list[float] | None = Field(
-        default=None, description="measured values that look like codes for missing values"
+    accept: list[float | FaultKind] | None = Field(
+        default=None,
+        description="measured values that look like codes for missing values, and kinds of data faults that are none",
     )
     group: ColumnKey | None = Field(
         default=None,
@@ -137,6 +154,33 @@ class FileTable(CaseTable):
     )
 
 
+class FrequenciesTable(CaseTable):
+    """``frequency`` as a range."""
+
+    model_config = ConfigDict(populate_by_name=False)
+
+    first: float = Field(gt=0, alias="from", description="Hz")
+    last: float = Field(gt=0, alias="to", description="Hz")
+    points: int = Field(ge=2, le=10_000, description="number of frequencies")
+    spacing: Literal["linear", "logarithmic"] = Field(default="linear", description="between the frequencies")
+
+
+class DynamicTable(CaseTable):
+    """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
+
+    preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
+    amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
+    frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
+        description="Hz; a list, or {from, to, points, spacing}"
+    )
+    point: Literal["transfer", "driving"] = Field(
+        default="transfer", description="force at the held sleeve, or where the bushing is driven"
+    )
+    motion: Motion | None = Field(
+        default=None, description="of mode path: what vibrates; absent = the motion that goes furthest"
+    )
+
+
 class LoadCaseTable(FileTable):
     """``[[load_cases]]``."""
 
@@ -145,9 +189,17 @@ class LoadCaseTable(FileTable):
     path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
         default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
     )
-    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
+    force: float | None = Field(default=None, description="largest force, N or N mm; the travel is found")
+    force_path: list[float] | None = Field(
+        default=None, min_length=2, description="forces to go through, N or N mm"
+    )
+    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s; N/s or N mm/s of a force")
     file: Name | None = Field(default=None, description="file with the path of the displacement")
+    force_file: Name | None = Field(default=None, description="file with the path of the force")
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
+    dynamic: DynamicTable | None = Field(
+        default=None, description="vibrations about preloads; a table of its own"
+    )
 
 
 class ToleranceTable(CaseTable):

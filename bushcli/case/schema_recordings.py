@@ -16,6 +16,10 @@ class RecordingTable(FileTable):
         default=None, description="a mode, see bushcli list modes; absent = the mode in the name of the file"
     )
     file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
+    kind: Literal["curve", "dynamic"] | None = Field(
+        default=None,
+        description="dynamic = a table of dynamic stiffness, or loops of sine bursts; absent = a curve",
+    )
     name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
     rate: float | None = Field(

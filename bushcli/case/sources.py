@@ -45,7 +45,8 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
-        accept=tuple(sorted(set(table.accept or ()))),
+        accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
+        sound=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
         group=table.group,
         sample_rate=table.sample_rate,
     )
@@ -133,7 +134,7 @@ class SourceBuilder:
             if table.name in taken:
                 what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
                 self.findings.append(Finding((*keys, "name"), what))
-            files, pattern = self._files((*keys, "file"), table.file)
+            files, pattern = self.files((*keys, "file"), table.file)
             if pattern and table.name is not None and len(files) > 1:
                 what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
                 self.findings.append(
@@ -240,8 +241,16 @@ class SourceBuilder:
                 self.findings.append(found)
         return Specimen(table.gauge_length, area, table.stress, table.strain)
 
-    def _files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
-        """Return the files that a name or a pattern stands for, and whether it is a pattern."""
+    def files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
+        """Return the files that a name or a pattern stands for, and whether it is a pattern.
+
+        Parameters
+        ----------
+        keys : Keys
+            Place of the name in the case file.
+        name : str
+            As written there.
+        """
         if not self.looks_for_files:
             return [self.folder / name], False
         if not _PATTERN.search(name) or is_file(self.folder / name):

@@ -20,6 +20,7 @@ Natl. Bur. Stand. 68A:259-268.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,6 @@ from forms.law import laws
 from geometry.shape import Shape
 
 Array = NDArray[np.float64]
-#: Name, mode, displacement (mm, rad, stretch - 1) and time (s) or None of a channel.
-Path = tuple[str, str, Array, Array | None]
 
 #: MPa: shear and bulk modulus.
 SHEAR, BULK = (0.01, 10.0), (200.0, 20_000.0)
@@ -48,6 +47,26 @@ RATE = (1e-4, 10.0)
 _SHORE = (20.0, 95.0)
 
 
+class Path(Protocol):
+    """A recording, or the program of a load case: mm, rad or stretch - 1, over s."""
+
+    @property
+    def name(self) -> str:
+        """Name of the channel."""
+
+    @property
+    def mode(self) -> str:
+        """Name of the mode."""
+
+    @property
+    def displacement(self) -> Array:
+        """Shape (n,)."""
+
+    @property
+    def time(self) -> Array | None:
+        """Shape (n,), or None."""
+
+
 def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple[Condition, ...]:
     """Return a condition for each number of a case that rubber bushings do not have.
 
@@ -56,33 +75,43 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
     case : Case
     material : Material
         That is simulated; its moduli are looked at if it has parameters.
-    paths : iterable of (str, str, array, array or None)
-        Channels of bushing and coupons, recorded or prescribed.
+    paths : iterable of Path
+        Recordings of the bushing and of coupons, and programs of load cases from files; those of the case file are
+        looked at in any case. A recording of six motions is left out.
     """
-    found = [*_of_the_rubber(material), *_of_the_size(case.geometry)]
-    for path in (*_of_load_cases(case), *paths):
-        found += _of_the_path(case.geometry, *path)
+    found = [*_of_the_rubber(material, case.needs_fit), *_of_the_size(case.geometry)]
+    looked_at = {name: (mode, q, time) for name, mode, q, time in _of_load_cases(case)}
+    looked_at |= {
+        path.name: (path.mode, path.displacement, path.time)
+        for path in paths
+        if getattr(path, "six", None) is None
+    }
+    for name, (mode, q, time) in looked_at.items():
+        found += _of_the_path(case.geometry, name, mode, q, time)
     return tuple(Condition("unusual_value", message, remedy) for message, remedy in found)
 
 
-def _of_load_cases(case: Case) -> Iterator[Path]:
+def _of_load_cases(case: Case) -> Iterator[tuple[str, str, Array, Array | None]]:
+    """Yield name, mode, displacement (mm, rad, stretch - 1) and time (s) or None of each prescribed path."""
     names = (name for name, _ in case.channels)
     for name, one in zip(names, case.load_cases, strict=False):
-        if one.six is not None or one.source is not None or not one.path:
+        if one.six is not None or one.source is not None or one.by_force or not one.path:
             continue
         q = np.asarray(one.path, dtype=float)
         time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
         yield name, one.mode, q, time
 
 
-def _of_the_rubber(material: Material) -> Iterator[tuple[str, str]]:
+def _of_the_rubber(material: Material, identified: bool) -> Iterator[tuple[str, str]]:
     if not material.parameters:
         return
     shear = laws()[material.law].shear_modulus(**material.parameters)
     if not SHEAR[0] <= shear <= SHEAR[1]:
         message = f"the rubber has an initial shear modulus of {shear:.3g} MPa; {SHEAR_WORDS}"
         hardness = [name for name, value in material.parameters.items() if _SHORE[0] <= value <= _SHORE[1]]
-        if shear > SHEAR[1] and hardness:
+        if identified:
+            remedy = "the law is identified from [[coupons]]: check their unit of stress, and the size of the specimens"
+        elif shear > SHEAR[1] and hardness:
             remedy = f"material.parameters.{hardness[0]} is in MPa; a rubber of 60 Shore A has C10 of about 0.6 MPa"
         elif SHEAR[0] <= shear / 1e3 <= SHEAR[1]:
             remedy = "give material.parameters in MPa: if they are in kPa, divide them by 1000"

@@ -23,6 +23,7 @@ from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
+from bushcli.cli.dynamic import dynamic
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, mistaken, unwritable
@@ -184,6 +185,7 @@ for _command in (
     mesh,
     fit,
     direct,
+    dynamic,
     inverse,
     diagnose,
     export,

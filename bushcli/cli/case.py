@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -34,7 +33,9 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
+    from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
+    from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -43,6 +44,7 @@ def check(run: Run, strict: bool) -> int:
     case = run.load()
     curves = [read_recording(source, tables=run.tables) for source in case.recordings]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
+    tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
     records, materials = [one.record for one in curves], [one.record for one in coupons]
     if not case.needs_fit:
@@ -52,29 +54,27 @@ def check(run: Run, strict: bool) -> int:
     check_play_of_load_cases(case, run.tables)
     names = load_case_names(case.load_cases, case.recordings)
     programs = [
-        None if one.source is None else replace(read_program(one.source, run.tables), name=name)
+        None
+        if one.source is None
+        else replace(
+            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=name
+        )
         for name, one in zip(names, case.load_cases, strict=True)
     ]
-    faults = find_faults(case, [*records, *materials])
+    faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    paths = [
-        (one.name, one.mode, one.displacement, one.time) for one in (*records, *materials, *programs) if one
-    ]
-    odd = unusual(case, case.material, paths)
+    forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
+    moved = [one for one in programs if one is not None and one.name not in forced]
+    odd = unusual(case, case.material, (*records, *materials, *moved))
     found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
-    result = report.case_json(case, records, materials, run.timings(), faults)
-    result["problems"] += [vars(problem) for problem in found]
-    tests = protocol(case, curves, coupons, [one for one in programs if one is not None])
-    result |= report.protocol_json(tests)
-
-    def text() -> tuple[Any, ...]:
-        from bushcli.report.text import problem_parts
-
-        said = report.case_text(case, records, materials, faults, programs)
-        return (said, *report.protocol_parts(tests), *problem_parts(found))
-
-    run.deliver(lambda: result, text, lambda output, found: report.write_check(output, found, case))
+    tests = protocol(case, curves, coupons, moved)
+    checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
+    run.deliver(
+        lambda: report.check_json(checked, run.timings()),
+        lambda _=(): report.check_document(checked),
+        lambda: report.check_files(case),
+    )
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
@@ -88,8 +88,6 @@ def mesh(run: Run) -> int:
     """
     from bushcli import report
     from bushcli.case import starter_case
-    from bushcli.case.typical import unusual
-    from bushcli.report.text import problem_parts
     from bushcli.simulate.meshes import meshes
 
     output = run.write_into(Path("out"))
@@ -105,8 +103,8 @@ def mesh(run: Run) -> int:
         raise
     run.deliver(
         lambda: report.mesh_json(case, built, run.timings()),
-        lambda: (report.mesh_text(built, case.geometry), *problem_parts(unusual(case, case.material))),
-        lambda output, found: report.write_meshes(output, built, found, case.geometry),
+        lambda _=(): report.mesh_document(case, built),
+        lambda: report.mesh_files(case, built),
     )
     part = case.path.suffix != ".toml"
     if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
@@ -170,7 +168,7 @@ def direct(
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     if not case.recordings and not case.load_cases:
-        expected = "[[recordings]] or [[load_cases]]"
+        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
@@ -193,8 +191,8 @@ def direct(
     compared = misfits(response)
     run.deliver(
         lambda: report.direct_json(response, compared, found, run.timings()),
-        lambda: report.direct_text(response, compared, found),
-        lambda output, result: report.write_direct(output, result, response, compared, found),
+        lambda pictures=(): report.direct_document(response, compared, found, pictures),
+        lambda: report.direct_files(response, compared, found),
     )
     if interrupted:
         raise KeyboardInterrupt

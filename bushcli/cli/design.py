@@ -107,8 +107,8 @@ def design(
             )
     run.deliver(
         lambda: report.design_json(found, run.timings()),
-        lambda: report.design_text(found),
-        lambda output, result: report.write_design(output, result, found),
+        lambda _=(): report.design_document(found),
+        lambda: report.Files(found.case),
     )
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 

@@ -145,8 +145,8 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
 
     run.deliver(
         lambda: report.diagnosis_json(found, run.timings()),
-        lambda: report.diagnosis_text(found),
-        lambda output, result: report.write_diagnosis(output, result, found),
+        lambda pictures=(): report.diagnosis_document(found, pictures),
+        lambda: report.diagnosis_files(found),
     )
     if any(condition.name == "interrupted" for condition in found.conditions):
         return INTERRUPTED

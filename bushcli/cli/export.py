@@ -138,7 +138,7 @@ def _said(bushing: BushingData | None) -> list[str]:
 def _summary(
     run: Run, chosen: Writer, source: ExportSource, units: str, bushing: BushingData | None
 ) -> dict[str, Any]:
-    from bushcli.report.document import cleaned, head
+    from bushcli.report.json.common import cleaned, head
 
     result = head("export", source.case, (), run.timings())
     result |= {"program": chosen.name, "units": units, "file": str(run.output)}

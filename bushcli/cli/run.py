@@ -11,7 +11,7 @@ import resource
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -26,6 +26,8 @@ from geometry.errors import GeometryError
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.table_cache import TableCache
+    from bushcli.report import Files
+    from bushcli.report.document import Document
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 #: Meaning of each exit code, for `--help`; README and docs/results.md have the same codes.
@@ -119,8 +121,8 @@ class Run:
     def deliver(
         self,
         result: Callable[[], dict[str, Any]],
-        text: Callable[[], Any],
-        write: Callable[[Path, dict[str, Any]], Sequence[Path]],
+        document: Callable[..., Document],
+        files: Callable[[], Files],
     ) -> None:
         """Write the result into the folder of -o, then print it.
 
@@ -130,10 +132,10 @@ class Run:
         ----------
         result : callable
             Returns the result as JSON-ready data.
-        text : callable
-            Returns the result as text for the terminal, or a sequence of its parts.
-        write : callable
-            Writes the result into a folder, and returns the files written.
+        document : callable
+            Returns the document of the result, with the pictures that it is given.
+        files : callable
+            Returns the files to be written besides result.json.
         """
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
@@ -143,7 +145,8 @@ class Run:
             from bushcli import report
 
             try:
-                written = write(self.output, {**found, report.QUESTION: self.question})
+                answer = {**found, report.QUESTION: self.question}
+                written = report.write(self.output, answer, files(), document)
                 self._say_where(self.output, written[0].parent)
                 let_go()
             except report.NotDrawn as error:
@@ -156,7 +159,7 @@ class Run:
             except (InputError, OSError, KeyboardInterrupt) as error:
                 failure = error
         if self.shows:
-            self.show(*(parts if isinstance(parts := text(), tuple) else (parts,)))
+            self.show(document())
         self.emit(found)
         if failure is not None:
             raise failure
@@ -202,19 +205,20 @@ class Run:
         """Whether results are printed as text: not if JSON was requested, and by one rank only."""
         return not self.json and is_first_rank()
 
-    def show(self, *renderables: Any) -> None:
-        """Print results as text on stdout, unless JSON was requested."""
-        if not self.shows:
-            return
+    def show(self, document: Document) -> None:
+        """Print a document on stdout."""
         from rich.console import Console
 
+        from bushcli.report import terminal_text
+
+        shown = terminal_text(document)
         if on_terminal(sys.stdout):
             # On a narrower console tables lose words; lines that wrap are the lesser evil.
             console = Console(highlight=False, width=max(Console().width, NARROWEST))
-            console.print(*renderables, sep="\n")
+            console.print(shown)
             return
         text = io.StringIO()
-        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(*renderables, sep="\n")
+        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(shown)
         click.echo("\n".join(printable(line.rstrip()) for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:

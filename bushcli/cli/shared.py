@@ -67,7 +67,8 @@ def resumes(what: str) -> Callable[[F], F]:
         "--resume/--fresh",
         default=None,
         help=f"Continue from the {what} that an earlier run of the same question saved in -o DIR: this is the default "
-        "where there are any; --resume refuses to begin anew beside those of another question. --fresh deletes them.",
+        "where there are any; --resume refuses to begin anew beside those of another question. --fresh replaces "
+        "those of the same question; those of other questions stay.",
     )
 
 

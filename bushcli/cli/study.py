@@ -158,7 +158,7 @@ def _plan(
 
 
 def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
-    from bushcli.report.study import described
+    from bushcli.report import described
     from bushcli.study.answers import answer, default_answers
     from bushcli.study.hardness import HARDNESS
     from bushcli.study.task import StudyTask
@@ -203,7 +203,7 @@ def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
 
     run.deliver(
         lambda: report.study_json(found, run.timings()),
-        lambda: report.study_text(found),
-        lambda output, result: report.write_study(output, result, found, rows.write),
+        lambda pictures=(): report.study_document(found, pictures),
+        lambda: report.study_files(found, rows.write),
     )
     return NEGATIVE if strict and found.failed else DONE

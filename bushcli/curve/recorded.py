@@ -154,6 +154,8 @@ class Recording(Curve):
         The whole record of which these samples were selected: its earlier cycles are their history.
     selected : (n,) array of int, optional
         Their indices in the whole record.
+    sound : tuple of str
+        Kinds of data faults that the user has looked at and that are none.
     """
 
     name: str = ""
@@ -169,6 +171,7 @@ class Recording(Curve):
     numbers: NDArray[np.int_] | None = None
     selected_from: Recording | None = None
     selected: NDArray[np.int_] | None = None
+    sound: tuple[str, ...] = ()
 
     @cached_property
     def branches(self) -> tuple[Segment, ...]:

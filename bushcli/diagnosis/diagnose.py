@@ -244,6 +244,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
             *found.interrupted,
             *extras.conditions,
             *answer.doubts(asked.case, channels, best, problem, extent),
+            *asked.unusual,
         ),
         forward_solves=search.solves + plain.solves,
         failed_solves=search.failed + plain.failed,
@@ -264,7 +265,7 @@ def _ended(said: Diagnosis, store: Store | None, begin: float, notify: Progress)
 
 
 def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Store | None:
-    """Open the folder of results, and say whether those of an earlier run are used, deleted, or missing.
+    """Open the folder of results, and say whether those of an earlier run are used, replaced, or missing.
 
     Parameters
     ----------
@@ -279,9 +280,7 @@ def _opened(journal: Path | None, resume: bool | None, notify: Progress) -> Stor
     store = Store(history_of(journal, holds_results, resume)[0], FitCodec(), resume is not False)
     fits = f"{store.there} result{'s' * (store.there != 1)}"
     if store.there and resume is False:
-        notify(
-            "begin", store.folder.name, f"deleted {fits} of an earlier run, which --resume would have kept"
-        )
+        notify("begin", store.folder.name, f"{fits} found; those of the same question are calculated again")
     elif store.there:
         notify("resume", store.folder.name, f"{fits} found; those of the same case and revision are used")
     elif resume:

@@ -53,7 +53,7 @@ def refused(asked: Question, seconds: float) -> Diagnosis:
         next_test=None,
         maps=(),
         faults=asked.faults,
-        conditions=(),
+        conditions=asked.unusual,
         forward_solves=0,
         failed_solves=0,
         seconds=seconds,

@@ -30,7 +30,8 @@ from bushcli.evidence.laplace import standard_errors
 TAIL = 0.025
 # Models with a smaller share of a value's probability do not move its interval.
 SEEN = 1e-3
-# Standard deviations beyond which a Gaussian counts as zero, and the largest standard deviation of a logarithm.
+# Standard deviations beyond which a Gaussian counts as zero, and the largest standard deviation of a logarithm. A
+# Gaussian's tail is 1e-15 there; a factor of 150 tells nothing of a value.
 FAR, WIDEST = 8.0, 5.0
 
 

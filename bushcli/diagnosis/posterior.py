@@ -22,11 +22,12 @@ from bushcli.selection.queued import Queued
 from bushcli.selection.searched import Ended
 from bushcli.selection.state import State
 
-# Share of the posterior that the credible set holds.
+# Share of the posterior that the credible set holds. Convention.
 CREDIBLE = 0.95
-# Least probability of a model that is shown.
+# Least probability of a model that is shown. Words only: less would be shown as 0.0 %.
 SHOWN = 1e-3
 # Least probability of an effect that is a member of a group, unless the group needs it to be certain; and of a group.
+# Words only: what the credible set leaves out, and more probable than not.
 MEMBER, GROUP = 0.05, 0.5
 
 

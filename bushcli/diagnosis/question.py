@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.case.typical import unusual
 from bushcli.effects.effect import Effect
 from bushcli.effects.effect import effects as catalogue
 from bushcli.errors import InputError, Problem, nearest
@@ -20,6 +21,7 @@ from bushcli.likelihood.level import all_levelled
 from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.table_cache import TableCache
+from bushcli.runtime.condition import Condition
 from bushcli.runtime.workers import Workers
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.model import Fitted, Model
@@ -70,6 +72,11 @@ class Question:
     material: Material
     effects: list[Effect]
     requested: tuple[str, ...] | None
+
+    @property
+    def unusual(self) -> tuple[Condition, ...]:
+        """A condition for each number of the case and of its recordings that bushings do not have."""
+        return unusual(self.case, self.case.material, self.whole)
 
     @property
     def fatal(self) -> bool:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 # Share of the probability that fits may still change above which a search has hardly begun: judgement, more than half.
 UNSEARCHED = 0.5
 # Effects that are less probable than this have one row together in the report; only they may be called unnoticed.
+# Words only.
 SMALL = 0.01
 Verdict = Literal["explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data"]
 

@@ -19,7 +19,8 @@ from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from forms.law import law
 
-# Prior probability of a value at least as far out, below which the value is called hardly plausible.
+# Prior probability of a value at least as far out, below which the value is called hardly plausible. Words only:
+# fewer than one bushing in a thousand.
 IMPLAUSIBLE = 1e-3
 
 

@@ -20,7 +20,8 @@ from bushcli.likelihood.linearised import cone_fit
 
 Array = NDArray[np.float64]
 
-# Largest number of solutions, and relative change between two of them that counts as zero.
+# Largest number of solutions, and relative change between two of them that counts as zero. Other values change
+# probabilities by less than 0.002 (`benchmarks/constants.md`).
 MOST_SOLUTIONS, SAME = 30, 1e-6
 
 

@@ -26,10 +26,11 @@ from bushcli.likelihood.form import Judged, Left, Likelihood
 
 Array = NDArray[np.float64]
 
-# Precision, in units of the prior's standard deviation, with which a uniform prior or a Student's t enters a Gaussian:
-# a parameter about which the data say nothing then contributes nothing to the evidence.
+# Precision, in units of the prior's standard deviation, with which a uniform prior or a Student's t enters a
+# Gaussian: a parameter about which the data say nothing then contributes nothing to the evidence.
 UNIFORM, STUDENT = 2.0 * math.pi / 12.0, 2.0 / math.pi
 # An amplitude nearer to its off value than this share of its prior's standard deviation counts as being on the bound.
+# Other values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 AT_OFF = 1e-6
 
 

@@ -26,7 +26,8 @@ ODDS = {"usual": USUAL, "occasional": OCCASIONAL, "rare": RARE}
 # Share of the odds of an effect of the rig that all modes may share, for that case: a load frame is as often at fault
 # as a fixture. Engineering judgement.
 SHARED = 0.5
-# Odds of an effect that is not in the catalogue.
+# Odds of an effect that is not in the catalogue. Judgement: the odds of an occasional effect of the catalogue; half
+# and twice this value change probabilities by up to 0.03 (`benchmarks/constants.md`).
 UNKNOWN = 0.01
 # Probability that the error of a formula is the change that another effect of the catalogue makes
 # (`diagnosis.resemblance`): of 0.05 to 0.4 the one that gives the right answers of 28 recordings of the development
@@ -36,6 +37,7 @@ RESEMBLES = 0.2
 # whose curve differs in shape from that of its coupons: rare, because another batch usually differs in modulus only.
 OTHER_LAW, FREED_LAW = 0.03, 0.003
 # Standard deviation of a law's parameter: the change that alone would change the forces by this share of themselves.
+# Half and twice this value change probabilities by less than 0.002 (`benchmarks/constants.md`).
 LAW_SHARE = 1.0
 
 

@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 # Share of the posterior below which a model does not matter: a hundred such models would change it by less than the
 # search may leave undone (`selection.queue.LEFT`).
 NEGLIGIBLE = 5e-4
-# Points in a row whose promise is too small before a fit is given up, or that kept too little of it.
+# Points in a row whose promise is too small before a fit is given up, or that kept too little of it. A single one may
+# lie far off the valley.
 TWICE = 2
 # A search whose trials the law's stability rejects, and whose steps lower the misfit by less than this share of what a
 # full step promises, goes on along the edge of stability: in practice p04 twelve steps towards a debonded bond gained

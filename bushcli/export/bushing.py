@@ -158,6 +158,10 @@ def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:
             continue
         if isinstance(channel, Source):
             yield name, mode, read_recording(channel, tables=tables).displacement
+        elif channel.by_force:
+            what = f"{name} prescribes a force: its travel is known only in a result"
+            remedy = f"run bushcli direct {case.path.name} -o DIR, and export DIR; or give it an amplitude"
+            raise InputError(Problem(case.path.name, what, "", remedy))
         elif channel.source is not None:
             yield name, mode, read_program(channel.source, tables).displacement
         else:

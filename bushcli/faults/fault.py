@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording import Recording
+from bushcli.recording.source import FaultKind
 from bushcli.runtime.condition import Condition
 
 Mask = NDArray[np.bool_]
-Kind = Literal[
-    "sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"
-]
 
 # Places that a message lists before it counts the rest.
 _LISTED = 3
@@ -29,23 +26,33 @@ class DataFault:
     ----------
     channel : str
         Name of the recording's channel.
-    kind : {"sign", "position", "unit", "swapped", "clipped", "spikes", "stuck", "time", "extremes", "no_signal"}
+    kind : FaultKind
+        The keys of the table in ``docs/recordings.md``.
     where : str
         The observation and the samples concerned, with numbers.
     remedy : str
         How to correct it.
     fatal : bool
-        Whether every fit to the recording is meaningless until the fault is corrected.
+        Whether two statements of case and recordings contradict each other, so that every fit to the recording is
+        meaningless until the fault is corrected.
     samples : (n,) array of bool
         Samples of the recording that a fit has to leave out; none where the whole channel is at fault.
+    probability : float
+        That it is a fault and not an unusual specimen.
     """
 
     channel: str
-    kind: Kind
+    kind: FaultKind
     where: str
     remedy: str
     fatal: bool
     samples: Mask = field(repr=False, compare=False)
+    probability: float = 1.0
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether an unusual specimen may explain it."""
+        return self.probability < 1.0
 
 
 def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
@@ -66,9 +73,15 @@ def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
 
 
 def condition(fault: DataFault) -> Condition:
-    """Return a fault as a condition of a result: "faulty_data" where it is fatal, else "bad_samples"."""
+    """Return a fault as a condition of a result.
+
+    Its name is "faulty_data" where it is fatal, "doubtful_data" where it is one only with some probability, and
+    "bad_samples" otherwise.
+    """
     return Condition(
-        "faulty_data" if fault.fatal else "bad_samples", f"{fault.channel}: {fault.where}", fault.remedy
+        "faulty_data" if fault.fatal else "doubtful_data" if fault.doubtful else "bad_samples",
+        f"{fault.channel}: {fault.where}",
+        fault.remedy,
     )
 
 

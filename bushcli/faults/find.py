@@ -52,14 +52,16 @@ def find_faults(
     tuple of DataFault
         Faults of single samples list them; `bushcli.faults.masks` combines the lists.
     """
+    accepted = {(one.name, kind) for one in recordings for kind in one.sound}
     found: list[DataFault] = []
     left_out: list[Mask] = []
     sound: list[bool] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
         for fault in (of_samples or sample_faults)(recording):
-            found.append(fault)
-            bad |= fault.samples
+            if fault.kind not in recording.sound:
+                found.append(fault)
+                bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
         turned = [*reversed_sign(recording, left_out[-1])]
         senses = [
@@ -68,7 +70,7 @@ def find_faults(
             *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
-        found += [*turned, *senses]
+        found += [one for one in (*turned, *senses) if one.kind not in recording.sound]
         # A modulus from a magnitude, or from a travel with another zero, says nothing about units. That from a force of
         # the other sign does.
         sound.append(not any(fault.fatal for fault in senses))
@@ -77,6 +79,7 @@ def find_faults(
         [one for one, fit in zip(recordings, sound, strict=True) if fit],
         [one for one, fit in zip(left_out, sound, strict=True) if fit],
     )
+    found = [one for one in found if (one.channel, one.kind) not in accepted]
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
 
@@ -91,7 +94,8 @@ def bad_samples(recording: Recording, faults: Iterable[DataFault] | None = None)
     """
     bad = np.zeros(len(recording.force), dtype=bool)
     for fault in sample_faults(recording) if faults is None else faults:
-        bad |= fault.samples
+        if fault.kind not in recording.sound:
+            bad |= fault.samples
     return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 
 

@@ -1,9 +1,10 @@
 """Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
 
-The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
-`bushcli.case.typical` has the range of rubber; a bushing rarely is of the softest. A modulus that is further
-outside than any effect in the catalogue can explain is not that of rubber; a wrong unit is reported only if
-another unit brings the modulus back.
+The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.stiffness` give a shear
+modulus. How common moduli are gives the probability that a column was read in another unit: a modulus that rubber
+hardly has, beside one that most rubber has with that unit. It is a fault without doubt where two statements contradict
+each other: another channel of the same rubber, the size of the specimen, the strength of its bond, or the range of all
+elastomers.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
 from bushcli.faults.fault import DataFault, Mask
-from bushcli.faults.signal import slope
+from bushcli.faults.signal import moving, slope
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
@@ -28,9 +29,19 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-# MPa: shear moduli of the rubber of most bushings, and those that it may appear to have with a compliant rig, voids, a
-# stop or a loop.
-_RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
+# MPa: shear moduli of the rubber of most bushings.
+_RUBBER = (0.1, 10.0)
+# Share of elastomers, median (MPa) and standard deviation of the logarithm of their shear modulus: rubber of 30 to 90
+# Shore A has 0.4 to 7 MPa (Gent 1958, `bushcli.case.typical`), within two standard deviations here; gels, silicones,
+# acrylics and foams have 0.01 to 1. Judgement: one specimen of ten is of these.
+_ELASTOMERS = ((0.9, 1.0, 0.8), (0.1, 0.1, 1.0))
+# Probability that a unit of a recording is wrong before its values are looked at: judgement.
+_WRONG = 0.02
+# Probability from which a wrong unit is mentioned: more probable than not.
+_MENTIONED = 0.5
+# Factor by which a compliant rig, voids, a stop or a loop may change the modulus that a bushing appears to have, and
+# beyond which a modulus is outside the range of elastomers without doubt.
+_FEIGNED = 3.0
 # Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
 # a coupon; and a typical value.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
@@ -127,11 +138,14 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
 
 def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
     unit = unit_stiffness(shape, recording.mode)
-    q, force = recording.displacement[~bad], recording.force[~bad]
-    if unit is None or len(q) < 3 or np.ptp(q) == 0:
+    if unit is None:
+        return None
+    used = ~bad & moving(recording)
+    q, force = recording.displacement[used], recording.force[used]
+    if len(q) < 3 or np.ptp(q) == 0:
         return None
     # A recording caches its stiffness at rest, which a study requests for every design.
-    curve = Recording(recording.mode, q, force) if bad.any() else recording
+    curve = recording if used.all() else Recording(recording.mode, q, force)
     found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
     size = [abs(value) for value in found if math.isfinite(value) and value != 0]
     if not size:
@@ -245,10 +259,7 @@ def _travel(one: _Scale) -> str:
 def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
     """Return the fault of a column in another unit, if a change of unit gives the modulus of rubber."""
     low, high = one.modulus
-    # A soft elastomer can have less than _PRETENDED; only degrees read as radians (a factor of 57) give as much less.
-    outside = low > _PRETENDED[1] or high < (_PRETENDED[0] if one.kind == "angle" else SHEAR[0])
     lowest, largest = _IMPOSSIBLE[one.kind]
-    impossible = not lowest <= one.travel <= largest
     middle = math.sqrt(low * high)
     contradicted = (
         bool(rest)
@@ -256,34 +267,54 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         and all(_apart(one.modulus, other.modulus) >= _APART for other in rest)
     )
     torn = one.kind == "length" and low * one.travel > _STRENGTH
-    if not (outside or impossible or contradicted or torn):
-        return None
-    best, least = None, math.inf
-    for change in _changes(one.recording):
+    feigned = 1.0 if one.kind == "strain" else _FEIGNED
+    outside = low > _FEIGNED * SHEAR[1] or _FEIGNED * high < SHEAR[0]
+    proved = outside or contradicted or torn or not lowest <= one.travel <= largest
+    changes = list(_changes(one.recording))
+    prior = _WRONG / sum(10.0**-change.rare for change in changes)
+    wrong, best, least = 0.0, None, math.inf
+    for change in changes:
         factor = change.force / change.displacement
         changed = low * factor, high * factor
-        if not _RUBBER[0] <= math.sqrt(changed[0] * changed[1]) <= _RUBBER[1]:
-            continue
         if not _travels(one, change.displacement):
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue
+        wrong += prior * 10.0**-change.rare * _frequency(changed[0] / feigned, changed[1] * feigned)
         # Of several suitable changes, take the one to the most typical rubber and travel.
         unusual = abs(math.log10(middle * factor)) + abs(
             math.log10(one.travel * change.displacement / _USUAL)
         )
-        if unusual + change.rare < least:
+        if unusual + change.rare < least and _RUBBER[0] <= middle * factor <= _RUBBER[1]:
             best, least = change, unusual + change.rare
     if best is None:
         return None
+    right = (1.0 - _WRONG) * _frequency(low / feigned, high * feigned)
+    probability = 1.0 if proved else wrong / (wrong + right)
+    if probability < _MENTIONED:
+        return None
+    certain = "" if proved else f"; the probability of a wrong unit is {100.0 * probability:.0f} %"
+    remedy = best.words if best.of_geometry else f"{best.words}; also check that [geometry] is in mm"
     return DataFault(
         one.recording.name,
         "unit",
         f"{_moduli(one)} at {_travel(one)}; {SHEAR_WORDS}, and with another unit it would be "
-        f"{middle * best.force / best.displacement:.2g} MPa",
-        best.words if best.of_geometry else f"{best.words}; also check that [geometry] is in mm",
-        True,
+        f"{middle * best.force / best.displacement:.2g} MPa{certain}",
+        f'{remedy}; or accept = ["unit"] if the values are right',
+        proved,
         np.zeros(len(one.recording.force), dtype=bool),
+        probability,
+    )
+
+
+def _frequency(low: float, high: float) -> float:
+    """Return how common the most common shear modulus of an interval (MPa) is: a density over the logarithm."""
+    return max(
+        sum(
+            share / spread * math.exp(-0.5 * (math.log(modulus / median) / spread) ** 2)
+            for share, median, spread in _ELASTOMERS
+        )
+        for modulus in np.geomspace(low, high, 9)
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.faults.fault import DataFault, Mask
-from bushcli.faults.signal import slope
+from bushcli.faults.signal import moving, slope
 from bushcli.recording import Recording
 from bushcli.recording.source import dimension
 from cases.mode import modes
@@ -49,7 +49,8 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     bad : (n,) array of bool
         Samples to leave out.
     """
-    q, force = recording.displacement[~bad], recording.force[~bad]
+    used = ~bad & moving(recording)
+    q, force = recording.displacement[used], recording.force[used]
     if not _moves(q, force):
         return
     correlation = float(np.corrcoef(q, force)[0, 1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import Recording
+from bushcli.recording import Recording, branches
 
 Array = NDArray[np.float64]
 
@@ -45,3 +45,15 @@ def slope(x: Array, y: Array) -> float:
     x = x - x.mean()
     power = float(x @ x)
     return float(x @ (y - y.mean())) / power if power > 0 else 0.0
+
+
+def moving(recording: Recording) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to a motion, the first sample of a hold included.
+
+    In a hold the force relaxes while the displacement rests: it tells nothing of stiffness or sign.
+    """
+    found = np.zeros(len(recording.force), dtype=bool)
+    for branch in branches(recording):
+        if branch.kind != "hold":
+            found[branch.start : branch.stop + 1] = True
+    return found

@@ -25,10 +25,13 @@ Array = NDArray[np.float64]
 
 # Step of the finite differences, equal for all parameters, in their own unit (MPa), as in the literature.
 STEP = 1e-3
+# First and largest radius, in the unit of the parameters: judgement.
 RADIUS, LARGEST_RADIUS = 0.1, 1.0
+# Gain over the predicted one from which a step is accepted, and from which the radius grows: usual values (Nocedal and
+# Wright 2006, doi:10.1007/978-0-387-40065-5, algorithm 4.1).
 ACCEPTED, GOOD = 0.1, 0.75
-REJECTIONS = 3
-GRADIENT = 1e-8
+# Rejected trials in a row that end the search, and relative gradient that ends it.
+REJECTIONS, GRADIENT = 3, 1e-8
 
 
 def minimise_by_dogleg(problem: LeastSquaresProblem, start: Array, max_iterations: int = 50) -> Minimum:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.case.typical import unusual
 from bushcli.curve.earlier import not_from_rest
 from bushcli.errors import InputError
 from bushcli.faults import DataFault, condition, find_faults
@@ -31,6 +32,7 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.unsolvable import tried, unsolvable
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
+from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import history_damaged
 from bushcli.runtime.executor import Pool
@@ -148,8 +150,9 @@ def identify(
     fit = run.result(interrupted, begin)
     if run.instead is not None:
         fit = replace(fit, conditions=(*fit.conditions, start_replaced(tried(task, run.instead), task)))
+    odd = unusual(task.case, task.case.material, run.recordings)
     # Data faults come first: they explain more of a poor fit than any condition found after them.
-    return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions))
+    return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *odd))
 
 
 @dataclass
@@ -176,11 +179,15 @@ class _Searches:
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
 
+    @property
+    def recordings(self) -> list[Recording]:
+        """All recordings, those of channels held out too."""
+        return [channel.recording for channel in (*self.problem.channels, *self.held_out)]
+
     @cached_property
     def faults(self) -> tuple[DataFault, ...]:
         """Faults of the recordings, the fatal ones first."""
-        channels = (*self.problem.channels, *self.held_out)
-        return find_faults(self.task.case, [channel.recording for channel in channels])
+        return find_faults(self.task.case, self.recordings)
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
         """Report the faults of the data; refuse a play in the rig that takes up the whole travel."""

@@ -25,8 +25,9 @@ from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
 
-# Text file beside the evaluations that identifies their run, and its largest admissible size, bytes.
+# Text file beside the evaluations that identifies their run.
 RUN = "run.json"
+# Largest admissible size of that file, bytes: ours have some hundred.
 _LARGEST = 10_000
 _FIELDS = ("displacement", "force", "slope", "states")
 _WORK = "bushcli.inverse.journal.evaluation"

@@ -30,6 +30,8 @@ from forms.law import Law
 
 Array = NDArray[np.float64]
 
+# States between rest and the largest stretch of a channel in which the law has to be stable: judgement, the moduli
+# of a law vary smoothly between them.
 STABILITY_STATES = 24
 
 Progress = Callable[[Evaluation], None]

@@ -202,10 +202,10 @@ class Task:
         rubber = Rubber(self.law, dict(material.parameters), bulk_modulus)
         if self.source == "coupons":
             if not case.coupons:
-                what = "there are no [[coupons]] to fit a law to, and no [material.parameters]"
-                expected = (
-                    "one of both; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
-                )
+                what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
+                if case.needs_fit:
+                    what, expected = f"{what}, and no [material.parameters]", "one of both"
+                expected += "; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 raise InputError(Problem(str(case.path), what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, measured)
         else:

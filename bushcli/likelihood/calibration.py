@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 # Standard deviation of the common factor of a channel's forces: class 0.5 of ISO 7500-1 and a converged half-plane
 # model, or a default mesh in three dimensions, whose forces are 0.2 to 0.8 % off converged ones (measured).
 SECTION, SOLID = 0.005, 0.01
+# Most standard deviations that are attributed to calibration where the misfit is located: convention: three standard
+# deviations; words only.
 SURE = 3.0
 # Constant factor between simulation and recording up to which no cause is named. The default mesh is within 1 % of
 # converged curves in every mode and law (docs/method.md, "Accuracy": 0.81 % at most, 1 % is what the tests require). A

@@ -65,17 +65,21 @@ LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
 # with the same fits (`benchmarks/form/again.md`): 5 on loops (K = 12), 11 and 14 on programs of 50 and 85 features.
 # The participation ratios of the misfit that the right physics leaves are 3, 10 and 14 there.
 FACTOR, POWER = 1.5, 0.5
-# Nodes of the quadrature over each, in standard deviations of the logarithm.
+# Nodes of the quadrature over each, in standard deviations of the logarithm. 33 within ±4 change probabilities by up
+# to 0.002 (`benchmarks/constants.md`).
 _NODES = np.linspace(-3.0, 3.0, 13, dtype=np.float64)
 _WEIGHTS = _normal(_NODES)
 _PHIS = PHI * np.exp(PHI_SPREAD * _NODES[PHI * np.exp(PHI_SPREAD * _NODES) < PHI_MOST])
 _PHI_WEIGHTS = _WEIGHTS[: len(_PHIS)] / _WEIGHTS[: len(_PHIS)].sum()
-# The same for the noise's uncertainty, which is narrow.
+# The same for the noise's uncertainty, which is narrow. 17 within ±4 change probabilities by 0.003
+# (`benchmarks/constants.md`).
 _NOISE_NODES = np.linspace(-3.0, 3.0, 7, dtype=np.float64)
 _NOISE_WEIGHTS = _normal(_NOISE_NODES)
-# The unknown effect: limits of its size over the force, log-uniform, and probability that a channel has it.
+# The unknown effect: limits of its size over the force, log-uniform. Other limits change probabilities by up to
+# 0.004, 50 nodes by less (`benchmarks/constants.md`).
 UNKNOWN = (0.002, 0.5)
 _SIZES = np.geomspace(*UNKNOWN, 25)
+# Probability that a channel has it, where it does not act in all alike: neither is more probable: judgement.
 UNKNOWN_IN_CHANNEL = 0.5
 
 

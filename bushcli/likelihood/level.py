@@ -28,12 +28,15 @@ from bushcli.likelihood.windows import CORRELATIONS
 
 Array = NDArray[np.float64]
 
-# Variance of missing physics in a degree over that of noise: zero, or on a grid with steps of a factor 1.78.
+# Variance of missing physics in a degree over that of noise: zero, or on a grid with steps of a factor 1.78. Wider
+# ranges change probabilities by up to 0.002 (`benchmarks/constants.md`).
 SIZES = np.concatenate([[0.0], np.geomspace(0.1, 1e8, 37)])
 # Weights of a fall of this variance by 0, 1, ... steps from one degree to the next; each further step has half the
-# weight of the last. Falls by factors from 1.8 to 10 are alike.
+# weight of the last. Falls by factors from 1.8 to 10 are alike. Factors of 1.5 to 6 on the first 15 recordings of the
+# development deck.
 STEPS = (0.5, 1.0, 1.0, 1.0, 1.0)
-# Factors on the noise, in standard deviations of their logarithm.
+# Factors on the noise, in standard deviations of their logarithm. Wider ranges change probabilities by up to 0.002
+# (`benchmarks/constants.md`).
 NODES = np.linspace(-2.5, 2.5, 41)
 
 

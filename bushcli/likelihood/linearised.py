@@ -19,9 +19,10 @@ from bushcli.likelihood.noise import Compared
 
 Array = NDArray[np.float64]
 
-# Relative singular value below which a combination of fitted parameters counts as changing nothing.
+# Relative singular value below which a combination of fitted parameters counts as changing nothing. Rounding.
 _RANK = 1e-10
-# Least share of a column that the fitted parameters and the other columns cannot make.
+# Least share of a column that the fitted parameters and the other columns cannot make. Other values change
+# probabilities by less than 0.002 (`benchmarks/constants.md`).
 OWN = 1e-3
 
 

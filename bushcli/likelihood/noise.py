@@ -39,16 +39,18 @@ from bushcli.recording import Recording, branches, displacement_noise, force_noi
 
 Array = NDArray[np.float64]
 
-# Order of the differences of `force_noise`, which follow any curve and contain little of correlated noise.
+# Order of the differences of `force_noise`, which follow any curve and contain little of correlated noise. Hall, Kay
+# and Titterington 1990.
 _ORDER = 3
 # Largest ratio of the noise found by cubics to that found by differences; with a larger one, the cubics miss the curve:
 # 0.7 to 1.3 on the 96 channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
 _AGREED = 2.0
 # Degrees of freedom of their size per sample: for 250 samples it scatters by 8 % (`bushcli.curve.noise`).
 _PER_SAMPLE = 0.5 / 0.08**2 / 250
-# Standard deviations below the floor from which on the noise is the floor, without uncertainty.
+# Standard deviations below the floor from which on the noise is the floor, without uncertainty. Judgement.
 _FAR = 2.0
-# Largest degree of the polynomial that smooths a branch, and fewest samples per coefficient, so that it averages noise.
+# Largest degree of the polynomial that smooths a branch, and fewest samples per coefficient, so that it averages
+# noise. Other values change probabilities by up to 0.002 (`benchmarks/constants.md`).
 _DEGREE, _PER_COEFFICIENT = 5, 3
 
 

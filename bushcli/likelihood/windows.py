@@ -34,17 +34,23 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Samples of a window, degree of the polynomial, and fewest samples of a window. Of 24 or 36 samples and degree 3 or 4
-# these had the smallest error on the development deck; the errors differ by 5 %.
+# these had the smallest error on the development deck; the errors differ by 5 %. Other values change probabilities by
+# up to 0.04 (`benchmarks/constants.md`).
 WINDOW, DEGREE, LEAST = 24, 3, 8
-# Fewest windows of a branch: a short branch may bend as much as a long one, and one cubic would not follow it.
+# Fewest windows of a branch: a short branch may bend as much as a long one, and one cubic would not follow it. Other
+# values change probabilities by up to 0.04 (`benchmarks/constants.md`).
 WINDOWS = 2
-# Least share of the samples in windows: a few windows would say more about their kinks than about noise.
+# Least share of the samples in windows: a few windows would say more about their kinks than about noise. 0.25 and
+# 0.75 change probabilities by up to 0.02 (`benchmarks/constants.md`).
 COVERED = 0.5
 # Correlations that are compared, and their prior, which falls to zero at 1. Loggers filter little or much.
 CORRELATIONS = np.linspace(0.0, 0.9, 46, dtype=np.float64)
 PRIOR = np.log(1.0 - CORRELATIONS)
-# Windows with larger residuals than noise leaves in 999 of 1000 do not count: they contain something else.
+# Windows with larger residuals than noise leaves in 999 of 1000 do not count: they contain something else. Other
+# values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 _USUAL = 0.999
+# Rounds in which such windows are left out, at most: other values change probabilities by less than 0.002
+# (`benchmarks/constants.md`).
 _ROUNDS = 6
 
 

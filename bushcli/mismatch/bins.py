@@ -25,7 +25,8 @@ SIDES: tuple[Side, Side] = ("positive", "negative")
 # Enough to name a place; more would reduce the power of the tests, since every bin is tested.
 _BANDS = 8
 _CYCLES = 8
-# Rates that differ by a smaller factor count as one; largest number of classes of rates.
+# Rates that differ by a smaller factor count as one; largest number of classes of rates. Words only: programs change
+# rates by factors of 2 to 10.
 _RATE_GAP = 1.6
 _RATES = 3
 

@@ -35,14 +35,14 @@ from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
 
-# A local change is reported to help if noise alone would help as much in less than one recording of a hundred,
-LEVEL = 0.01
-# and if it removes this share more of the squared misfit than a uniform change, a thirtieth of the misfit itself: a
-# smaller local change may be real, but does not matter.
-MATTERS = 1e-3
+# A local change is reported to help if noise alone would help as much in less than one recording of a hundred
+# (convention), and if it removes this share more of the squared misfit than a uniform change, a thirtieth of the misfit
+# itself: a smaller local change may be real, but does not matter.
+LEVEL, MATTERS = 0.01, 1e-3
 # Places are distinguished if their sums of squares differ by this many variances of the noise: odds of 20 to 1.
 APART = 6.0
-# Uniform changes larger than this are solved again; largest number of such repetitions.
+# Uniform changes larger than this are solved again; largest number of such repetitions. Judgement: the map changes by
+# about as much, less than is drawn.
 LARGE, REPEATS = 0.02, 3
 
 

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 # Standard deviations of the field that are tried: up to half of the rubber's stiffness.
 SIZES = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 28)])
+# Simulations of the likelihood ratio.
 SIMULATED, SEED = 4000, 20260729
 # Bounds of a change of the logarithm of a zone's stiffness: no rubber varies by more within one bushing.
 SOFTEST, STIFFEST = np.log(0.1), np.log(3.0)

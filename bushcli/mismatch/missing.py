@@ -27,16 +27,19 @@ Along = Literal["displacement", "time", "cycle", "rate"]
 
 # Missing force, as a share of the force range, below which nothing is said about it: it would be shown as 0.0 %.
 TINY = 5e-4
-# Points of a profile along displacement and along time.
+# Points of a profile along displacement and along time. Words only: the picture's resolution.
 POINTS, TIMES = 9, 12
-# Least share of the missing force's square that a sentence has to describe.
+# Least share of the missing force's square that a sentence has to describe. Words only: more than what is left
+# unsaid.
 SAYS = 0.5
-# The same of one coefficient for each cycle, of which there are many.
+# The same of one coefficient for each cycle, of which there are many. Words only: more than what is left unsaid.
 BY_CYCLE = 0.8
 # Half-waves over a recording of what varies slowly; moments at which something may jump, over its duration.
+# Judgement.
 WAVES = 6
 JUMPS = np.linspace(0.0, 1.0, 42)[1:-1]
 # Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
+# Words only: with them the sentences of `tests/unit/mismatch/test_missing.py` are right.
 PRICE, UNSAID = 0.05, 0.1
 
 

@@ -23,16 +23,18 @@ from bushcli.mismatch.scan import Box, false_alarm, strongest
 Array = NDArray[np.float64]
 Sign = Literal["too_stiff", "too_soft", "too_high", "too_low", "both_ways"]
 
-# Probability that noise alone causes a mismatch in any of the channels.
+# Probability that noise alone causes a mismatch in any of the channels. Convention.
 LEVEL = 0.05
 # Least share of the excess that is worth a sentence; largest number of mismatches.
 _SMALLEST_SHARE = 0.03
 _MOST = 5
-# Standard deviations by which a band may differ from the value expected from the box next to it.
+# Standard deviations by which a band may differ from the value expected from the box next to it. Convention: two
+# standard deviations; words only.
 _UNSURE = 2.0
-# A misfit is given relative to the force if this share of the force has one sign, and it is this share of the largest.
+# A misfit is given relative to the force if this share of the force has one sign, and it is this share of the
+# largest. Words only: otherwise the misfit is given in N, not in %.
 _ONE_WAY, _LARGE_ENOUGH = 0.8, 0.05
-# Mean of a misfit over its root mean square below which it has no sense.
+# Mean of a misfit over its root mean square below which it has no sense. Judgement.
 _SENSELESS = 0.1
 
 

@@ -25,15 +25,19 @@ from scipy.stats import chi2, gumbel_r
 Array = NDArray[np.float64]
 Choice = tuple[tuple[int, ...], tuple[int, ...], tuple[float, float]]
 
+# Loading (0), unloading (1) and holds (2) that a box may have together.
 _BRANCHES = ((0, 1, 2), (0, 1), (0,), (1,), (2,))
 # Sign of the misfit on the positive and the negative side: too stiff on both, too high on both, one side alone.
 _SIDES = ((1.0, -1.0), (1.0, 1.0), (1.0, 0.0), (0.0, -1.0))
+# Seed of the simulations.
 _SEED = 20_240_905
 # Simulations of noise: their maxima follow a Gumbel distribution, whose 95 % point is then known to 0.05 in z.
 _REPLICATES = 200
 _CHUNK = 10
+# Least number of samples of a box: words only; judgement: fewer may be one disturbance.
 _FEWEST = 4.0
-# A box with a shorter description is chosen if its z^2 is at least this share of the largest.
+# A box with a shorter description is chosen if its z^2 is at least this share of the largest. Words only: the shorter
+# of two descriptions that fit alike.
 _AS_GOOD = 0.90
 
 

@@ -61,7 +61,8 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         assert index is not None  # a quantity that is missing is refused
         at[quantity] = index
     forced = [at["force"]] if "force" in at else []
-    return own_clocks(table, forced, [at["displacement"]], source, mode)
+    moved = [at["displacement"]] if "displacement" in at else []
+    return own_clocks(table, forced, moved, source, mode)
 
 
 def opened(

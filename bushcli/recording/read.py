@@ -15,7 +15,7 @@ from bushcli.recording.header.stated_factors import factor_remarks
 from bushcli.recording.opened import open_table
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
-from bushcli.recording.source import Source
+from bushcli.recording.source import Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -100,6 +100,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         numbers=numbers,
+        sound=source.sound,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     return _used(recording, source)
@@ -212,7 +213,9 @@ def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
     return read_recording(source, tables)
 
 
-def read_program(source: Source, tables: TableCache | None = None) -> RecordedProgram:
+def read_program(
+    source: Source, tables: TableCache | None = None, quantity: Quantity = "displacement"
+) -> RecordedProgram:
     """Read the program of a load case.
 
     Parameters
@@ -220,22 +223,26 @@ def read_program(source: Source, tables: TableCache | None = None) -> RecordedPr
     source : Source
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
+    quantity : str
+        What the program prescribes: "displacement", or "force", which is then in the place of the displacement.
 
     Raises
     ------
     RecordingError
-        As `read_recording` does, but two points are enough and a force is not needed.
+        As `read_recording` does, but two points are enough and the other quantity is not needed.
     """
     mode = _mode(source)
-    table = open_table(source, mode, ("displacement",), TableCache() if tables is None else tables)
+    table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
-    moved = _moving(table, source, mode, _FEWEST_PROGRAM)
+    moved = _moving(table, source, mode, _FEWEST_PROGRAM, quantity)
     time: Array | None = None
     if stamps is not None:
         time = increasing(table, stamps)
     elif source.sample_rate is not None:
         time = np.arange(len(moved.values)) / source.sample_rate
-    there = {"displacement": moved} | ({"time": stamps} if stamps else {})
+    there: dict[str, Column] = {quantity: moved}
+    if stamps is not None:
+        there["time"] = stamps
     return RecordedProgram(source.label, mode.name, time, moved.values, *_used_columns(table, there, source))
 
 
@@ -248,8 +255,10 @@ def _mode(source: Source) -> Mode:
     return mode
 
 
-def _moving(table: Table, source: Source, mode: Mode, fewest: int) -> Column:
-    found = column(table, source, mode, "displacement")
+def _moving(
+    table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
+) -> Column:
+    found = column(table, source, mode, quantity)
     assert found is not None
     index, displacement = found.index, found.values
     if len(displacement) < fewest:

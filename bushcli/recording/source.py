@@ -13,6 +13,20 @@ from typing import Literal
 
 #: Quantities of a column, as in the ``columns`` and ``units`` keys of a case file.
 Quantity = Literal["time", "displacement", "force"]
+#: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
+FaultKind = Literal[
+    "sign",
+    "position",
+    "unit",
+    "swapped",
+    "clipped",
+    "spikes",
+    "stuck",
+    "time",
+    "extremes",
+    "no_signal",
+    "temperature",
+]
 
 
 @dataclass(frozen=True)
@@ -90,6 +104,8 @@ class Source:
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, but were measured.
+    sound : tuple of str
+        Kinds of data faults (`bushcli.faults`) that the user has looked at and that are none.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
     sample_rate : float, optional
@@ -118,6 +134,7 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
+    sound: tuple[str, ...] = ()
     group: str | int | None = None
     sample_rate: float | None = None
     rate: float | None = None

@@ -1,7 +1,7 @@
-"""Results -> text, JSON, pictures, HTML: values in, strings and figures out.
+"""Results -> documents (`views`) and JSON-ready data (`json`); documents -> terminal, page and folder (`writers`).
 
-Only `output` writes files. Each part is loaded when it is first used; Matplotlib and Jinja are loaded when a result is
-written.
+Only the writers write files. Each part is loaded when it is first used; Matplotlib and Jinja are loaded when a result
+is written.
 """
 
 from __future__ import annotations
@@ -10,100 +10,146 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bushcli.report.design import design_json, design_text
-    from bushcli.report.diagnosis import diagnosis_text
-    from bushcli.report.diagnosis_document import diagnosis_json
-    from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
-    from bushcli.report.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
-    from bushcli.report.identification import inverse_json, inverse_text
-    from bushcli.report.occupied import occupy
-    from bushcli.report.output import (
-        check_output,
-        question_of,
-        write_check,
-        write_diagnosis,
-        write_direct,
-        write_fit,
-        write_inverse,
-    )
-    from bushcli.report.output_mesh import BEGINNING, write_meshes, write_refused, write_starter_case
-    from bushcli.report.output_study import write_design, write_study
-    from bushcli.report.protocol import protocol_json, protocol_parts
+    from bushcli.report.json.check import check_json
+    from bushcli.report.json.design import design_json
+    from bushcli.report.json.diagnosis import diagnosis_json
+    from bushcli.report.json.direct import direct_json
+    from bushcli.report.json.dynamic import dynamic_json
+    from bushcli.report.json.fit import fit_json
+    from bushcli.report.json.inverse import inverse_json
+    from bushcli.report.json.mesh import mesh_json
+    from bushcli.report.json.study import described, study_json
     from bushcli.report.ranking import rank
-    from bushcli.report.study import study_json, study_text
-    from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
     from bushcli.report.verdict import judge
+    from bushcli.report.views.check import Checked, check_document
+    from bushcli.report.views.design import design_document
+    from bushcli.report.views.diagnosis.document import diagnosis_document
+    from bushcli.report.views.direct import direct_document
+    from bushcli.report.views.dynamic import dynamic_document
+    from bushcli.report.views.fit import fit_document
+    from bushcli.report.views.inverse import inverse_document
+    from bushcli.report.views.mesh import mesh_document
+    from bushcli.report.views.study import study_document
+    from bushcli.report.writers.files import (
+        BEGINNING,
+        Files,
+        check_files,
+        check_output,
+        diagnosis_files,
+        direct_files,
+        dynamic_files,
+        fit_files,
+        inverse_files,
+        mesh_files,
+        question_of,
+        study_files,
+        write,
+        write_refused,
+        write_starter_case,
+    )
+    from bushcli.report.writers.folder import (
+        QUESTION,
+        STAGING,
+        NotDrawn,
+        earlier_result,
+        moves_to,
+        occupy,
+        staging,
+    )
+    from bushcli.report.writers.terminal import terminal_text
 
 __all__ = [
     "BEGINNING",
     "QUESTION",
     "STAGING",
+    "Checked",
+    "Files",
     "NotDrawn",
-    "case_json",
-    "case_text",
+    "check_document",
+    "check_files",
+    "check_json",
     "check_output",
+    "described",
+    "design_document",
     "design_json",
-    "design_text",
+    "diagnosis_document",
+    "diagnosis_files",
     "diagnosis_json",
-    "diagnosis_text",
+    "direct_document",
+    "direct_files",
     "direct_json",
-    "direct_text",
+    "dynamic_document",
+    "dynamic_files",
+    "dynamic_json",
     "earlier_result",
+    "fit_document",
+    "fit_files",
     "fit_json",
-    "fit_text",
+    "inverse_document",
+    "inverse_files",
     "inverse_json",
-    "inverse_text",
     "judge",
+    "mesh_document",
+    "mesh_files",
     "mesh_json",
-    "mesh_text",
     "moves_to",
     "occupy",
-    "protocol_json",
-    "protocol_parts",
     "question_of",
     "rank",
     "staging",
+    "study_document",
+    "study_files",
     "study_json",
-    "study_text",
-    "write_check",
-    "write_design",
-    "write_diagnosis",
-    "write_direct",
-    "write_fit",
-    "write_inverse",
-    "write_meshes",
+    "terminal_text",
+    "write",
     "write_refused",
     "write_starter_case",
-    "write_study",
 ]
 
 # Module of each name; loaded at first use, because no command needs the reports of all others (0.8 s).
 _MODULES = {
-    "design": ("design_json", "design_text"),
-    "diagnosis": ("diagnosis_text",),
-    "diagnosis_document": ("diagnosis_json",),
-    "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
-    "folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
-    "identification": ("inverse_json", "inverse_text"),
-    "occupied": ("occupy",),
-    "output": (
-        "check_output",
-        "question_of",
-        "write_check",
-        "write_diagnosis",
-        "write_direct",
-        "write_fit",
-        "write_inverse",
-    ),
-    "output_mesh": ("BEGINNING", "write_starter_case", "write_meshes", "write_refused"),
-    "output_study": ("write_design", "write_study"),
-    "protocol": ("protocol_json", "protocol_parts"),
+    "json.check": ("check_json",),
+    "json.design": ("design_json",),
+    "json.diagnosis": ("diagnosis_json",),
+    "json.direct": ("direct_json",),
+    "json.dynamic": ("dynamic_json",),
+    "json.fit": ("fit_json",),
+    "json.inverse": ("inverse_json",),
+    "json.mesh": ("mesh_json",),
+    "json.study": ("described", "study_json"),
     "ranking": ("rank",),
-    "study": ("study_json", "study_text"),
-    "text": ("case_text", "direct_text", "fit_text", "mesh_text"),
     "verdict": ("judge",),
+    "views.check": ("Checked", "check_document"),
+    "views.design": ("design_document",),
+    "views.diagnosis.document": ("diagnosis_document",),
+    "views.direct": ("direct_document",),
+    "views.dynamic": ("dynamic_document",),
+    "views.fit": ("fit_document",),
+    "views.inverse": ("inverse_document",),
+    "views.mesh": ("mesh_document",),
+    "views.study": ("study_document",),
+    "writers.files": (
+        "BEGINNING",
+        "Files",
+        "check_files",
+        "check_output",
+        "diagnosis_files",
+        "direct_files",
+        "dynamic_files",
+        "fit_files",
+        "inverse_files",
+        "mesh_files",
+        "question_of",
+        "study_files",
+        "write",
+        "write_refused",
+        "write_starter_case",
+    ),
+    "writers.folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "occupy", "staging"),
+    "writers.terminal": ("terminal_text",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,11 +1,11 @@
-"""Cycles and holds of every channel, recorded and simulated on the same path -> values, JSON, conditions."""
+"""Cycles and holds of every channel, recorded and simulated on the same path -> values, conditions."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bushcli.curve.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.curve.holds import Hold, holds_along
 from bushcli.recording import Segment, branches
-from bushcli.report.quantity import Quantities, number, percent, quantities
+from bushcli.report.quantity import number, percent, quantities
 from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
@@ -162,70 +162,6 @@ def _solved(cycle: Cycle | None) -> Cycle | None:
     if cycle is None or not abs(cycle.loss.value) < ROUNDING:
         return cycle
     return replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
-
-
-def history_json(history: ChannelHistory) -> dict[str, Any]:
-    """Return `cycles` and `holds` of a channel in the units of the case file."""
-    shown = quantities(history.mode)
-    return {
-        "cycles": [
-            {
-                "number": known.number,
-                "closed": known.closed,
-                "displacement": [shown.at(q) - shown.rest for q in (known.lowest, known.highest)],
-                "rate": None if known.rate is None else shown.per_internal * known.rate,
-                "recorded": None if recorded is None else _cycle_json(recorded, shown, errors=True),
-                "simulated": None if simulated is None else _cycle_json(simulated, shown),
-            }
-            for known, recorded, simulated in history.cycles
-        ],
-        "holds": [
-            {
-                "number": known.number,
-                "cycle": known.cycle,
-                "displacement": shown.at(known.displacement) - shown.rest,
-                "duration": known.duration,
-                "recorded": None if recorded is None else _hold_json(recorded, errors=True),
-                "simulated": None if simulated is None else _hold_json(simulated),
-            }
-            for known, recorded, simulated in history.holds
-        ],
-    }
-
-
-def _cycle_json(cycle: Cycle, shown: Quantities, errors: bool = False) -> dict[str, Any]:
-    per = 1.0 / shown.per_internal
-    values = {
-        "energy": (cycle.energy, 1.0),
-        "loss_percent": (cycle.loss, 100.0),
-        "secant_stiffness": (cycle.secant, per),
-        "peak_force": (cycle.peak_force, 1.0),
-    }
-    return _values(values, errors)
-
-
-def _hold_json(hold: Hold, errors: bool = False) -> dict[str, Any]:
-    values = {
-        "force_start": (hold.force_start, 1.0),
-        "force_end": (hold.force_end, 1.0),
-        "relaxation_percent": (hold.relaxation, 100.0),
-    }
-    after = {
-        f"relaxation_percent_after{ending}": {
-            f"{at:g}": 100 * getattr(found, what) for at, found in hold.after.items()
-        }
-        for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]
-    }
-    return _values(values, errors) | after
-
-
-def _values(values: Mapping[str, tuple[Uncertain, float]], errors: bool) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for key, (one, factor) in values.items():
-        found[key] = factor * one.value
-        if errors:
-            found[f"{key}_std"] = factor * one.std
-    return found
 
 
 def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Condition, ...]:

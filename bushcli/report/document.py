@@ -1,359 +1,399 @@
-"""Result -> JSON, on which scripts rely. It has JSON's own types only: nan becomes null, infinity "inf"."""
+"""A result as a document: values without colours, HTML or Matplotlib, which the views make and the writers write.
+
+One view of a result serves both the terminal and the page. Every block says on which of them it is; a table says which
+of its columns and rows are left out on the terminal.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bushcli.case import Case, resolved
-from bushcli.case.typical import unusual
-from bushcli.faults import DataFault, condition
-from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.contact import contact_json
-from bushcli.report.cycles import (
-    by_name,
-    energy_unit,
-    history_json,
-    response_histories,
-    with_hysteresis,
-)
-from bushcli.report.fit_part import fit_part
-from bushcli.report.quantity import quantities
-from bushcli.report.six import six_json
-from bushcli.report.verdict import Verdict, all_within_10_percent, judge
-from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
-from cases.mode import modes
 
-if TYPE_CHECKING:
-    from bushcli.inverse import Fit
-    from bushcli.simulate.meshes import Meshed
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+Array = NDArray[np.float64]
+Row = tuple[str, ...]
+#: The writers that write a block.
+On = Literal["both", "page", "terminal"]
+#: Colour of a verdict.
+Tone = Literal["good", "bad", "plain"]
 
 
-def direct_json(
-    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
-) -> dict[str, Any]:
-    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
+@dataclass(frozen=True)
+class Series:
+    """A curve or a set of points.
+
+    Attributes
+    ----------
+    key : str
+        Its role, from which the drawing takes colour and width: a key of `drawing.looks.LOOKS`.
+    label : str
+        In the legend, where it can be switched off; empty for none.
+    x, y : shape (n,)
+        NaN interrupts the line.
+    mark : {"line", "dots", "both", "crosses"}
+    error : shape (n,), optional
+        Half lengths of vertical error bars.
+    """
+
+    key: str
+    label: str
+    x: NDArray[np.floating[Any]]
+    y: NDArray[np.floating[Any]]
+    mark: Literal["line", "dots", "both", "crosses"] = "line"
+    error: NDArray[np.floating[Any]] | None = None
+
+
+@dataclass(frozen=True)
+class Region:
+    """A filled area: a place to which the user can zoom by its number, a band along a curve, a bar.
+
+    Attributes
+    ----------
+    key : str
+        Its role, as of a series.
+    label : str
+        The sentence that describes a numbered place; otherwise the entry of the legend.
+    outlines : sequence of shape (n, 2)
+        Polygons.
+    number : int
+        From 1; 0 for an area without number.
+    at : shape (k, 2), optional
+        Places where the number may stand, the best first.
+    value : float, optional
+        Value that is shown as a colour of the plot's scale.
+    """
+
+    key: str
+    label: str
+    outlines: Sequence[Array]
+    number: int = 0
+    at: Array | None = None
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Band:
+    """A rectangle behind everything else; a line, where its two ends are equal.
+
+    Attributes
+    ----------
+    key : str
+        Its role, as of a series.
+    x, y : (float, float)
+        NaN means the edge of the plot.
+    label : str
+        In the legend; empty for none.
+    """
+
+    key: str
+    x: tuple[float, float] = (math.nan, math.nan)
+    y: tuple[float, float] = (math.nan, math.nan)
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A text in a plot.
+
+    Attributes
+    ----------
+    text : str
+    at : (float, float)
+        On the axes of the plot.
+    place : {"left", "right", "middle"}
+        Whether the text ends or begins at that point, or has its middle there.
+    """
+
+    text: str
+    at: tuple[float, float]
+    place: Literal["left", "right", "middle"] = "right"
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A plot that can be zoomed on the page and saved as a picture: axes, curves and marked places.
+
+    Attributes
+    ----------
+    name : str
+        Unique on the page.
+    title, x_label, y_label : str
+    x, y : (float, float), optional
+        Range that is shown at first; by default that of everything drawn.
+    series : sequence of Series
+        Later series are drawn on top.
+    regions, bands, notes : sequences
+    height, width : float
+        In the units of a page that is 900 wide.
+    numbers_only : bool
+        Whether the regions are described elsewhere on the page, so that the legend has their numbers only.
+    heading : str
+        Text above the plot.
+    log : {"", "x", "y"}
+        The axis that is logarithmic.
+    x_names, y_names : sequence of (float, str)
+        Names instead of numbers at an axis.
+    scale : (float, str), optional
+        End of the symmetric colour scale of the regions' values, and what it shows.
+    is_prepared : bool
+        Whether it is ready to be drawn: curves thinned, limits and places of numbers found.
+    """
+
+    name: str
+    title: str
+    x_label: str
+    y_label: str
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+    series: Sequence[Series] = ()
+    regions: Sequence[Region] = ()
+    bands: Sequence[Band] = ()
+    notes: Sequence[Note] = ()
+    height: float = 430.0
+    width: float = 900.0
+    numbers_only: bool = False
+    heading: str = ""
+    log: Literal["", "x", "y"] = ""
+    x_names: Sequence[tuple[float, str]] = ()
+    y_names: Sequence[tuple[float, str]] = ()
+    scale: tuple[float, str] | None = None
+    is_prepared: bool = False
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Plots that belong together: one picture in the folder of results, one figure of the page.
+
+    Attributes
+    ----------
+    name : str
+        Name of its files.
+    kind : str
+        Kind of picture, by which a view chooses its place.
+    title : str
+        Contents in words.
+    rows : sequence of sequences of Plot
+        Plots beside each other, row by row.
+    channel : str
+        The channel that it belongs to; empty for all channels.
+    note : str
+        Small print below the plots.
+    still : bool
+        Whether the page shows the picture, because the plots are too small to be zoomed.
+    """
+
+    name: str
+    kind: str
+    title: str
+    rows: Sequence[Sequence[Plot]]
+    channel: str = ""
+    note: str = ""
+    still: bool = False
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawn figure, on the page only.
+
+    Attributes
+    ----------
+    name, kind, title, channel : str
+        As of `Panels`.
+    png, svg : bytes
+    panels : Panels, optional
+        The plots of which it was drawn, which the page makes zoomable.
+    """
+
+    name: str
+    kind: str
+    title: str
+    channel: str
+    png: bytes = field(repr=False)
+    svg: bytes = field(repr=False)
+    panels: Panels | None = None
+    on: Literal["page"] = field(default="page", init=False)
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A paragraph, or a line of a list.
+
+    Attributes
+    ----------
+    text : str
+    kind : {"plain", "note"}
+        A note is in small print on the page, and dim on a terminal.
+    on : {"both", "page", "terminal"}
+    """
+
+    text: str
+    kind: Literal["plain", "note"] = "plain"
+    on: On = "both"
+
+    @property
+    def explains(self) -> bool:
+        """Whether it explains on the page what stands beside it."""
+        return self.kind == "note" and self.on == "page"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    title : str
+        Empty for a table that its section's heading describes.
+    heads : tuple of str
+    rows : tuple of rows
+    left : int
+        Number of columns, from the left, that are words; the others are numbers and aligned right.
+    on : {"both", "page", "terminal"}
+    detail : collection of int
+        Columns, counted from 0, that are on the page only.
+    most : int or None
+        Largest number of rows on the terminal, for tables that may be long; None for all.
+    """
+
+    title: str
+    heads: Row
+    rows: tuple[Row, ...]
+    left: int = 1
+    on: On = "both"
+    detail: Sequence[int] = ()
+    most: int | None = None
+
+    def without_detail(self) -> Table:
+        """Return the table without the columns that are on the page only."""
+        kept = [i for i in range(len(self.heads)) if i not in self.detail]
+        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
+        left = sum(i < self.left for i in kept)
+        return replace(self, heads=tuple(self.heads[i] for i in kept), rows=rows, left=left, detail=())
+
+    def shortened(self, most: int) -> Table:
+        """Return the table without its middle rows if it has more than `most`; its title then says how many it has."""
+        if len(self.rows) <= most:
+            return self
+        tail = most // 4
+        gap = ("...", *("" for _ in self.heads[1:]))
+        rows = (*self.rows[: most - tail - 1], gap, *self.rows[len(self.rows) - tail :])
+        return replace(self, title=f"{self.title} ({len(self.rows)} in all)", rows=rows)
+
+
+Block = Paragraph | Table | Picture
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a document; one without blocks, or with explanations of the page alone, is left out.
+
+    Attributes
+    ----------
+    heading : str
+        On a terminal it is written above text, and above a table that has no title.
+    blocks : sequence of blocks
+    on : {"both", "page", "terminal"}
+    fold : str
+        Label to be clicked on the page to unfold what is in `folded`.
+    folded : sequence of blocks
+        At the end of the section, on the page only.
+    """
+
+    heading: str
+    blocks: Sequence[Block]
+    on: On = "both"
+    fold: str = ""
+    folded: Sequence[Block] = ()
+
+
+@dataclass(frozen=True)
+class Document:
+    """What is told of a result: the verdict, its sections, its problems.
+
+    Attributes
+    ----------
+    headline : str
+        The verdict in one sentence, without its full stop; empty for a result without a verdict.
+    lines : sequence of str
+        Sentences below the headline.
+    tone : {"good", "bad", "plain"}
+    sections : sequence of Section
+    problems : sequence of Condition
+    conditions : sequence of (str, str)
+        What was simulated, in pairs of name and value, for the page.
+    warning : Section or None
+        Above everything else.
+    ends_with_verdict : bool
+        Whether the verdict follows the sections on a terminal, where the last lines are seen first.
+    """
+
+    headline: str
+    lines: Sequence[str]
+    tone: Tone
+    sections: Sequence[Section]
+    problems: Sequence[Condition] = ()
+    conditions: Sequence[tuple[str, str]] = ()
+    warning: Section | None = None
+    ends_with_verdict: bool = False
+
+
+def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
+    """Return the sections with the blocks that are written there; empty ones are left out.
 
     Parameters
     ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    timings : mapping of str to float
-        Seconds by stage.
+    where : {"page", "terminal"}
+    sections : iterable of Section
     """
-    document = head("direct", response.case, problems_of(response, misfits, fit), timings)
-    document["data_faults"] = faults_json(response.faults)
-    document["complete"] = response.complete
-    document["material"] = {
-        "law": response.material.law,
-        "bulk_modulus": response.material.bulk_modulus,
-        "parameters": dict(response.material.parameters),
-    }
-    document["verdict"] = _verdict(judge(response, misfits), misfits)
-    document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
-    histories = by_name(response_histories(response, misfits))
-    for entry in (one for one in document["load_cases"] if one["name"] in histories):
-        entry |= history_json(histories[entry["name"]])
-    if fit is not None:
-        document["fit"] = fit_part(fit)
-    return cleaned(document)
 
+    def kept(blocks: Iterable[Block]) -> list[Block]:
+        here = [
+            one
+            for one in blocks
+            if one.on in ("both", where) and not (isinstance(one, Table) and not one.rows)
+        ]
+        return here if any(not (isinstance(one, Paragraph) and one.explains) for one in here) else []
 
-def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit
-        The identified law.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
-    return cleaned(document | fit_part(fit))
-
-
-def case_json(
-    case: Case,
-    curves: Sequence[Recording],
-    coupons: Sequence[Recording],
-    timings: Mapping[str, float],
-    faults: Sequence[DataFault] = (),
-) -> dict[str, Any]:
-    """Return a checked case, the contents of its recordings and their faults as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    curves : sequence of Recording
-        Recordings of the bushing.
-    coupons : sequence of Recording
-        Coupon tests.
-    timings : mapping of str to float
-        Seconds by stage.
-    faults : sequence of DataFault
-        Faults of recordings and coupon tests.
-    """
-    document = head("check", case, map(condition, faults), timings)
-    document["data_faults"] = faults_json(faults)
-    document["recordings"] = [_summary(curve) for curve in curves]
-    document["coupons"] = [_summary(curve) for curve in coupons]
-    return cleaned(document)
-
-
-def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return the meshes of a case as JSON-ready data.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    meshes : sequence of Meshed
-        Its meshes, in the order of the tables.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("mesh", case, unusual(case, case.material), timings)
-    document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
-    document["meshes"] = [
-        {
-            "name": mesh.name,
-            "modes": list(mesh.modes),
-            "dimension": mesh.dimension,
-            "cells": mesh.cells,
-            "nodes": mesh.nodes,
-            "boundaries": dict(mesh.boundaries),
-            "regions": dict(mesh.regions),
-        }
-        for mesh in meshes
+    found = [
+        replace(one, blocks=kept(one.blocks), folded=kept(one.folded) if where == "page" else ())
+        for one in sections
+        if one.on in ("both", where)
     ]
-    return cleaned(document)
+    return [one for one in found if one.blocks or one.folded]
 
 
-def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """Return the conditions of a direct prediction.
-
-    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
-    that are not simulated.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
-    left = tuple(
-        Condition(
-            "not_compared",
-            f"{channel.name}: the simulation ended before the recording could be compared with it",
-            "see why the simulation stopped",
-        )
-        for channel in response.channels
-        if channel.recording is not None and channel.name not in misfits
-    )
-    recorded = (channel.recording for channel in response.channels if channel.recording is not None)
-    odd = unusual(
-        response.case,
-        response.material,
-        [(one.name, one.mode, one.displacement, one.time) for one in recorded if one.six is None],
-    )
-    known = (*(fit.conditions if fit else ()), *response.conditions, *left, *odd)
-    return with_hysteresis(known, response_histories(response, misfits))
-
-
-def head(
-    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
-) -> dict[str, Any]:
-    """Return the entries that every result has.
+def paragraphs(
+    lines: Iterable[str], on: On = "both", kind: Literal["plain", "note"] = "plain"
+) -> list[Block]:
+    """Return a paragraph for each line that is not empty.
 
     Parameters
     ----------
-    command : str
-        Name of the command: "direct", "inverse".
-    case : Case
-        The validated case.
-    problems : iterable of Condition
-        Conditions of the result.
-    timings : mapping of str to float
-        Seconds by stage.
+    lines : iterable of str
+    on : {"both", "page", "terminal"}
+    kind : {"plain", "note"}
     """
-    return {
-        "command": command,
-        "case": resolved(case),
-        "versions": versions(),
-        "timings_s": dict(timings),
-        "problems": [{"name": p.name, "message": p.message, "remedy": p.remedy} for p in problems],
-    }
+    return [Paragraph(line, kind, on) for line in lines if line]
 
 
-def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
-    """Return faults of recordings as JSON-ready data."""
-    return [
-        {
-            "channel": fault.channel,
-            "kind": fault.kind,
-            "where": fault.where,
-            "remedy": fault.remedy,
-            "fatal": fault.fatal,
-            "samples": int(np.count_nonzero(fault.samples)),
-        }
-        for fault in faults
-    ]
+def note(text: str) -> Paragraph:
+    """Return an explanation in small print, for the page only."""
+    return Paragraph(text, "note", "page")
 
 
-def _summary(curve: Recording) -> dict[str, Any]:
-    shown = quantities(curve.mode)
-    found = branches(curve)
-    return {
-        "name": curve.name,
-        "mode": curve.mode,
-        "file": str(curve.source) if curve.source else None,
-        "samples": len(curve.displacement),
-        "cycles": len({branch.cycle for branch in found}),
-        "holds": sum(branch.kind == "hold" for branch in found),
-        "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
-        "units": {"displacement": shown.displacement_unit or shown.displacement, "force": shown.force_unit},
-        "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
-        "force": [float(curve.force.min()), float(curve.force.max())],
-        "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
-    }
+def of_kind(pictures: Iterable[Picture], *kinds: str) -> list[Block]:
+    """Return the pictures of these kinds, kind by kind.
 
-
-def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
-    shown = quantities(channel.mode)
-    coupon = modes()[channel.mode].specimen == "coupon"
-    rejected = sum(not attempt.accepted for attempt in channel.attempts)
-    document = {
-        "name": channel.name,
-        "mode": channel.mode,
-        "units": {
-            "displacement": "stretch - 1"
-            if coupon and shown.rest
-            else shown.displacement_unit or shown.displacement,
-            "force": shown.force_unit,
-            "stiffness": shown.stiffness_unit,
-            "energy": energy_unit(channel.mode),
-        },
-        "time": channel.curve.time,
-        # A stretch is given relative to rest, where it is zero, as in the case file's path.
-        "displacement": shown.shown(channel.curve.displacement) - shown.rest,
-        "force": channel.curve.force,
-        "stiffness": {
-            "initial": shown.stiffness(channel.curve.initial_stiffness()),
-            "secant": shown.stiffness(channel.curve.secant_stiffness()),
-        },
-        "complete": not channel.stopped,
-        "stopped": channel.stopped,
-        "reach": shown.at(channel.reach) - shown.rest,
-        "newton_iterations": channel.newton,
-        "steps_tried": len(channel.attempts),
-        "steps_rejected": rejected,
-        "unknowns": channel.unknowns,
-        "principal_stretches": list(channel.strained.range),
-        "unstable_percent": 100 * channel.strained.unstable,
-        "mesh_error_percent": channel.mesh_error,
-        "seconds": dict(channel.seconds),
-    }
-    if found is not None:
-        document["recording"] = _recording(channel, found)
-    if channel.six is not None:
-        # It is that of the leading motion; six motions have no single displacement.
-        document.pop("displacement")
-    return document | six_json(channel) | contact_json(channel)
-
-
-def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
-    shown = quantities(channel.mode)
-    source = channel.recording.source if channel.recording else None
-    return {
-        "file": str(source) if source else None,
-        "samples": len(channel.recording.displacement) if channel.recording else 0,
-        "rms_percent": found.rms_percent,
-        "peak_percent": found.peak_percent,
-        "noise_percent": found.noise_percent,
-        "stiffness_measured": shown.stiffness(found.measured.secant),
-        "stiffness_simulated": shown.stiffness(found.predicted.secant),
-        "stiffness_ratio": found.stiffness_ratio,
-        "initial_stiffness_measured": shown.stiffness(found.measured.initial),
-        "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
-        "within_10_percent": found.within_10_percent,
-        "within_tolerance": found.within,
-        "tolerance_percent": found.tolerance.percent,
-        "compared": found.compared,
-        "force_range": found.force_range,
-    }
-
-
-def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        "headline": verdict.headline,
-        "text": verdict.text,
-        "within_10_percent": all_within_10_percent(verdict, misfits),
-        "within_tolerance": verdict.within,
-        "channels": {},
-        "single_factor": None,
-    }
-    for channel in verdict.channels:
-        found = misfits.get(channel.name)
-        entry: dict[str, Any] = {
-            "text": channel.text,
-            "within_10_percent": found.within_10_percent if found else None,
-            "within_tolerance": channel.within,
-        }
-        if found is not None:
-            shown = quantities(channel.mode)
-            entry |= {
-                "stiffness_simulated": shown.stiffness(found.predicted.secant),
-                "stiffness_measured": shown.stiffness(found.measured.secant),
-                "stiffness_ratio": found.stiffness_ratio,
-                "unit": shown.stiffness_unit,
-            }
-        document["channels"][channel.name] = entry
-    factor = verdict.single_factor
-    if factor is not None:
-        document["single_factor"] = {
-            "factor": factor.factor,
-            "by_channel": dict(factor.by_channel),
-            "rms_percent_before": dict(factor.rms_before),
-            "rms_percent_after": dict(factor.rms_after),
-            "explains_most": factor.explains,
-        }
-    return document
-
-
-def cleaned(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with JSON's own types only."""
-    clean = _clean(document)
-    assert isinstance(clean, dict)
-    return clean
-
-
-def _clean(value: Any) -> Any:
-    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
-    if isinstance(value, Mapping):
-        return {str(key): _clean(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _clean(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_clean(item) for item in value]
-    if isinstance(value, np.generic):
-        return _clean(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
-    return value
+    Parameters
+    ----------
+    pictures : iterable of Picture
+    *kinds : str
+    """
+    known = list(pictures)
+    return [one for kind in kinds for one in known if one.kind == kind]

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.simulate.six import SixCurve
 
 Array = NDArray[np.float64]
 
@@ -69,8 +73,6 @@ _ROTATION = Quantities(
 _COUPON = Quantities(
     "stretch", "", "nominal stress", "MPa", "MPa", 1.0, 1.0, ("stretch", "nominal_stress_MPa")
 )
-
-
 _SHEARED = Quantities(
     "amount of shear", "", "shear stress", "MPa", "MPa", csv_names=("shear_strain", "shear_stress_MPa")
 )
@@ -135,3 +137,25 @@ def percent(value: float | None) -> str:
 def listed(names: list[str]) -> str:
     """Join names as in a sentence: a, b and c."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""
+
+
+MOTION_UNITS, FORCE_UNITS = ("mm",) * 3 + ("deg",) * 3, ("N",) * 3 + ("N mm",) * 3
+# Forces or moments that are all below this share of the largest value of both, in N and N mm, are rounding errors:
+# Newton's method leaves 1e-9 of it in the moment of a free tilt.
+_ROUNDING = 1e-6
+
+
+def shown_motion(six: SixCurve) -> Array:
+    """Return the motions in mm and degrees, shape (n, 6)."""
+    return np.hstack([six.motion[:, :3], np.degrees(six.motion[:, 3:])])
+
+
+def largest_reactions(force: Array) -> tuple[float, float]:
+    """Return the largest force (N) and the largest moment (N mm) of reactions of shape (n, 6).
+
+    It is infinite where all of them are rounding errors, as moments are if each belongs to a free or symmetric motion.
+    """
+    most = float(np.abs(force).max())
+    forces, moments = (float(np.abs(force[:, part]).max()) for part in (slice(0, 3), slice(3, 6)))
+    least = _ROUNDING * most
+    return (forces if forces > least else np.inf), (moments if moments > least else np.inf)

@@ -70,6 +70,12 @@ def holds_results(folder: Path) -> bool:
     return any(_RESULT.fullmatch(file.name) for file in folder.iterdir())
 
 
+def _version(file: Path) -> tuple[int, int]:
+    """Return what changes when a file is replaced: its number in the file system and the time of writing, ns."""
+    status = file.lstat()
+    return status.st_ino, status.st_mtime_ns
+
+
 class Codec(Protocol):
     """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
 
@@ -102,12 +108,13 @@ class Store:
     codec
         How answers become arrays.
     resume
-        Use the results in the folder; without it they are deleted.
+        Use the results in the folder; without it, those that are asked for are calculated again and replaced. Those of
+        other questions stay in either case.
 
     Attributes
     ----------
     there : int
-        Number of results that the folder held: those to resume from, or those deleted.
+        Number of results that the folder held.
     used : set of str
         Names of those that have been used.
     damaged : int
@@ -116,7 +123,7 @@ class Store:
     Raises
     ------
     InputError
-        The folder cannot be made or emptied.
+        The folder cannot be made, or a file that an interrupted run left in it cannot be removed.
     """
 
     def __init__(self, folder: Path, codec: Codec, resume: bool = False) -> None:
@@ -129,8 +136,10 @@ class Store:
             folder.mkdir(parents=True, exist_ok=True)
             results = [file for file in folder.iterdir() if _RESULT.fullmatch(file.name)]
             parts = [file for file in folder.iterdir() if _PART.fullmatch(file.name)]
-            for file in [*parts, *([] if resume else results)]:
+            for file in parts:
                 file.unlink()
+            # What is there and not used is known by its version, so that other processes see when it was replaced.
+            self._unused = {} if resume else {file.name: _version(file) for file in results}
         except OSError as error:
             place = str(error.filename or folder)
             said = f"cannot be written: {error.strerror or error}"
@@ -171,6 +180,8 @@ class Store:
         try:
             if file.is_symlink():
                 raise ValueError("a symbolic link is not followed")
+            if file.name in self._unused and self._unused[file.name] == _version(file):
+                return False, None
             # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(read_bounded(file, _LARGEST)), allow_pickle=False) as found:
                 answer = self.codec.decoded({name: found[name] for name in found.files}, question)

@@ -31,7 +31,8 @@ from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
 
-# If a typical amplitude times the derivative at off is below this share of the force range, a secant is tried.
+# If a typical amplitude times the derivative at off is below this share of the force range, a secant is tried. Other
+# values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 FLAT = 1e-3
 # Factor on the default number of steps of a march: enough for a first estimate, as is a coarse mesh.
 HALF = 0.5

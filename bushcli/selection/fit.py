@@ -41,18 +41,23 @@ Mask = NDArray[np.bool_]
 
 # Relative change of the sum of squares that ends a fit: some hundredths of a nat.
 TOLERANCE = 1e-3
-# A fit also ends when this many evaluations reduce the sum of squares by less than this share.
+# A fit also ends when this many evaluations reduce the sum of squares by less than this share. Other values change
+# probabilities by less than 0.002 (`benchmarks/constants.md`).
 VALLEY = 8, 5e-3
 # Largest number of alternations between variances and parameters; factor below which a variance counts as unchanged.
+# Other values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 TURNS, SETTLED = 3, 1.3
-# Largest number of evaluations of a fit.
+# Largest number of evaluations of a fit. Other values change probabilities by less than 0.002
+# (`benchmarks/constants.md`).
 MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
 STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS, walls=False)
-# A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a nat.
+# A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a
+# nat.
 WORSE = 0.2
-# Shares of the first-order amplitude that are tried if the simulation fails at that amplitude.
+# Shares of the first-order amplitude that are tried if the simulation fails at that amplitude. Other values change
+# probabilities by less than 0.002 (`benchmarks/constants.md`).
 RETREATS = (0.5, 0.2, 0.05)
 # Failed steps after which the march of a trial is given up: of 64 marches of fits in which a step had failed, none
 # reached its end (practice p04 and one of the development deck). The start from a model that it contains has no limit.

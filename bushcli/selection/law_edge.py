@@ -32,7 +32,8 @@ from forms.law import Law
 
 Array = NDArray[np.float64]
 
-# Halvings of the way from the fit to parameters at which the law has no moduli (Gent beyond locking).
+# Halvings of the way from the fit to parameters at which the law has no moduli (Gent beyond locking). That is a
+# thousandth of the way.
 _HALVINGS = 10
 
 

@@ -32,6 +32,7 @@ Changes = frozenset[str]
 # of freedom. Those with the highest likelihood of 311 errors in 22 recordings of the
 # development deck (`benchmarks/search.py`).
 COMMON, OF_CHANGE, OWN = 0.1, 0.1, 0.2
+# Degrees of freedom of the errors' scale: the highest likelihood, as above.
 FREEDOM = 2.0
 # Largest error of one fit that counts, in slacks: a fit that ended in another optimum says no more of the others.
 MOST = 2.0

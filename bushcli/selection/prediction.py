@@ -18,7 +18,8 @@ from bushcli.selection.queued import SHARE_SLACK
 
 Array = NDArray[np.float64]
 
-# Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size.
+# Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size. Other
+# values change probabilities by less than 0.002 (`benchmarks/constants.md`).
 TRIED = 2.0
 # Factor beyond the 95 % range of its prior up to which an amplitude is predicted: further out, curves do not follow
 # their derivatives.

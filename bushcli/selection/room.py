@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 Array = NDArray[np.float64]
 
-# Relative singular value that counts as zero.
+# Relative singular value that counts as zero. Rounding.
 RANK = 1e-10
 
 

@@ -27,13 +27,13 @@ def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tu
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
+        wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
     channels = [
         prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
     ]
     channels += [recorded(case, one) for one in recordings]
-    for channel in channels:
+    for channel in [one for one in channels if not one.by_force]:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, load_case_names
+from bushcli.effects.active import acting
+from bushcli.effects.change import Signal
+from bushcli.effects.rig import parallel
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.six import program_of
 from bushcli.simulate.six_schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
+from cases.load import PrescribedForce
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
@@ -46,6 +50,8 @@ class SimulatedChannel:
         Path of six motions that is prescribed.
     path : SixPath or None
         Path of six motions, prescribed or recorded, that the program follows.
+    by_force : bool
+        The program and the displacements are forces, N or N mm, until the march has found the travel.
     """
 
     name: str
@@ -57,6 +63,14 @@ class SimulatedChannel:
     recording: Recording | None = None
     six: SixPath | None = None
     path: SixPath | None = None
+    by_force: bool = False
+
+    def found(self, history: History) -> SimulatedChannel:
+        """Return the channel with the travel that a march found at the prescribed forces."""
+        if not self.by_force or len(history.displacement) < 2:
+            return self
+        program = Program(history.displacement, history.time)
+        return replace(self, program=program, time=program.time, displacement=program.displacement)
 
 
 def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> SimulatedChannel:
@@ -76,20 +90,44 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     elif load.source is not None:
         from bushcli.recording import read_program  # with the readers, which few load cases need
 
-        read = read_program(load.source, tables)
+        read = read_program(load.source, tables, "force" if load.by_force else "displacement")
         program = Program(read.displacement, read.time)
     else:
         program = path(load.path, load.steps, load.rate)
+    name = load_case_names(case.load_cases, case.recordings)[number]
+    drive = _loaded(case, load, name, program) if load.by_force else None
+
+    def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
+        found = march(model, program, keep_states=keep, progress=report, drive=drive)
+        return found if drive is None else drive.carrying(found)
+
     return SimulatedChannel(
-        load_case_names(case.load_cases, case.recordings)[number],
+        name,
         load.mode,
-        lambda model, keep, report: march(model, program, keep_states=keep, progress=report),
+        followed,
         program,
         program.time,
         program.displacement,
         six=load.six,
         path=load.six,
+        by_force=load.by_force,
     )
+
+
+def _loaded(case: Case, load: LoadCase, name: str, program: Program) -> PrescribedForce:
+    """Return what a program of forces prescribes: the force of the bushing with all that stands beside it."""
+    active = tuple(one.started() for one in acting(case.effects, name, load.mode))
+    beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
+    if not beside:
+        return PrescribedForce()
+    began = 0.0 if program.time is None else float(program.time[0])
+
+    def carried(q: float, force: float, time: float) -> float:
+        at, own = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
+        elapsed = None if program.time is None else np.array([time - began])
+        return float(parallel(beside, at, own, (), elapsed).value[0])
+
+    return PrescribedForce(carried)
 
 
 def recorded(case: Case, recording: Recording) -> SimulatedChannel:

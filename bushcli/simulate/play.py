@@ -58,7 +58,7 @@ def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
     """
     names = load_case_names(case.load_cases, case.recordings)
     for name, load in zip(names, case.load_cases, strict=True):
-        if load.six is not None or not acting(case.effects, name, load.mode):
+        if load.six is not None or load.by_force or not acting(case.effects, name, load.mode):
             continue
         if load.source is not None:
             from bushcli.recording import read_program  # with the readers, which few load cases need

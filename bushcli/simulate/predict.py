@@ -13,6 +13,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.case.typical import unusual
 from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
 from bushcli.effects.assembly import installed
@@ -118,12 +119,13 @@ def predict(
     )
     run = run.shared_by(sharing(case, comm))
     simulated, interrupted = run.simulate_all(channels)
-    return _response(case, material, simulated, faults, comm, interrupted)
+    return _response(case, material, channels, simulated, faults, comm, interrupted)
 
 
 def _response(
     case: Case,
     material: Material,
+    channels: Sequence[SimulatedChannel],
     simulated: tuple[Simulated, ...],
     faults: tuple[DataFault, ...],
     comm: MPI.Comm,
@@ -131,7 +133,8 @@ def _response(
 ) -> Response:
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
-    found = tuple(condition for channel in simulated for condition in conditions(case, channel))
+    found = [condition for channel in simulated for condition in conditions(case, channel)]
+    found += unusual(case, material, (channel for channel in channels if channel.path is None))
     response = Response(case, material, simulated, (*map(fault_condition, faults), *unshared, *found), faults)
     if interrupted:
         raise PredictionInterrupted(response)
@@ -246,7 +249,7 @@ class _Prediction:
         simulation = self.simulation(channel)
         model = self.model(channel) if simulation is None else simulation.model
         ready = time.perf_counter()
-        stopped, answer, step_error = "", None, None
+        stopped, answer, step_error, largest = "", None, None, None
         try:
             if simulation is None:
                 history = channel.march(model, True, report)
@@ -258,6 +261,7 @@ class _Prediction:
         except (NotConverged, Interrupted) as failure:
             history, stopped = failure.history, failure.reason
             reach, target = failure.last, failure.target
+            largest = getattr(failure, "largest", None)
         except NoEquilibrium as failure:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
@@ -265,6 +269,7 @@ class _Prediction:
         if met_unnoticed(self.case, model, history, lambda: own.model(channel)):
             return own.simulate(channel)
         done = time.perf_counter()
+        channel = channel.found(history)
         six = None if channel.six is None else six_curve(history, channel.six)
         unwritten = ""
         if self.fields is not None and history.states is not None:
@@ -295,6 +300,8 @@ class _Prediction:
             state=state_in_words(self.case.effects, self.unrelaxed),
             touched=touched(model, history),
             before=simulation.remembered if isinstance(simulation, Simulation) else None,
+            by_force=channel.by_force,
+            largest=largest,
         )
 
     def _steps(self, channel: SimulatedChannel, simulation: Simulation | Reaction) -> float | None:
@@ -325,7 +332,7 @@ class _Prediction:
         if recording is not None and recording.six is not None:
             return self._reaction(channel, recording.six, factor)
         active = acting(self.case.effects, channel.name, channel.mode)
-        if not active or channel.six is not None:
+        if not active or channel.six is not None or channel.by_force:
             return None
         where = self.case.path.name if recording is None else str(recording.source)
         if channel.time is None:

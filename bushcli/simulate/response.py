@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,14 @@ from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
+from cases.load import LIMIT_POINT
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
     from bushcli.curve.curve import Curve
     from bushcli.curve.earlier import Earlier
+    from bushcli.effects.active import ActiveEffect
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
     from bushcli.simulate.six import SixCurve
@@ -100,6 +102,10 @@ class Simulated:
         Surfaces that met at the steps of the march.
     before : Earlier or None
         The path before the recording that was assumed, where the rubber remembers it.
+    by_force : bool
+        Its force was prescribed.
+    largest : (float, float) or None
+        Where the march did not reach a prescribed force: displacement (mm, rad) and force (N, N mm) nearest to it.
     """
 
     name: str
@@ -124,6 +130,8 @@ class Simulated:
     state: str = ""
     touched: tuple[Touched, ...] = ()
     before: Earlier | None = None
+    by_force: bool = False
+    largest: tuple[float, float] | None = None
 
     @property
     def in_time(self) -> bool:
@@ -189,6 +197,8 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
     acting = [
         one for one in case.effects if one.acts_on(channel.name, channel.mode) and one.effect.feature is None
     ]
+    if channel.by_force:
+        return _of_the_rig(channel, acting)
     results = ["its stiffness matrices"] if channel.stiffness else []
     results += ["its reactions"] if channel.six is not None and channel.recording is None else []
     if not acting or not results:
@@ -199,6 +209,17 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
         f"{channel.name}: {' and '.join(results)} are those without {names}: {act} on the curve of one motion"
     )
     remedy = "simulate the motions one by one (modes axial, radial, torsional, conical), or change the law's parameters"
+    return [Condition("effect_left_out", what, remedy)]
+
+
+def _of_the_rig(channel: Simulated, acting: Sequence[ActiveEffect]) -> list[Condition]:
+    """Return which effects of a rig a curve under a prescribed force lacks: the force acts on the bushing itself."""
+    lacking = [one.name for one in acting if one.effect.rig is not None and one.effect.rig.parallel is None]
+    if not lacking:
+        return []
+    names = " and ".join(map(readable_name, lacking))
+    what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
+    remedy = "prescribe the travel where the curve that the rig would log is wanted"
     return [Condition("effect_left_out", what, remedy)]
 
 
@@ -262,6 +283,8 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
         what = f"{channel.name}: interrupted at {channel.reach * factor:.4g} {unit} on the way to "
         what += f"{channel.target * factor:.4g} {unit}; the curve ends there"
         found.append(Condition("interrupted", what, "run it again"))
+    elif channel.stopped and channel.largest is not None:
+        found.append(_not_carried(channel, channel.largest, unit, factor))
     elif channel.stopped:
         found.append(
             Condition(
@@ -286,6 +309,26 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
             )
         )
     return found
+
+
+def _not_carried(channel: Simulated, largest: tuple[float, float], unit: str, factor: float) -> Condition:
+    """Return that a prescribed force was not reached."""
+    q, force = largest
+    kind = "N mm" if modes()[channel.mode].rotational else "N"
+    what = (
+        f"{channel.name}: the prescribed force was not reached: the largest found is {force:.5g} {kind} at "
+    )
+    what += f"{q * factor:.4g} {unit}"
+    prescribe = (
+        f"prescribe the travel instead, for instance amplitude = {1.2 * q * factor:.2g}, to see the curve"
+    )
+    if channel.stopped == LIMIT_POINT:
+        what += (
+            ", a limit point: beyond it the force falls with the travel, and the bushing would snap through"
+        )
+        return Condition("not_converged", what, f"prescribe less, or {prescribe} beyond the limit point")
+    what += f"; beyond it the march found no equilibrium ({channel.stopped})"
+    return Condition("not_converged", what, f"prescribe less, set more steps, or {prescribe}")
 
 
 def _of_the_rubber(channel: Simulated) -> list[Condition]:

@@ -301,7 +301,7 @@ class Simulation:
             keep_states=keep_states,
             sensitivity=inner,
             path_rates=path_rates,
-            series=series,
+            drive=series,
             progress=progress,
             patience=patience,
         )

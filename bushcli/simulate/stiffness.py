@@ -60,6 +60,7 @@ def check_state(channels: Sequence[SimulatedChannel], at: float | None) -> None:
     ------
     InputError
     """
+    channels = [channel for channel in channels if not channel.by_force] or channels
     if at is not None and all(with_state(channel, at)[1] is None for channel in channels):
         expected = (
             "a travel of a load case or recording, in mm or degrees; a time of a path of six motions, in s"

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 #: Kinds of answers of a channel that need no travel, and that can be asked for at a travel (mm or degrees).
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
-_AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)\Z")
+_AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)(?:\s*(N|Nmm|N mm))?\Z")
 _INDEX = re.compile(r"-?\d+")
 #: Keys of the result of `bushcli direct` under which answers can be asked for.
 RESULT_KEYS = (
@@ -37,7 +37,7 @@ RESULT_KEYS = (
     "verdict",
     "versions",
 )
-EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.tangent@3, load_cases[0].stiffness.secant"
+EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.secant@500N, load_cases[0].stiffness.secant"
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ class Asked:
         Place on the curve, mm or degrees (stretch - 1 of a coupon); None for the whole curve.
     unit : str
         For example "N/mm"; empty where it is not known.
+    at_load : bool
+        The place is given by the force there, N or N mm, in `travel`.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Asked:
     kind: str
     travel: float | None = None
     unit: str = ""
+    at_load: bool = False
 
     @property
     def of_result(self) -> bool:
@@ -88,8 +91,9 @@ def answer(case: Case, text: str) -> Asked:
     case : Case
         The case whose channels it may name.
     text : str
-        ``CHANNEL.initial``, ``CHANNEL.secant[@TRAVEL]``, ``CHANNEL.tangent@TRAVEL``, ``CHANNEL.force@TRAVEL``, or a
-        key of the result of `bushcli direct`.
+        ``CHANNEL.initial``, ``CHANNEL.secant[@TRAVEL]``, ``CHANNEL.tangent@TRAVEL``, ``CHANNEL.force@TRAVEL``, these
+        with ``@LOADN`` (``@LOADNmm``) in place of the travel, ``CHANNEL.travel@LOADN``, or a key of the result of
+        `bushcli direct`.
 
     Raises
     ------
@@ -118,10 +122,8 @@ def answer(case: Case, text: str) -> Asked:
     if channel not in channels:
         what = f"there is no channel {channel}"
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
-    if at and kind not in AT:
-        raise InputError(
-            Problem(f"--answer {text}", f"{kind} cannot be evaluated at a travel", "", ", ".join(AT))
-        )
+    if at:
+        _check_place(f"--answer {text}", channels[channel], kind, at[4])
     try:
         travel = float(at[3]) if at else None
     except ValueError:
@@ -132,11 +134,26 @@ def answer(case: Case, text: str) -> Asked:
         raise InputError(
             Problem(f"--answer {text}", "has no secant: the travel is zero", "", f"{channel}.initial")
         )
-    return Asked(name, channel, kind, travel, _unit(channels[channel], kind))
+    return Asked(name, channel, kind, travel, _unit(channels[channel], kind), bool(at and at[4]))
+
+
+def _check_place(where: str, mode: str, kind: str, unit: str | None) -> None:
+    """Refuse a kind that cannot be evaluated at a travel or at a load, and the unit of another mode's load."""
+    found = modes()[mode]
+    known = (*(one for one in AT if one != "force"), "travel") if unit else AT
+    if kind not in known:
+        place = "a load" if unit else "a travel"
+        raise InputError(Problem(where, f"{kind} cannot be evaluated at {place}", "", ", ".join(known)))
+    wanted = "Nmm" if found.rotational else "N"
+    if unit and (found.specimen == "coupon" or unit.replace(" ", "") != wanted):
+        expected = "a stretch" if found.specimen == "coupon" else f"@500{wanted}"
+        raise InputError(Problem(where, f"{unit} is not the unit of a load in mode {mode}", "", expected))
 
 
 def _unit(mode: str, kind: str) -> str:
     found = modes()[mode]
+    if kind == "travel":
+        return "deg" if found.rotational else "mm"
     if found.specimen == "coupon":
         return "MPa"
     force = "N mm" if found.rotational else "N"
@@ -181,8 +198,10 @@ def _of_curve(asked: Asked, channel: Simulated) -> float:
     if asked.travel is None:
         value = curve.initial_stiffness() if asked.kind == "initial" else curve.secant_stiffness()
         return _finite(asked, value * turn)
-    q, force = loading(curve, asked.travel * turn, asked.name)
-    at = asked.travel * turn
+    at = travel_at(curve, asked.travel, asked.name) if asked.at_load else asked.travel * turn
+    if asked.kind == "travel":
+        return at / turn
+    q, force = loading(curve, at, asked.name)
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
     spline = CubicSpline(q, force)
@@ -222,6 +241,41 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     low, high = float(q.min()) * turn, float(q.max()) * turn
     unit = quantity_unit(curve.mode)
     raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}")
+
+
+def travel_at(curve: Curve, load: float, name: str) -> float:
+    """Return the travel at which a curve first carries a load, mm or rad.
+
+    Parameters
+    ----------
+    curve : Curve
+        In the order of its program.
+    load : float
+        N or N mm.
+    name : str
+        Name of the answer, for the message.
+
+    Raises
+    ------
+    NoAnswer
+        The curve does not reach the load.
+    """
+    from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
+    force = curve.force - load
+    slack = 1e-6 * float(np.ptp(force))
+    passed = np.flatnonzero((np.abs(force[1:]) <= slack) | (force[:-1] * force[1:] < 0.0))
+    if not len(passed):
+        low, high = float(curve.force.min()), float(curve.force.max())
+        unit = "N mm" if modes()[curve.mode].rotational else "N"
+        raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g} {unit}")
+    step = slice(int(passed[0]), int(passed[0]) + 2)
+    before, after = map(float, curve.displacement[step])
+    if abs(force[step][1]) <= slack:
+        return after
+    q, own = loading(curve, 0.5 * (before + after), name)
+    roots = CubicSpline(q, own - load).roots(extrapolate=False)
+    return next(float(root) for root in roots if min(before, after) <= root <= max(before, after))
 
 
 def quantity_unit(mode: str) -> str:

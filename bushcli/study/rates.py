@@ -18,6 +18,7 @@ Haftka and Guerdal (1992), Elements of Structural Optimization, chapter 7, doi:1
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -33,10 +34,12 @@ from bushcli.study.target import Target
 from bushcli.study.task import StudyTask
 from bushcli.study.variable import Value
 from cases.equilibrium import Equilibrium
+from cases.load import PrescribedForce
 from cases.march import march
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.program import path
+from cases.sensitivity import Sensitivity
 from cases.snubber import plates
 from geometry.shape import Shape
 
@@ -159,22 +162,45 @@ def _rate(
     """Return a rate, and those derivatives by key that need no other march."""
     mode = modes()[one.mode]
     model = bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
-    q, steps = one.travel, STEPS
+    end, steps, drive = one.travel, STEPS, None
     if one.kind == "initial":
         gap = case.geometry.gap or USUAL_GAP
-        q, steps = SMALL * (1.0 if mode.rotational else gap), 1
-    program = path((0.0, q), steps)
+        end, steps = SMALL * (1.0 if mode.rotational else gap), 1
+    elif not math.isnan(one.load):
+        end, drive = one.load, PrescribedForce()
+    program = path((0.0, end), steps)
     slopes: dict[str, float] = {}
+    stiffness: list[float] = []
 
     def observe(solver: Equilibrium) -> None:
-        if shapes and abs(solver.q - q) <= 1e-9 * abs(q):
+        at = solver.q if drive is None else solver.force
+        if abs(at - end) > 1e-6 * abs(end):
+            return
+        if one.kind == "tangent" or drive is not None:
+            stiffness.append(Sensitivity(model, ()).stiffness(solver))
+        if shapes and one.kind != "tangent":
             slopes.update(_moved(bodies, model, solver, shapes, case))
 
-    history = march(model, program, sensitivity=tuple(of_law.values()), observer=observe)
-    over = 1.0 if one.kind == "force" else q
+    names = () if one.kind == "tangent" else tuple(of_law.values())
+    history = march(model, program, sensitivity=names, observer=observe, drive=drive)
+    q, force = float(history.displacement[-1]), float(history.force[-1])
+    if one.kind == "tangent":
+        # Its derivatives are differences of marches.
+        return stiffness[-1], {}
+    if drive is not None:
+        # The travel gives way to a change of the force at the same travel: dq/ds = -(dQ/ds)/K.
+        slopes = {key: -slope / stiffness[-1] for key, slope in slopes.items()}
+        if history.path_sensitivity is not None:
+            slopes |= dict(zip(of_law, map(float, history.path_sensitivity[-1]), strict=True))
+        return (
+            (q, slopes)
+            if one.kind == "travel"
+            else (force / q, {k: -force / q**2 * s for k, s in slopes.items()})
+        )
     if history.sensitivity is not None:
         slopes |= dict(zip(of_law, map(float, history.sensitivity[-1]), strict=True))
-    return float(history.force[-1]) / over, {key: slope / over for key, slope in slopes.items()}
+    over = 1.0 if one.kind == "force" else q
+    return force / over, {key: slope / over for key, slope in slopes.items()}
 
 
 def _moved(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case import Case
+from bushcli.case.typical import unusual
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
@@ -182,7 +183,10 @@ def study(
         if resumed < len(plan.rows):
             task = settled(cache, task, values)
         _solve(cache, task, plan, pool, rows, notify)
-    return _summed_up(case, task, plan, rows, limits, resumed), rows
+    found = _summed_up(case, task, plan, rows, limits, resumed)
+    # How many designs have such numbers is known from their rows, which numbers from the first one.
+    odd = [replace(one, message=f"the first design: {one.message}") for one in unusual(first, first.material)]
+    return replace(found, conditions=(*found.conditions, *odd)), rows
 
 
 def _summed_up(

@@ -1,16 +1,18 @@
-"""Target rates of a design: "axial=350", "radial.secant@2=2500 +- 10 %"."""
+"""Target rates of a design: "axial=350", "radial.secant@2=2500 +- 10 %", "radial.tangent@500N=2700"."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 from bushcli.case.toleranced import toleranced
 from bushcli.errors import InputError, Problem, nearest
 from cases.mode import modes
 
-KINDS = ("initial", "secant", "force")
-EXAMPLES = 'axial=350, radial.secant@2=2500, "axial=350 +- 10 %"'
+KINDS = ("initial", "secant", "tangent", "force", "travel")
+EXAMPLES = 'axial=350, radial.secant@2=2500, radial.secant@500N=2500, "axial=350 +- 10 %"'
+_LOAD = re.compile(r"(.+?)\s*(N|Nmm|N mm)\Z")
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,16 @@ class Target:
         As the user wrote it, without the value.
     mode : str
     kind : str
-        "initial" (stiffness at rest), "secant" (stiffness over the travel) or "force".
+        "initial" (stiffness at rest), "secant" (stiffness over the travel), "tangent" (stiffness there), "force", or
+        "travel" (at a load).
     travel : float
-        mm or rad; nan for the initial stiffness.
+        mm or rad; nan for the initial stiffness and at a load.
     value : float
         Target value: N/mm or N mm/rad, N or N mm.
     deviation : float
         Allowed deviation, in the same unit; nan where none is given.
+    load : float
+        N or N mm; nan where a travel is given.
     """
 
     name: str
@@ -38,18 +43,22 @@ class Target:
     travel: float
     value: float
     deviation: float = math.nan
+    load: float = math.nan
 
     @property
     def per_shown(self) -> float:
         """Ratio of displayed to internal value: stiffnesses of a rotation are displayed per degree."""
-        turned = modes()[self.mode].rotational and self.kind != "force"
-        return math.radians(1.0) if turned else 1.0
+        if self.kind == "force" or not modes()[self.mode].rotational:
+            return 1.0
+        return math.degrees(1.0) if self.kind == "travel" else math.radians(1.0)
 
     @property
     def unit(self) -> str:
         """Displayed unit."""
         turned = modes()[self.mode].rotational
         force = "N mm" if turned else "N"
+        if self.kind == "travel":
+            return "deg" if turned else "mm"
         return force if self.kind == "force" else f"{force}/{'deg' if turned else 'mm'}"
 
 
@@ -79,14 +88,26 @@ def target(text: str) -> Target:
     if (kind == "initial") == bool(at):
         what = "has a travel, but an initial stiffness has none" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))
+    loaded = _LOAD.match(travel.strip())
+    unit = "Nmm" if modes()[mode].rotational else "N"
+    if (kind == "travel" and not loaded) or (kind == "force" and loaded):
+        what = "force needs a travel" if loaded else "travel needs a load"
+        raise InputError(Problem(where, what, "", f"{mode}.force@5=1800, {mode}.travel@500{unit}=1.2"))
+    if loaded and loaded[2].replace(" ", "") != unit:
+        raise InputError(
+            Problem(where, f"{loaded[2]} is not the unit of a load in mode {mode}", "", f"@500{unit}")
+        )
     found = toleranced(wanted)
     try:
         value, deviation = (found.nominal, found.deviation) if found else (float(wanted), math.nan)
-        q = float(travel) if at else math.nan
+        q = float(loaded[1] if loaded else travel) if at else math.nan
     except ValueError:
         raise InputError(Problem(where, "has no number", "", EXAMPLES)) from None
     if not (value > 0.0 and math.isfinite(value)) or (at and not (math.isfinite(q) and q != 0.0)):
-        raise InputError(Problem(where, "needs a value above 0, and a travel that is not 0", "", EXAMPLES))
+        raise InputError(
+            Problem(where, "needs a value above 0, and a travel or load that is not 0", "", EXAMPLES)
+        )
     turn = math.radians(1.0) if modes()[mode].rotational else 1.0
-    raw = Target(name, mode, kind, q * turn, value)
-    return Target(name, mode, kind, q * turn, value / raw.per_shown, deviation / raw.per_shown)
+    place = (math.nan, q) if loaded else (q * turn, math.nan)
+    raw = Target(name, mode, kind, place[0], value, load=place[1])
+    return replace(raw, value=value / raw.per_shown, deviation=deviation / raw.per_shown)

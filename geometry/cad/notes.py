@@ -10,6 +10,7 @@ from geometry.cad.frame import Frame, vector_text
 from geometry.cad.part import Part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER
 from geometry.session import model
+from geometry.size import STATES
 from geometry.view import caption
 
 Planes = frozenset[Literal["x", "y", "z"]]
@@ -97,7 +98,7 @@ def notes_of(
         Origin (mm) and direction of the case.
     """
     origin, direction = given
-    notes = [f"the file states the unit of length {part.unit}"] if part.unit else []
+    notes = [STATES.format(part.unit)] if part.unit else []
     for tag, role in roles.items():
         state = "" if role in (RUBBER, IGNORED) else f", {states[role]}"
         notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {part.volume(tag):.5g} mm3')

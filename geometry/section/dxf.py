@@ -38,10 +38,13 @@ class Drawing:
         Closed outlines, mm.
     unit
         Unit of its numbers; None where neither the drawing nor the case states one, and they are taken as mm.
+    stated
+        Unit that the drawing states, if it does, whatever the case says.
     """
 
     loops: tuple[Loop, ...]
     unit: Unit | None
+    stated: Unit | None
 
 
 @cache
@@ -80,6 +83,7 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
                 f"geometry.unit, one of {list(MILLIMETRES)}",
             )
         unit = STATED[number]
+    stated = STATED.get(number)
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     curves = _all_curves(drawing.modelspace(), MILLIMETRES[unit or "mm"], hidden, str(path))
     if not curves:
@@ -88,7 +92,7 @@ def read_dxf(path: Path, changed: float, unit: Unit | None = None) -> Drawing:
             "contains no lines, arcs, polylines or splines" + (" on a visible layer" if hidden else ""),
         )
     off = sorted(layer.dxf.name for layer in drawing.layers if layer.dxf.name.lower() in hidden)
-    return Drawing(_loops(curves, str(path), off), unit)
+    return Drawing(_loops(curves, str(path), off), unit, stated)
 
 
 def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: str) -> list[OutlineCurve]:

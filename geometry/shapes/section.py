@@ -16,7 +16,7 @@ from geometry.section.dxf import Drawing, read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Mirrors, Names, Refinement, shown_measures
-from geometry.size import UNSTATED, Unit
+from geometry.size import STATES, UNSTATED, Unit
 from geometry.view import View, caption
 from geometry.wall import Wall
 
@@ -133,7 +133,9 @@ class Section(Meets):
     def notes(self) -> tuple[str, ...]:
         found, metal, drawing = self.found, self.elastic_sleeves, self._drawing
         symmetry = "symmetric" if found.symmetric else "not symmetric"
+        unit = () if drawing is None else (STATES.format(drawing.stated),) if drawing.stated else ()
         return (
+            *unit,
             f"bodies: {', '.join(_body(name, metal) for name in found.regions)}",
             f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
             *((UNSTATED,) if drawing and drawing.unit is None else ()),

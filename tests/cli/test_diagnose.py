@@ -298,7 +298,7 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
     [
         (2, True, "2 results found; those of the same case and revision are used"),
         (0, True, "there are no saved results: starting from the beginning"),
-        (1, False, "deleted 1 result of an earlier run, which --resume would have kept"),
+        (1, False, "1 result found; those of the same question are calculated again"),
         (0, False, ""),
         (2, None, "2 results found; those of the same case and revision are used"),
         (0, None, ""),

@@ -17,6 +17,8 @@ SEVERAL = {
     # The class of an FMU, under the name that it has in the script in the FMU; a script has one of the two, and no
     # module imports either.
     "Bushing": ("bushcli.export.fmu.slave2", "bushcli.export.fmu.slave3"),
+    # A section of a document, and the section of a bushing: each is the word of its field.
+    "Section": ("bushcli.report.document", "geometry.shapes.section"),
 }
 
 

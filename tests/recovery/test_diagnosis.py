@@ -15,9 +15,7 @@ from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
-from bushcli.report import write_diagnosis
-from bushcli.report.diagnosis import diagnosis_text
-from bushcli.report.diagnosis_document import diagnosis_json
+from bushcli.report import diagnosis_document, diagnosis_files, diagnosis_json, terminal_text, write
 from bushcli.selection.queue import LEFT
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
@@ -145,7 +143,7 @@ def test_a_force_of_the_other_sign_is_not_blamed_on_the_rubber(tmp_path: Path) -
     assert not found.probability
     assert not found.location.mismatch
     stream = StringIO()
-    Console(width=200, file=stream).print(diagnosis_text(found))
+    Console(width=200, file=stream).print(terminal_text(diagnosis_document(found)))
     text = " ".join(stream.getvalue().split())
     assert "reverse the sign of the force" in text
     assert "too stiff" not in text
@@ -166,7 +164,8 @@ def test_exchanged_columns_need_no_solution(tmp_path: Path) -> None:
     document = diagnosis_json(found, {})
     assert document["plain"]["parameters"] == {}
     assert document["misfit"]["before"] == document["misfit"]["after"] == {"axial": None}
-    written = write_diagnosis(tmp_path / "out", document, found)
+    files = diagnosis_files(found)
+    written = write(tmp_path / "out", document, files, lambda seen: diagnosis_document(found, seen))
     page = next(path for path in written if path.name == "report.html").read_text()
     assert "Recorded curves" in page
     assert "Misfit over time" not in page

@@ -235,7 +235,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "load_cases.0.path=[0,1]",
-            "load_cases[0] has amplitude and path (give one of amplitude, path, file)",
+            "load_cases[0] has amplitude and path (give one of amplitude, path, file, force",
         ),
         ("load_cases.0={mode='axial'}", "load_cases[0] has no program"),
         ("load_cases.0={amplitude=1}", "load_cases[0].mode is missing"),

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bushcli.case import load_case, schema, schema_recordings
+from bushcli.case import dynamic, load_case, schema, schema_recordings
 from bushcli.cli import main
 from bushcli.effects.effect import effects
 from bushcli.export import all_writers
@@ -65,6 +65,7 @@ TABLES = {
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema_recordings.RecordingTable,
+    "### Tables of dynamic stiffness": dynamic.DynamicRecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }
 
@@ -137,6 +138,18 @@ def test_odds_and_priors_are_those_of_the_code():
     for name in effects():
         assert f"[`{name}`]" in text
         assert f"`{name}." in text
+
+
+def test_each_constant_of_the_calculation_says_what_it_is():
+    tables = generator()
+    rows = [
+        (file.stem, *row)
+        for room in tables._WITH_CONSTANTS
+        for file in (tables.ROOT / "bushcli" / room).glob("*.py")
+        for row in tables.constants(file)
+    ]
+    assert len(rows) > 100
+    assert [row[:2] for row in rows if len(row[2].split()) < 4] == []
 
 
 def test_exports_are_those_of_the_code():

@@ -12,7 +12,7 @@ import pytest
 
 from bushcli.case import Case, Material, MeshOptions, load_case
 from bushcli.errors import InputError, RecordingError
-from bushcli.faults import condition, find_faults, masks
+from bushcli.faults import bad_samples, condition, find_faults, masks
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording, force_noise, read_coupon, read_recording
 from bushcli.recording.source import Source
@@ -201,6 +201,58 @@ def test_stress_in_kilopascal():
     (fault,) = find_faults(bushing(), [coupon])
     assert (fault.kind, fault.fatal) == ("unit", True)
     assert 'units = { force = "kPa" }' in fault.remedy
+
+
+def held(modulus: float) -> Recording:
+    """Return a ramp to a stretch of 3 in 5 s and a hold of half an hour, in which the stress falls to a third."""
+    time = np.concatenate([np.linspace(0.0, 5.0, 30), np.linspace(5.0, 1800.0, 200)[1:]])
+    stretch = 1.0 + 2.0 * np.minimum(time / 5.0, 1.0)
+    relaxed = np.where(time < 5.0, 1.0, 0.35 + 0.65 * np.exp(-(time - 5.0) / 60.0))
+    stress = modulus * (stretch - stretch**-2) * relaxed
+    return Recording("uniaxial", stretch - 1, stress, time, name="hold", units=("stretch", "MPa"))
+
+
+@pytest.mark.parametrize("modulus", [0.012, 0.03, 0.3, 8.0])
+def test_a_relaxation_test_of_a_soft_or_hard_elastomer_is_no_fault(modulus):
+    assert find_faults(bushing(), [held(modulus)]) == ()
+
+
+def test_a_unit_that_is_probably_wrong_is_a_warning_with_its_probability():
+    """Rubber of 30 MPa is rare, but it exists: nothing contradicts it."""
+    (fault,) = find_faults(bushing(), [held(55.0)])
+    assert (fault.kind, fault.fatal) == ("unit", False)
+    assert 0.5 < fault.probability < 1.0
+    assert f"{100 * fault.probability:.0f} %" in fault.where
+    assert condition(fault).name == "doubtful_data"
+    assert not fault.samples.any()
+
+
+def test_another_channel_of_the_rubber_makes_a_wrong_unit_certain():
+    """0.015 MPa alone is a gel; beside an axial channel of 1 MPa its strain is in percent."""
+    faults = find_faults(bushing(), [recorded("axial"), held(0.015)])
+    assert kinds(faults) == [("hold", "unit", True)]
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "kind"),
+    [
+        (changed(recorded(), force=-1.0), "sign"),
+        (changed(recorded(), force=1e-3), "unit"),
+        (replace(recorded(), displacement=recorded().displacement + 60.0), "position"),
+    ],
+)
+def test_a_fault_that_the_user_accepts_is_none(spoilt, kind):
+    assert kinds(find_faults(bushing(), [spoilt])) == [("axial", kind, True)]
+    assert find_faults(bushing(), [replace(spoilt, sound=(kind,))]) == ()
+
+
+def test_accepted_spikes_are_used(tmp_path):
+    rows = [f"{0.1 * i:.1f},{0.2 * i:.2f},{58.0 * i + (900 if i == 20 else 0):.1f}" for i in range(40)]
+    source = written(tmp_path, rows)
+    assert bad_samples(read_recording(source)).sum() == 1
+    accepted = read_recording(replace(source, sound=("spikes",)))
+    assert not bad_samples(accepted).any()
+    assert find_faults(bushing(), [accepted]) == ()
 
 
 @pytest.mark.parametrize("batch", [0.3, 0.56, 1.8, 4.0])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ufl
+from bushcli.report.figures.geometry import geometry_figure
 from dolfinx import fem
 
-from bushcli.report.figures.geometry import geometry_figure
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program

@@ -173,6 +173,9 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     assert build(shape, 2).boundary.keys() == {"inner", "outer", "free"}
     inches = SECTION(file=drawing(tmp_path / "inches.dxf", unit=1))
     assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
+    assert "the file states the unit of length mm" in shape.notes
+    assert "the file states the unit of length inch" in inches.notes
+    assert "the file states the unit of length inch" in SECTION(file=inches.file, unit="mm").notes
 
 
 @pytest.mark.parametrize("number", [0, 13])

@@ -1,11 +1,16 @@
 """Numbers that a rubber bushing does not have are asked about, with a remedy; numbers that it has are not."""
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from bushcli.case import load_case
 from bushcli.case.typical import unusual
+from bushcli.cli import main
 from bushcli.errors import InputError
+from bushcli.recording import RecordedProgram
 
 CASE = """
 [geometry]
@@ -68,12 +73,61 @@ def test_a_number_of_another_unit_is_asked_about(found, change, message, remedy)
 def test_recordings_are_looked_at_too(found):
     time = np.linspace(0.0, 40.0, 400)
     q = 3.0 * np.sin(0.3 * time)
-    assert found(paths=[("axial", "axial", q, time)]) == ()
+
+    def path(q, time):
+        return RecordedProgram("recorded", "axial", time, q)
+
+    assert found(paths=[path(q, time)]) == ()
     for wrong in (1e3 * time, 1e-3 * time):
-        (one,) = found(paths=[("axial", "axial", q, wrong)])
+        (one,) = found(paths=[path(q, wrong)])
         assert "per s" in one.message
-    (one,) = found(paths=[("axial", "axial", 100.0 * q, time / 1.0)])[:1]
+    (one,) = found(paths=[path(100.0 * q, time)])[:1]
     assert "300 mm on 9 mm of rubber" in one.message
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check",
+        "direct",
+        "inverse",
+        "diagnose --effects gain --no-maps",
+        "fit --set material.parameters.C10=50",
+        "study --designs 2 --vary material.bulk_modulus=uniform(1990,2010)",
+    ],
+)
+def test_every_command_asks_about_the_numbers_of_its_case(tmp_path, command):
+    """A coupon with a hardness as its modulus, recorded with a time column that is a thousand off."""
+    name, *options = command.split()
+    stretch = 1.0 + 0.01 * np.arange(60)
+    stress = 0.6 * (stretch - stretch**-2) + 5e-4 * (-1.0) ** np.arange(60)
+    rows = zip(1e6 * stretch, stretch, stress, strict=True)
+    text = "".join(f"{time:.0f},{x:.4f},{y:.6f}\n" for time, x, y in rows)
+    (tmp_path / "uniaxial.csv").write_text(f"Time (s),stretch,stress (MPa)\n{text}")
+    (tmp_path / "case.toml").write_text(
+        f"""
+        [geometry]
+        shape = "coupon"
+        [material]
+        law = "neo_hookean"
+        bulk_modulus = 2000.0
+        parameters = {{ C10 = 60.0 }}
+        [[{"coupons" if name == "fit" else "recordings"}]]
+        mode = "uniaxial"
+        file = "uniaxial.csv"
+        """
+    )
+    arguments = [name, str(tmp_path / "case.toml"), "-q", "-o", str(tmp_path / "out"), *options]
+    done = CliRunner().invoke(main, arguments, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    problems = json.loads((tmp_path / "out" / "result.json").read_text())["problems"]
+    said = " ".join(one["message"] for one in problems if one["name"] == "unusual_value")
+    assert "initial shear modulus of 1" in said
+    if name == "study":
+        said = " ".join(one["message"] for one in problems)
+        assert '2 of 2 designs have the condition "unusual_value"' in said
+    else:
+        assert "strained by 1e-06 per s" in said
 
 
 def test_zero_is_a_place_like_any_other(tmp_path):

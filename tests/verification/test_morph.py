@@ -130,10 +130,16 @@ C30 = 0.01
     return Path(file)
 
 
+RATES = (
+    *("axial=1", "radial=1", "axial.secant@5=1", "radial.force@2=1"),
+    *("axial.secant@1500N=1", "radial.travel@2000N=1"),
+)
+
+
 def test_derivatives_of_rates_are_differences_of_marches(case):
     keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius", "material.parameters.C10")
     values = [22.0, 40.0, 12.0, 0.5]
-    targets = [target(text) for text in ("axial=1", "radial=1", "axial.secant@5=1", "radial.force@2=1")]
+    targets = [target(text) for text in RATES]
     cache, task = DesignCache(), StudyTask(case, (), keys, ())
     found = rates(cache, task, targets, values, keys)
     for j, key in enumerate(keys):

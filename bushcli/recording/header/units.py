@@ -407,6 +407,12 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
     return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
 
 
+def unit_size(text: str) -> tuple[tuple[int, int, int, int], float] | None:
+    """Return the powers of time, length, force and angle of a unit and its factor to s, mm, N, rad; None for others."""
+    size = _size(plain_unit(text), "")
+    return None if size is None else (size.powers, size.factor)
+
+
 def slip(text: str, measured: str) -> str:
     """Return the unit that differs from a text by upper and lower case only, or an empty text.
 

@@ -1,20 +1,40 @@
 "use strict";
 // Makes every plot of the page zoomable: wheel or pinch about the pointer, drag to move, double click for all,
-// + - 0 and arrows on the keyboard, a click on a numbered place to zoom to it, on a name to hide its line.
+// + - 0 and arrows on the keyboard, a click on a numbered place to zoom to it, on a name to hide its curve.
 for (const figure of document.querySelectorAll("figure.plot")) {
   const frame = figure.querySelector("svg.frame"), pane = figure.querySelector("svg.pane");
+  figure.addEventListener("click", (event) => {
+    const button = event.target.closest("button");
+    if (!button?.dataset.key) return;
+    const pressed = button.getAttribute("aria-pressed") === "true";
+    button.setAttribute("aria-pressed", String(!pressed));
+    for (const drawn of pane.querySelectorAll(`.${button.dataset.key}`)) drawn.style.display = pressed ? "none" : "";
+  });
+  if (figure.classList.contains("still")) continue;
   const grid = figure.querySelector(".grid"), readout = figure.querySelector(".readout");
   const [left, top, width, height] = ["x", "y", "width", "height"].map((name) => pane[name].baseVal.value);
+  // On a logarithmic axis these are powers of ten.
   const [x0, x1] = frame.dataset.x.split(" ").map(Number), [y0, y1] = frame.dataset.y.split(" ").map(Number);
   const all = { x: 0, y: 0, w: width, h: height };
   let view = { ...all };
   const toX = (px) => x0 + (px / width) * (x1 - x0), toY = (py) => y1 - (py / height) * (y1 - y0);
 
-  const shown = (value) => String(+value.toPrecision(6)).replace("-", "\u2212");
-  function ticks(low, high, most) {
+  const shown = (value, axis) =>
+    String(+(frame.dataset.log === axis ? 10 ** value : value).toPrecision(6)).replace("-", "\u2212");
+  function ticks(low, high, most, axis) {
+    const found = [];
+    if (frame.dataset.log === axis) {
+      const factors = high - low < Math.log10(50) ? [1, 2, 5] : [1];
+      for (let power = Math.floor(low); power <= Math.ceil(high); power++)
+        found.push(...factors.map((factor) => power + Math.log10(factor)).filter((at) => at >= low && at <= high));
+      return found.length > 1 ? found : steps(10 ** low, 10 ** high, most).map(Math.log10);
+    }
+    return steps(low, high, most);
+  }
+  function steps(low, high, most) {
+    const found = [];
     const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
     const step = power * [1, 2, 5, 10].find((factor) => power * factor >= raw * (1 - 1e-9));
-    const found = [];
     for (let i = Math.ceil(low / step - 1e-9); i <= Math.floor(high / step + 1e-9); i++) found.push(i * step);
     return found;
   }
@@ -27,24 +47,24 @@ for (const figure of document.querySelectorAll("figure.plot")) {
   function draw() {
     pane.setAttribute("viewBox", `${view.x} ${view.y} ${view.w} ${view.h}`);
     grid.replaceChildren();
-    for (const value of ticks(toX(view.x), toX(view.x + view.w), 9)) {
+    for (const value of ticks(toX(view.x), toX(view.x + view.w), Math.round(frame.viewBox.baseVal.width / 75), "x")) {
       const x = left + ((((value - x0) / (x1 - x0)) * width - view.x) / view.w) * width;
-      element("line", { x1: x, x2: x, y1: top, y2: top + height, class: value ? "" : "zero" });
-      element("text", { x, y: top + height + 17, class: "x" }, shown(value));
+      element("line", { x1: x, x2: x, y1: top, y2: top + height, class: value || frame.dataset.log === "x" ? "" : "zero" });
+      element("text", { x, y: top + height + 17, class: "x" }, shown(value, "x"));
     }
-    for (const value of ticks(toY(view.y + view.h), toY(view.y), 7)) {
+    for (const value of ticks(toY(view.y + view.h), toY(view.y), Math.max(3, Math.round(height / 45)), "y")) {
       const y = top + ((((y1 - value) / (y1 - y0)) * height - view.y) / view.h) * height;
-      element("line", { x1: left, x2: left + width, y1: y, y2: y, class: value ? "" : "zero" });
-      element("text", { x: left - 7, y: y + 4, class: "y" }, shown(value));
+      element("line", { x1: left, x2: left + width, y1: y, y2: y, class: value || frame.dataset.log === "y" ? "" : "zero" });
+      element("text", { x: left - 7, y: y + 4, class: "y" }, shown(value, "y"));
     }
-    for (const mark of figure.querySelectorAll(".number-mark")) {
+    for (const mark of figure.querySelectorAll(".mark")) {
       const x = ((mark.dataset.x - view.x) / view.w) * width, y = ((mark.dataset.y - view.y) / view.h) * height;
       mark.setAttribute("transform", `translate(${left + x} ${top + y})`);
       mark.style.display = x < 0 || x > width || y < 0 || y > height ? "none" : "";
     }
   }
-  function zoom(factor, px = view.x + view.w / 2, py = view.y + view.h / 2, alongX = true, alongY = true) {
-    const w = alongX ? Math.min(Math.max(view.w * factor, width / 200), 4 * width) : view.w;
+  function zoom(factor, px = view.x + view.w / 2, py = view.y + view.h / 2, alongY = true) {
+    const w = Math.min(Math.max(view.w * factor, width / 200), 4 * width);
     const h = alongY ? Math.min(Math.max(view.h * factor, height / 200), 4 * height) : view.h;
     view = { x: px - ((px - view.x) * w) / view.w, y: py - ((py - view.y) * h) / view.h, w, h };
     draw();
@@ -71,7 +91,7 @@ for (const figure of document.querySelectorAll("figure.plot")) {
     // The wheel scrolls the page unless the plot was selected by a click or Ctrl is held.
     if (!place.inside || !(event.ctrlKey || document.activeElement === frame)) return;
     event.preventDefault();
-    zoom(1.0015 ** event.deltaY, place.x, place.y, true, !event.shiftKey);
+    zoom(1.0015 ** event.deltaY, place.x, place.y, !event.shiftKey);
   }, { passive: false });
   const pointers = new Map();
   frame.addEventListener("pointerdown", (event) => {
@@ -81,7 +101,7 @@ for (const figure of document.querySelectorAll("figure.plot")) {
   });
   frame.addEventListener("pointermove", (event) => {
     const place = at(event);
-    readout.textContent = place.inside ? `${shown(+toX(place.x).toPrecision(4))}, ${shown(+toY(place.y).toPrecision(4))}` : "";
+    readout.textContent = place.inside ? `${shown(+toX(place.x).toPrecision(4), "x")}, ${shown(+toY(place.y).toPrecision(4), "y")}` : "";
     const before = pointers.get(event.pointerId);
     if (!before) return;
     if (pointers.size === 2) {
@@ -106,14 +126,8 @@ for (const figure of document.querySelectorAll("figure.plot")) {
   });
   figure.addEventListener("click", (event) => {
     const button = event.target.closest("button");
-    if (!button) return;
-    if (button.dataset.zoom) ({ in: () => zoom(0.6), out: () => zoom(1 / 0.6), all: reset })[button.dataset.zoom]();
-    if (button.dataset.number) show(button.dataset.number);
-    if (button.dataset.key) {
-      const pressed = button.getAttribute("aria-pressed") === "true";
-      button.setAttribute("aria-pressed", String(!pressed));
-      for (const line of pane.querySelectorAll(`path.${button.dataset.key}`)) line.style.display = pressed ? "none" : "";
-    }
+    if (button?.dataset.zoom) ({ in: () => zoom(0.6), out: () => zoom(1 / 0.6), all: reset })[button.dataset.zoom]();
+    if (button?.dataset.number) show(button.dataset.number);
   });
   figure.classList.add("zoomable");
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import pickle
 import zipfile
 from pathlib import Path
 
@@ -189,7 +190,7 @@ def test_another_revision_of_the_code_is_another_name(store, monkeypatch):
     assert store.file("fit", QUESTION) != before
 
 
-def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path):
+def test_a_new_run_uses_no_earlier_result_and_deletes_none(tmp_path):
     first = Store(tmp_path, FitCodec())
     first.write(first.file("fit", QUESTION), fitted())
     (tmp_path / f"{24 * '0'}.1.part").touch()
@@ -206,11 +207,17 @@ def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path)
     again.write(own, fitted())
     assert again.read(own, QUESTION)[0]
     assert len(again.used) == 1
+    # A new beginning replaces what is asked for; results of other questions, and what is not a result, stay.
     anew = Store(tmp_path, FitCodec())
+    elsewhere = pickle.loads(pickle.dumps(anew))
     assert (anew.there, anew.resumes) == (2, False)
-    # A file that is not a result belongs to the user.
-    assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
-    assert Store(tmp_path, FitCodec()).there == 0
+    assert anew.read(own, QUESTION) == elsewhere.read(own, QUESTION) == (False, None)
+    elsewhere.write(own, fitted())
+    assert anew.read(own, QUESTION)[0]
+    assert anew.read(anew.file("fit", QUESTION), QUESTION) == (False, None)
+    assert len(list(tmp_path.iterdir())) == 3
+    kept = Store(tmp_path, FitCodec(), resume=True)
+    assert kept.read(kept.file("fit", QUESTION), QUESTION)[0]
 
 
 def test_a_full_disk_does_not_end_a_diagnosis(store, monkeypatch):

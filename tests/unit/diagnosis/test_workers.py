@@ -12,15 +12,19 @@ from dataclasses import replace
 from multiprocessing import active_children
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
 
 from bushcli.case import load_case
 from bushcli.errors import InputError
+from bushcli.inverse.journal import digest
+from bushcli.inverse.task import Task
 from bushcli.runtime import workers
 from bushcli.runtime.store import SUFFIX, Store
 from bushcli.runtime.workers import Workers, _deaf
 from bushcli.selection.codec import FitCodec
+from tests.parts import make
 from tests.processes import lives
 
 CASE = """\
@@ -171,6 +175,30 @@ def test_a_recording_that_was_changed_is_another_question(case, tmp_path):
     file = case.recordings[0].file
     file.write_text(file.read_text() + "6,6.1\n")
     assert name(folder, case) != before
+
+
+@pytest.mark.parametrize("suffix", [".dxf", ".step"])
+def test_a_part_that_was_changed_makes_saved_fits_another_question(case, tmp_path, suffix):
+    part, shape = tmp_path / f"part{suffix}", "section" if suffix == ".dxf" else "cad"
+    if suffix == ".dxf":
+        drawing = ezdxf.new(units=4)
+        for layer, ends in {"inner": [(10, -20), (10, 20)], "outer": [(20, 20), (20, -20)]}.items():
+            drawing.modelspace().add_line(*ends, dxfattribs={"layer": layer})
+            drawing.modelspace().add_line(ends[1], (30 - ends[1][0], ends[1][1]))
+        drawing.saveas(part)
+    else:
+        make("plain", tmp_path).rename(part)
+    case.path.write_text(
+        f'[geometry]\nshape = "{shape}"\nfile = "{part.name}"\n' + CASE[CASE.index("[material]") :]
+    )
+    case, folder = load_case(case.path), tmp_path / "out"
+    fit, evaluations = name(folder, case), Task(case, "yeoh").identity()
+    assert (name(folder, load_case(case.path)), Task(case, "yeoh").identity()) == (fit, evaluations)
+    text = part.read_text()
+    part.write_text(f"999\nrevision B\n{text}" if suffix == ".dxf" else f"{text}/* revision B */\n")
+    changed = load_case(case.path)
+    assert name(folder, changed) != fit
+    assert digest(Task(changed, "yeoh").identity()) != digest(evaluations)
 
 
 def test_a_folder_that_cannot_be_made_is_wrong_input(tmp_path):

@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.report.contact import contact_json, contact_tables
-from bushcli.report.tables import conditions
+from bushcli.report.conditions import conditions
+from bushcli.report.json.direct import direct_json
+from bushcli.report.views.direct import contact_table
 from bushcli.simulate.touching import Touched
 
 WALLS = Touched(("end_top", "free"), 0.1, 66.3, 0.2, 17.1, -5.4)
 
 
-def test_what_met_is_in_the_units_of_the_mode(channel):
-    (found,) = contact_json(replace(channel("torsional", 100.0), touched=(WALLS,)))["contact"]
+def test_what_met_is_in_the_units_of_the_mode(answer, channel):
+    met = answer(replace(channel("torsional", 100.0), touched=(WALLS,)))
+    (found,) = direct_json(met.response, {}, None, {})["load_cases"][0]["contact"]
     assert found["surfaces"] == ["end_top", "free"]
     assert (found["first"], found["at"]) == pytest.approx(np.degrees([0.1, 0.2]))
     assert (found["largest_force"], found["radius"], found["height"]) == (66.3, 17.1, -5.4)
@@ -22,10 +24,10 @@ def test_what_met_is_in_the_units_of_the_mode(channel):
 def test_a_table_has_a_row_for_each_pair_and_none_without(answer, channel):
     alone = replace(WALLS, surfaces=("free", "free"))
     met = replace(channel("axial", 100.0), touched=(WALLS, alone))
-    (table,) = contact_tables(answer(met, channel("radial", 100.0)).response)
+    table = contact_table(answer(met, channel("radial", 100.0)).response)
     assert [row[:2] for row in table.rows] == [("axial", "end top and free"), ("axial", "free with itself")]
     assert "66.3 N" in table.rows[0]
-    assert contact_tables(answer(channel("axial", 100.0)).response) == []
+    assert not contact_table(answer(channel("axial", 100.0)).response).rows
 
 
 @pytest.mark.parametrize(

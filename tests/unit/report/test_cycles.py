@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bushcli.report.figures.cycles import cycle_figure, history_figures
 from rich.console import Console
 
 from bushcli import report
@@ -14,8 +15,7 @@ from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
-from bushcli.report.cycles_tables import cycle_table, history_tables, hold_table
-from bushcli.report.figures.cycles import cycle_figure, history_figures
+from bushcli.report.views.cycles import cycle_table, history_section, hold_table
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -153,7 +153,7 @@ def test_recordings_with_an_effect_are_not_explained_by_a_law(simulated, name):
 
 def test_tables_have_as_many_cells_as_heads_and_mark_open_cycles(simulated, measured):
     (history,) = histories(simulated(measured))
-    for table in (cycle_table(history), cycle_table(history, peaks=False), hold_table(history)):
+    for table in (cycle_table(history), cycle_table(history).without_detail(), hold_table(history)):
         assert {len(row) for row in table.rows} == {len(table.heads)}
     cut = replace(
         measured, displacement=measured.displacement[:12], force=measured.force[:12], time=measured.time[:12]
@@ -166,7 +166,8 @@ def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
     phase = np.linspace(0.0, 40 * np.pi, 2001)
     recording = Recording("axial", 4 * np.sin(phase), elastic(4 * np.sin(phase)), phase, name="axial")
     (history,) = histories(simulated(recording))
-    (brief,), (whole,) = (history_tables([history], brief=brief) for brief in (True, False))
+    whole = history_section([history]).blocks[0]
+    brief = whole.shortened(whole.most)
     assert len(whole.rows) == 20
     assert "20 in all" in brief.title
     numbers = [row[0] for row in brief.rows]
@@ -176,7 +177,7 @@ def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
 def test_the_terminal_shows_cycles_and_holds(simulated, measured):
     found, stream = simulated(measured), io.StringIO()
     Console(width=120, no_color=True, file=stream).print(
-        report.direct_text(found.response, found.misfits, None)
+        report.terminal_text(report.direct_document(found.response, found.misfits, None))
     )
     text = stream.getvalue()
     assert "axial: cycles, recorded" in text
@@ -197,7 +198,9 @@ def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
 def test_files_and_page_hold_the_section(simulated, measured, tmp_path):
     found = simulated(measured)
     result = report.direct_json(found.response, found.misfits, None, {"total": 1.0})
-    written = report.write_direct(tmp_path / "out", result, found.response, found.misfits, None)
+    given = (found.response, found.misfits, None)
+    files = report.direct_files(*given)
+    written = report.write(tmp_path / "out", result, files, lambda seen: report.direct_document(*given, seen))
     assert {"axial-cycles.png", "axial-cycles.svg", "axial-holds.png"} <= {path.name for path in written}
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<h2>Cycles and holds</h2>" in page

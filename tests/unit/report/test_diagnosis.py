@@ -8,6 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bushcli.report.figures.diagnosis import diagnosis_figures, program, record_figure
+from bushcli.report.figures.diagnosis_curves import curve_plot, diagnosed_figure, time_plot
+from bushcli.report.figures.diagnosis_map import map_figure, numbering
+from bushcli.report.figures.diagnosis_missing import missing_figure
+from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
+from bushcli.report.figures.plot import svg, ticks
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text as MplText
 from rich.console import Console
@@ -20,28 +26,25 @@ from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
 from bushcli.recording import Recording
-from bushcli.report.diagnosis_field import map_vtu
-from bushcli.report.diagnosis_html import diagnosis_html
-from bushcli.report.diagnosis_names import chance, law_title, model_title, together
-from bushcli.report.diagnosis_paragraph import paragraph
-from bushcli.report.diagnosis_tables import bar, model_table, probability_table
-from bushcli.report.diagnosis_values import parameters_text
-from bushcli.report.diagnosis_words import (
+from bushcli.report.views.diagnosis.document import bar, model_table, probability_table
+from bushcli.report.views.diagnosis.paragraph import paragraph
+from bushcli.report.views.diagnosis.values import parameters_text
+from bushcli.report.views.diagnosis.words import (
+    chance,
     form_error_line,
     headline,
+    law_title,
     likely,
     missing_lines,
+    model_title,
     next_test_lines,
     rival_lines,
     searched_lines,
+    together,
     tone,
 )
-from bushcli.report.figures.diagnosis import diagnosis_figures, program, record_figure
-from bushcli.report.figures.diagnosis_curves import curve_plot, diagnosed_figure, time_plot
-from bushcli.report.figures.diagnosis_map import map_figure, numbering
-from bushcli.report.figures.diagnosis_missing import missing_figure
-from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
-from bushcli.report.figures.plot import svg, ticks
+from bushcli.report.writers.files import map_vtu
+from bushcli.report.writers.page import page
 from bushcli.runtime.condition import Condition
 from bushcli.selection.searched import NOT_SIMULATED
 
@@ -50,8 +53,20 @@ KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_
 
 def text_of(found, width=100):
     stream = io.StringIO()
-    Console(width=width, no_color=True, file=stream).print(report.diagnosis_text(found))
+    Console(width=width, no_color=True, file=stream).print(
+        report.terminal_text(report.diagnosis_document(found))
+    )
     return stream.getvalue()
+
+
+def page_of(found, pictures=()):
+    return page(report.diagnosis_document(found, pictures), report.diagnosis_json(found, {}))
+
+
+def section_of(found, heading, pictures=()):
+    """Return the paragraphs and tables of a section of the document; None if there is no such section."""
+    known = {one.heading: one for one in report.diagnosis_document(found, pictures).sections}
+    return known[heading].blocks if heading in known else None
 
 
 def flat(found):
@@ -212,10 +227,10 @@ def test_names_are_for_people():
 
 
 @pytest.mark.parametrize(
-    ("share", "drawn"), [(0.0, ""), (1e-6, "▏"), (0.5, "█" * 4), (0.3, "██▍"), (1.0, "█" * 8)]
+    ("share", "drawn"), [(0.0, ""), (1e-6, "▏"), (0.5, "█" * 12), (0.3, "███████▎"), (1.0, "█" * 24)]
 )
 def test_bars_are_as_long_as_their_share(share, drawn):
-    assert bar(share, width=8) == drawn
+    assert bar(share) == drawn
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -244,7 +259,7 @@ def test_nothing_is_said_to_be_certain(case, diagnoses):
         probability={"mullins": 1.0, "nothing": 0.0},
         effects=(replace(diagnoses.MULLINS, probability=1.0),),
     )
-    for text in (text_of(sure), diagnosis_html(report.diagnosis_json(sure, {}), sure, ())):
+    for text in (text_of(sure), page_of(sure)):
         assert "100 %" not in text
         assert "(0 %)" not in text
 
@@ -329,7 +344,7 @@ def test_the_paragraph_says_what_became_of_the_law(case, diagnoses):
     free = diagnoses.diagnosis(case(), law_from="coupons")
     assert "no longer that of the coupons" in paragraph(free)
     assert "(fixed" not in text_of(free)
-    assert "identified from the recordings" in diagnosis_html(report.diagnosis_json(free, {}), free, ())
+    assert "identified from the recordings" in page_of(free)
 
 
 def test_a_better_law_that_does_not_reach_the_noise_is_no_more_than_that(case, diagnoses):
@@ -553,10 +568,12 @@ def test_the_rows_of_probabilities_count_unknown_physics(case, diagnoses):
 
 
 def test_the_table_of_models_ends_at_95_percent(case, diagnoses):
-    rows = model_table(diagnoses.rivalling(case())).rows
+    table = model_table(diagnoses.rivalling(case()))
+    rows = table.rows
     assert [row[2] for row in rows] == ["58 %", "87 %", "92 %", "96 %"]
     assert rows[0][0] == model_title("yeoh", ("mullins", "friction"))
-    assert len(model_table(diagnoses.rivalling(case()), most=2).rows) == 2
+    short = table.shortened(2)
+    assert ([row[2] for row in short.rows], short.title) == (["58 %", ""], f"{table.title} (4 in all)")
 
 
 def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
@@ -564,7 +581,7 @@ def test_unknown_physics_is_told_where_it_is_probable(case, diagnoses):
     assert "What is missing With a probability of more than 99 %" in flat(found)
     hardly = diagnoses.rivalling(case())
     assert "What is missing" not in text_of(hardly)
-    page = diagnosis_html(report.diagnosis_json(hardly, {}), hardly, ())
+    page = page_of(hardly)
     assert "Misfit that the most probable model leaves" in page
 
 
@@ -620,7 +637,7 @@ def test_faults_of_the_data_are_told_once(case, diagnoses):
     document = report.diagnosis_json(found, {})
     assert document["problems"][0]["name"] == "bad_samples"
     assert text_of(found).count("at 41.2") == 1
-    assert diagnosis_html(document, found, ()).count("at 41.2") == 1
+    assert page_of(found).count("at 41.2") == 1
 
 
 def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
@@ -635,7 +652,7 @@ def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
 def test_where_one_model_holds_95_percent_there_are_no_rivals(case, diagnoses):
     found = diagnoses.diagnosis(case())
     assert rival_lines(found) == []
-    assert "What these recordings cannot tell apart" not in text_of(found)
+    assert "cannot tell apart" not in text_of(found)
 
 
 def test_titles_of_narrow_tables_are_not_wrapped(case, diagnoses):
@@ -643,9 +660,9 @@ def test_titles_of_narrow_tables_are_not_wrapped(case, diagnoses):
 
 
 def test_what_remains_is_told_only_when_there_is_something(case, diagnoses):
-    assert "What is left" not in text_of(diagnoses.diagnosis(case()))
+    assert "After the most probable model:" not in text_of(diagnoses.diagnosis(case()))
     partly = diagnoses.diagnosis(case(), channels=(diagnoses.channel(explained=False),))
-    assert "Misfit that the most probable model leaves" in text_of(partly)
+    assert "After the most probable model:" in text_of(partly)
 
 
 def test_a_fixed_law_is_told_with_its_source(case, diagnoses):
@@ -994,7 +1011,11 @@ def test_the_folder_holds_all_that_the_report_shows(case, diagnoses, tmp_path):
     together = diagnoses.half_plane(across=2, along=2, names=("axial", "torsional"))
     found = replace(diagnoses.torsional(case()), maps=(together,))
     document = report.diagnosis_json(found, {"total": 1.0})
-    written = {path.name for path in report.write_diagnosis(tmp_path / "out", document, found)}
+    files = report.diagnosis_files(found)
+    paths = report.write(
+        tmp_path / "out", document, files, lambda seen: report.diagnosis_document(found, seen)
+    )
+    written = {path.name for path in paths}
     assert {"result.json", "report.html", "torsional-diagnosis.csv", "torsional-diagnosis.png"} <= written
     assert {"probabilities.png", "priors.svg", "torsional-missing.png"} <= written
     assert {f"axial_torsional-bushing-map.{ending}" for ending in ("vtu", "png", "svg")} <= written
@@ -1020,7 +1041,7 @@ def test_the_folder_holds_all_that_the_report_shows(case, diagnoses, tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_verdict_has_its_page(case, diagnoses, kind):
     found = diagnoses.diagnosis(case(), kind, maps=())
-    text = diagnosis_html(report.diagnosis_json(found, {}), found, ())
+    text = page_of(found)
     assert headline(found) in text
     assert paragraph(found) in text
     assert ("What was left out" in text) == (kind == "missing_physics")
@@ -1035,12 +1056,13 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
         assert text.count("cannot be solved from any start") == 1
         assert "Not detectable in these recordings" in text
         assert "one rate only: a lag looks like friction" in text
-    # Each place of the misfit is named once beside the curves, besides the paragraph at the top.
-    shown = text.replace(paragraph(found), "", 1)
-    for place in sentences(found.location):
-        times = shown.lower().count(f"{place}.") + shown.count(f" {place}</button>")
-        # Of faulty data nothing is said about places.
-        assert times == (kind != "faulty_data")
+    # The terminal has the places as text; the page has them beside the curves. Of faulty data nothing is said.
+    places = section_of(found, "Where in the record")
+    said = [one.text for one in places if one.on == "terminal"]
+    assert [one.split(". ", 1)[-1] for one in said] == (
+        list(sentences(found.location)) if found.location.mismatch and kind != "faulty_data" else []
+    )
+    assert not any(place in text for place in said)
 
 
 def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
@@ -1048,7 +1070,7 @@ def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
     found = diagnoses.diagnosis(case('<script>alert("x")</script>'), conditions=(doubt,))
     found = replace(found, probability={})
     pictures = diagnosis_figures(replace(found, maps=()), {"axial": "axial"})
-    text = diagnosis_html(report.diagnosis_json(found, {}), found, pictures)
+    text = page_of(found, pictures)
     assert text.count("<script>") == 1
     assert "script-src &#39;sha256-" in text or "script-src 'sha256-" in text
     # Curves are in the page as plots, not as pictures.

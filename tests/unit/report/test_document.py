@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bushcli.recording import read_recording
-from bushcli.report import case_json, direct_json, fit_json
+from bushcli.report import Checked, check_json, direct_json, fit_json
 from bushcli.simulate.stretched import Stretched
+from bushcli.standards.protocol import protocol
 from bushcli.study.answers import RESULT_KEYS
 
 EVERY_RESULT = {"command", "case", "versions", "timings_s", "problems"}
@@ -121,7 +122,8 @@ def test_a_law_fitted_on_the_way_is_in_the_direct_result(direct, fit):
 
 def test_a_checked_case_says_what_its_recordings_hold(case):
     used = case()
-    result = strict(case_json(used, [read_recording(source) for source in used.recordings], [], {}))
+    curves = [read_recording(source) for source in used.recordings]
+    result = strict(check_json(Checked(used, curves, [], protocol(used, curves, [])), {}))
     (measured,) = result["recordings"]
     assert (measured["name"], measured["samples"], measured["cycles"]) == ("measured", 6, 1)
     assert measured["displacement"] == [0.0, 5.0]

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-from bushcli.curve.curve import Curve
-from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, projection
 from bushcli.report.figures.body import _Drawing, deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth
 from bushcli.report.figures.picture import style
 from bushcli.report.figures.six import six_figure
-from bushcli.report.six import largest_reactions
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from bushcli.curve.curve import Curve
+from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, projection
+from bushcli.report.quantity import largest_reactions
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.six import SixCurve
 from cases.stretches import Surface, mesh_surface

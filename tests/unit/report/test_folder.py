@@ -8,8 +8,16 @@ from pathlib import Path
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.report.folder import STAGING, NotDrawn, check_folder, owned, refuse_others, staging, write_files
-from bushcli.report.occupied import occupy
+from bushcli.report.writers.folder import (
+    STAGING,
+    NotDrawn,
+    check_folder,
+    occupy,
+    owned,
+    refuse_others,
+    staging,
+    write_files,
+)
 from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 
@@ -258,7 +266,7 @@ def test_a_result_cannot_own_files_elsewhere(tmp_path):
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from bushcli.report import folder
+from bushcli.report.writers import folder
 
 calls = 0
 def counted(call):

@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from bushcli.report import direct_json, fit_json
+from bushcli.report import direct_document, direct_json, fit_document, fit_json
 from bushcli.report.figures import direct_figures, fit_figures
-from bushcli.report.html import direct_html, fit_html
+from bushcli.report.writers.page import page as page_of
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def page(answer, channel):
         result = direct_json(found.response, found.misfits, fit, {"total": 1.0})
         names = {c.name: "axial" for c in found.response.channels}
         pictures = direct_figures(found.response, found.misfits, fit, names)
-        return direct_html(result, found.response, found.misfits, fit, pictures)
+        return page_of(direct_document(found.response, found.misfits, fit, pictures), result)
 
     return make
 
@@ -84,6 +84,6 @@ def test_titles_and_names_are_escaped(page):
 
 
 def test_a_fit_has_a_page(case, fit):
-    text = fit_html(fit_json(case(), fit, {}), case(), fit, fit_figures(fit))
+    text = page_of(fit_document(case(), fit, fit_figures(fit)), fit_json(case(), fit, {}))
     assert "yeoh fits 3 coupon tests to 20.0 % rms or better" in text
     Tags(text)

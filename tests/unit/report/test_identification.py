@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bushcli.report.figures.identification import inverse_figures
 from rich.console import Console
 
 from bushcli import report
@@ -18,9 +19,8 @@ from bushcli.effects.effect import effect
 from bushcli.faults import DataFault
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
-from bushcli.report.figures.identification import inverse_figures
-from bushcli.report.identification_words import answer, bulk_modulus, with_error
 from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.report.views.inverse import answer, bulk_modulus, with_error
 from bushcli.runtime.condition import Condition
 
 NOISE = 0.5  # percent of the force range
@@ -94,9 +94,11 @@ def identified(law="yeoh", curves=None, names=("C10", "C20"), **changes):
     return Fit(**(given | changes))
 
 
-def shown(fits):
+def shown(case, fits):
     stream = io.StringIO()
-    Console(width=160, no_color=True, file=stream).print(report.inverse_text(fits))
+    Console(width=160, no_color=True, file=stream).print(
+        report.terminal_text(report.inverse_document(case, fits))
+    )
     return stream.getvalue()
 
 
@@ -144,7 +146,7 @@ def test_loops_that_the_best_law_leaves_are_a_problem(case):
     assert first["recorded"]["energy"] == pytest.approx(4 * 60.0 * 6.0, rel=0.02)
     assert first["simulated"]["energy"] == pytest.approx(0.0, abs=1.0)
     assert first["displacement"] == pytest.approx([-6.0, 6.0], abs=0.05)
-    text = shown([identified(curves=(looping,))])
+    text = shown(case(), [identified(curves=(looping,))])
     assert "axial: cycles, recorded" in text
     assert "problem unexplained_hysteresis" in text
 
@@ -183,8 +185,8 @@ def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
     assert document["evaluations"][0]["parameters"]["bump_stop.gap"] == pytest.approx(5.729578)
     assert document["end_points"][0]["start"]["bump_stop.gap"] == pytest.approx(5.729578)
     assert document["profiles"][0]["values"] == pytest.approx([5.729578, 2 * 5.729578])
-    assert "5.730" in shown([found])
-    assert "degrees" in shown([found])
+    assert "5.730" in shown(case(), [found])
+    assert "degrees" in shown(case(), [found])
     # The same stop on the channel that does not turn.
     straight = replace(found, effects=(replace(stop, channels=("axial",)),))
     gap = report.inverse_json(case(), [straight], {})["parameters"]["bump_stop.gap"]
@@ -197,7 +199,7 @@ def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
     assert document["parameters"]["compliance"]["unit"] == "1/MPa"
     assert document["bulk_modulus"] == 2000.0
     # -0.02 ± 0.01 per MPa cannot be distinguished from zero, so that the bulk modulus has no value.
-    assert "Bulk modulus: not determined" in shown([found])
+    assert "Bulk modulus: not determined" in shown(case(), [found])
 
 
 @pytest.mark.parametrize(
@@ -301,9 +303,10 @@ def test_digits_are_those_that_the_error_leaves(value, std, expected):
     assert with_error(found, "C10") == expected
 
 
-def test_text_says_everything():
+def test_text_says_everything(case):
     text = shown(
-        [identified(), identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0)), ("C10",))]
+        case(),
+        [identified(), identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0)), ("C10",))],
     )
     for said in (
         "below 0.00100",
@@ -340,7 +343,10 @@ def test_pictures_of_one_parameter_and_no_search():
 def test_files_of_an_identification(case, tmp_path):
     used, fits = case(), [identified()]
     result = report.inverse_json(used, fits, {"total": 1.0})
-    written = report.write_inverse(tmp_path / "out", result, used, fits)
+    files = report.inverse_files(used, fits)
+    written = report.write(
+        tmp_path / "out", result, files, lambda seen: report.inverse_document(used, fits, seen)
+    )
     names = {path.name for path in written}
     assert {"result.json", "report.html", "axial-identified.csv", "convergence.png"} <= names
     rows = (tmp_path / "out" / "axial-identified.csv").read_text().splitlines()

@@ -8,7 +8,7 @@ import pytest
 
 from bushcli.cli.progress import progress_line
 from bushcli.inverse import Evaluation
-from bushcli.report.identification_tables import estimate_table
+from bushcli.report.views.inverse import estimate_table
 
 
 @pytest.mark.parametrize(

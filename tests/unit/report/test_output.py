@@ -11,29 +11,33 @@ from bushcli.recording.source import Source
 from bushcli.report import (
     NotDrawn,
     check_output,
+    direct_document,
+    direct_files,
     direct_json,
+    fit_document,
+    fit_files,
     fit_json,
-    write_direct,
-    write_fit,
-    write_meshes,
+    mesh_files,
+    write,
 )
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 
 
 @pytest.fixture
-def write(answer, channel):
+def written_direct(answer, channel):
     def make(folder, *channels):
         # A channel without a surface is drawn in a third of the time.
         found = answer(*(channels or (channel("axial", 130.0, 100.0, surface=None),)))
         result = direct_json(found.response, found.misfits, None, {})
-        return write_direct(folder, result, found.response, found.misfits, None)
+        given = (found.response, found.misfits, None)
+        return write(folder, result, direct_files(*given), lambda seen: direct_document(*given, seen))
 
     return make
 
 
-def test_the_folder_holds_result_report_curves_and_pictures(write, channel, tmp_path):
-    written = write(tmp_path / "a" / "b", channel("axial", 130.0, 100.0))
+def test_the_folder_holds_result_report_curves_and_pictures(written_direct, channel, tmp_path):
+    written = written_direct(tmp_path / "a" / "b", channel("axial", 130.0, 100.0))
     names = {path.name for path in (tmp_path / "a" / "b").iterdir()}
     assert names == {path.name for path in written}
     pictures = {f"axial-{kind}.{form}" for kind in ("curve", "deformed", "mesh") for form in ("png", "svg")}
@@ -41,54 +45,57 @@ def test_the_folder_holds_result_report_curves_and_pictures(write, channel, tmp_
     assert json.loads((tmp_path / "a" / "b" / "result.json").read_text())["command"] == "direct"
 
 
-def test_curves_read_back_in_the_same_units(write, channel, tmp_path):
-    write(tmp_path / "out", channel("torsional", 18000.0, surface=None))
+def test_curves_read_back_in_the_same_units(written_direct, channel, tmp_path):
+    written_direct(tmp_path / "out", channel("torsional", 18000.0, surface=None))
     back = read_recording(Source("torsional", tmp_path / "out" / "torsional.csv"))
     assert back.displacement == pytest.approx(np.linspace(-4.0, 4.0, 21))
     assert back.force == pytest.approx(18000.0 * back.displacement)
 
 
-def test_the_comparison_stands_at_the_recorded_displacements(write, tmp_path):
-    write(tmp_path / "out")
+def test_the_comparison_stands_at_the_recorded_displacements(written_direct, tmp_path):
+    written_direct(tmp_path / "out")
     lines = (tmp_path / "out" / "axial-comparison.csv").read_text().splitlines()
     assert lines[0] == "displacement_mm,recorded_force_N,simulated_force_N"
     assert lines[1] == "-4,-400,-520"
     assert len(lines) == 42
 
 
-def test_a_folder_of_results_is_written_again_and_other_files_are_left_alone(write, tmp_path):
-    write(tmp_path / "out")
+def test_a_folder_of_results_is_written_again_and_other_files_are_left_alone(written_direct, tmp_path):
+    written_direct(tmp_path / "out")
     other = tmp_path / "out" / "notes.txt"
     other.write_text("mine")
-    write(tmp_path / "out")
+    written_direct(tmp_path / "out")
     assert other.read_text() == "mine"
     assert not [path for path in (tmp_path / "out").iterdir() if path.suffix == ".part"]
 
 
-def test_a_file_in_place_of_the_folder_is_refused(write, case, tmp_path):
+def test_a_file_in_place_of_the_folder_is_refused(written_direct, case, tmp_path):
     (tmp_path / "out").write_text("mine")
     with pytest.raises(InputError, match="is a file"):
-        write(tmp_path / "out")
+        written_direct(tmp_path / "out")
     with pytest.raises(InputError, match="is a file"):
         check_output(tmp_path / "out" / "deeper", case())
     assert (tmp_path / "out").read_text() == "mine"
 
 
-def test_an_input_of_the_case_is_never_replaced(write, case, tmp_path):
+def test_an_input_of_the_case_is_never_replaced(written_direct, case, tmp_path):
     # The recording beside the case file is axial.csv, and so would be the simulated curve.
     before = (case().path.parent / "axial.csv").read_text()
-    for attempt in (lambda: write(case().path.parent), lambda: check_output(case().path.parent, case())):
+    for attempt in (
+        lambda: written_direct(case().path.parent),
+        lambda: check_output(case().path.parent, case()),
+    ):
         with pytest.raises(InputError, match=r"axial\.csv: is an input of the case"):
             attempt()
     assert (case().path.parent / "axial.csv").read_text() == before
     assert not (case().path.parent / "result.json").exists()
 
 
-def test_files_that_no_run_has_written_are_not_replaced(write, tmp_path):
+def test_files_that_no_run_has_written_are_not_replaced(written_direct, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "axial.csv").write_text("mine")
     with pytest.raises(InputError, match="not written by an earlier run"):
-        write(tmp_path / "out")
+        written_direct(tmp_path / "out")
     assert (tmp_path / "out" / "axial.csv").read_text() == "mine"
 
 
@@ -121,12 +128,12 @@ def test_results_may_be_written_beside_the_case(case, command):
     check_output(case().path.parent, case(), command)
 
 
-def test_a_failure_in_the_middle_leaves_no_part_behind(write, tmp_path):
-    write(tmp_path / "out")
+def test_a_failure_in_the_middle_leaves_no_part_behind(written_direct, tmp_path):
+    written_direct(tmp_path / "out")
     (tmp_path / "out" / "report.html").unlink()
     (tmp_path / "out" / "report.html").mkdir()
     with pytest.raises(NotDrawn, match="is a folder, where a file of the result belongs"):
-        write(tmp_path / "out")
+        written_direct(tmp_path / "out")
     assert not [path for path in (tmp_path / "out").iterdir() if path.name.endswith(".part")]
 
 
@@ -146,14 +153,15 @@ def test_a_map_of_several_channels_gets_a_name_that_no_channel_has():
 
 
 def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
-    write_fit(tmp_path / "out", fit_json(case(), fit, {}), case(), fit)
+    files = fit_files(case(), fit)
+    write(tmp_path / "out", fit_json(case(), fit, {}), files, lambda seen: fit_document(case(), fit, seen))
     lines = (tmp_path / "out" / "planar-fit.csv").read_text().splitlines()
     assert lines[0] == "stretch,recorded_nominal_stress_MPa,fitted_nominal_stress_MPa"
     assert lines[-1] == "3,2,2.4"
     assert (tmp_path / "out" / "coupons.svg").exists()
 
 
-def test_meshes_write_pictures(ring, tmp_path):
+def test_meshes_write_pictures(case, ring, tmp_path):
     mesh = Meshed("section", ("axial",), 2, 2, 6, {}, {}, ring)
-    written = write_meshes(tmp_path / "out", [mesh], {"command": "mesh"})
+    written = write(tmp_path / "out", {"command": "mesh"}, mesh_files(case(), [mesh]), None)
     assert {path.name for path in written} == {"result.json", "mesh-section.png", "mesh-section.svg"}

@@ -9,15 +9,23 @@ from rich.console import Console
 
 from bushcli.case import load_case
 from bushcli.recording import RecordedProgram, read_recording
-from bushcli.report import case_text, direct_text, fit_text, mesh_text
+from bushcli.report import (
+    Checked,
+    check_document,
+    direct_document,
+    fit_document,
+    mesh_document,
+    terminal_text,
+)
 from bushcli.simulate.meshes import Meshed
+from bushcli.standards.protocol import protocol
 
 
-def printed(renderable, terminal=False):
+def printed(document, terminal=False):
     out = io.StringIO()
     colours = "standard" if terminal else None
     console = Console(file=out, width=120, force_terminal=terminal, highlight=False, color_system=colours)
-    console.print(renderable)
+    console.print(terminal_text(document))
     return out.getvalue()
 
 
@@ -25,7 +33,7 @@ def printed(renderable, terminal=False):
 def direct(answer, channel):
     def make(*channels, fit=None, conditions=()):
         found = answer(*channels, conditions=conditions)
-        return direct_text(found.response, found.misfits, fit)
+        return direct_document(found.response, found.misfits, fit)
 
     return make
 
@@ -57,14 +65,14 @@ def test_the_verdict_stands_under_the_table(direct, channel):
     assert "no" in text.split("within 10 %")[1].splitlines()[1]
 
 
-def test_problems_come_with_their_remedy(fit):
-    text = printed(fit_text(fit))
+def test_problems_come_with_their_remedy(case, fit):
+    text = printed(fit_document(case(), fit))
     assert "problem at_bound: C20 lies on its bound" in text
     assert "remedy: choose another law" in text
 
 
-def test_a_fit_shows_parameters_with_unit_bounds_and_stability(fit):
-    lines = printed(fit_text(fit)).splitlines()
+def test_a_fit_shows_parameters_with_unit_bounds_and_stability(case, fit):
+    lines = printed(fit_document(case(), fit)).splitlines()
     row = next(line.split() for line in lines if line.startswith("C10"))
     assert row == ["C10", "0.2000", "0.0050", "MPa", "1.00e-06", "to", "inf"]
     assert any("(at bound)" in line for line in lines if line.startswith("C20"))
@@ -86,7 +94,8 @@ def test_without_recordings_the_simulated_stiffness_is_shown(direct, channel):
 
 def test_a_case_is_summed_up(case):
     used = case("my [bushing]")
-    text = printed(case_text(used, [read_recording(source) for source in used.recordings], []))
+    curves = [read_recording(source) for source in used.recordings]
+    text = printed(check_document(Checked(used, curves, [], protocol(used, curves, []), (), [None])))
     assert "my [bushing]" in text
     assert "plain: inner radius 9 mm, outer radius 18 mm, length 34 mm" in text
     assert "yeoh: C10 = 0.5, C20 = -0.05, C30 = 0.01" in text
@@ -95,10 +104,9 @@ def test_a_case_is_summed_up(case):
     assert row == ["measured", "axial", "6", "1", "0", "5.00", "mm", "0", "500", "N"]
 
 
-def test_meshes_are_listed():
-    text = printed(
-        mesh_text([Meshed("section", ("axial", "torsional"), 2, 66, 299, {"inner": 11}, {"rubber": 66})])
-    )
+def test_meshes_are_listed(case):
+    mesh = Meshed("section", ("axial", "torsional"), 2, 66, 299, {"inner": 11}, {"rubber": 66})
+    text = printed(mesh_document(case(), [mesh]))
     assert "axial, torsional" in text
     assert "299" in text
 
@@ -132,7 +140,7 @@ path = {time = [0, 1, 2], ux = [0, 0.5, 0.5], uz = [0, 0, 1], free = ["ry"]}
     (tmp_path / "program.csv").write_text("displacement_mm\n0\n1.5\n-2\n0\n")
     used = load_case(file)
     read = RecordedProgram("torsional", "torsional", None, np.array([0.0, 1.5, -2.0, 0.0]))
-    text = printed(case_text(used, [], [], (), [None, read, None]))
+    text = printed(check_document(Checked(used, [], [], protocol(used, [], []), (), [None, read, None])))
     rows = {line.split()[0]: line for line in text.splitlines() if line.strip()}
     words = {name: " ".join(row.split()) for name, row in rows.items()}
     assert words["torsional"] == (

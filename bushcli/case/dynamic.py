@@ -1,0 +1,166 @@
+"""Recordings of the kind "dynamic": their tables in a case file, checked and converted to sources."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from bushcli.case.finding import Finding, Keys, dotted, shown
+from bushcli.case.schema import CaseTable, ColumnKey, Name
+from bushcli.errors import nearest
+from bushcli.recording.dynamic.columns import suited_kinds
+from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
+from bushcli.recording.dynamic.units import read_unit
+from cases.mode import modes
+
+KIND = "dynamic"
+#: Keys that the case file gives in degrees where the mode turns.
+_TURNED = ("amplitude", "preload")
+_AS_GIVEN = (
+    *("frequency", "preload_force", "temperature", "decimal", "group"),
+    *("amplitude_is", "stiffness_is", "loss_angle_is", "across", "quantity"),
+)
+
+
+class DynamicRecordingTable(CaseTable):
+    """``[[recordings]]`` and ``[[coupons]]`` with ``kind = "dynamic"``."""
+
+    kind: Literal["dynamic"] = Field(description="a table of dynamic stiffness, or the loops of sine bursts")
+    mode: str = Field(description="a mode, see bushcli list modes")
+    file: Name = Field(description="file of a rig, or a pattern of files, one for each condition")
+    name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
+    columns: dict[str, ColumnKey] | None = Field(
+        default=None, description=f"column by name or number: {', '.join((*COLUMNS, *LOOP_COLUMNS))}"
+    )
+    units: dict[str, str] | None = Field(default=None, description="unit by column")
+    delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
+    decimal: Literal[".", ","] | None = None
+    group: ColumnKey | None = Field(default=None, description="sheet or group of the file")
+    amplitude_is: Literal["peak", "double"] | None = Field(
+        default=None, description="what the file calls amplitude: the peak, or peak to peak"
+    )
+    stiffness_is: Literal["magnitude", "storage"] | None = Field(
+        default=None, description="what the file calls stiffness or modulus: |K*| or K'"
+    )
+    loss_angle_is: Literal["loss", "complement"] | None = Field(
+        default=None, description="the loss angle, or 90 degrees minus it"
+    )
+    across: Literal["amplitude", "preload"] | None = Field(
+        default=None, description="what a length or a strain in the names of the columns is"
+    )
+    accept: list[Literal["unit", "spikes", "temperature"]] | None = Field(
+        default=None, description="kinds of faults that are none"
+    )
+    quantity: Literal["E", "G"] | None = Field(default=None, description="modulus of a coupon")
+    frequency: float | None = Field(default=None, gt=0, description="Hz, of the whole file")
+    amplitude: float | None = Field(
+        default=None, gt=0, description="mm, degrees or strain, peak; of the whole file"
+    )
+    preload: float | None = Field(default=None, description="mm, degrees or strain, of the whole file")
+    preload_force: float | None = Field(default=None, description="N, N mm or MPa, of the whole file")
+    temperature: float | None = Field(default=None, ge=-273.15, description="degrees C, of the whole file")
+
+
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
+
+
+def sources(
+    tables: Iterable[tuple[DynamicRecordingTable, Keys]],
+    files: Callable[[Keys, str], tuple[list[Path], bool]],
+    known: Callable[[Keys, str], bool],
+    taken: Iterable[str],
+    findings: list[Finding],
+) -> tuple[DynamicSource, ...]:
+    """Return the sources of the tables of a case file.
+
+    Parameters
+    ----------
+    tables : iterable of (DynamicRecordingTable, Keys)
+        Tables, each with its place in the case file.
+    files : callable
+        Place and pattern -> files, and whether it is a pattern; adds findings.
+    known : callable
+        Place and mode -> whether the case has such a mode; adds findings.
+    taken : iterable of str
+        Names of other channels.
+    findings : list of Finding
+        Errors are added to it.
+    """
+    made: list[DynamicSource] = []
+    for table, keys in tables:
+        names = [*taken, *(one.label for one in made)]
+        if table.name in names:
+            what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
+            findings.append(Finding((*keys, "name"), what))
+        found, _ = files((*keys, "file"), table.file)
+        if not known((*keys, "mode"), table.mode):
+            continue
+        findings += _columns(table, keys)
+        name = table.name or table.mode
+        number = 1
+        while table.name is None and name in names:
+            number += 1
+            name = f"{table.mode}_{number}"
+        made.append(_source(table, tuple(found), name))
+    return tuple(made)
+
+
+def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
+    """Return what is wrong with the keys of columns and units."""
+    mode, findings = modes()[table.mode], []
+    every = (*COLUMNS, *LOOP_COLUMNS)
+    for section in ("columns", "units"):
+        for key in getattr(table, section) or {}:
+            if key not in every:
+                at = (*keys, section, key)
+                what = f"{dotted(at)} is not a column of a dynamic table"
+                findings.append(Finding(at, what, nearest(key, every), ", ".join(every)))
+    for key, text in (table.units or {}).items():
+        unit = read_unit(text)
+        if key in COLUMNS and (unit is None or unit.kind not in suited_kinds(key, mode)):
+            at = (*keys, "units", key)
+            kinds = " or ".join(sorted(suited_kinds(key, mode)))
+            what = f"{dotted(at)} = {shown(text)} is not a unit of a {kinds}"
+            findings.append(Finding(at, what, "", f"the {key.replace('_', ' ')} in mode {mode.name} is one"))
+    if table.quantity is not None and mode.specimen != "coupon":
+        what = f"{dotted((*keys, 'quantity'))} belongs to a material test, but mode {mode.name} to a bushing"
+        findings.append(Finding((*keys, "quantity"), what))
+    return findings
+
+
+def _source(table: DynamicRecordingTable, files: tuple[Path, ...], name: str) -> DynamicSource:
+    unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
+    given: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
+    for key in _TURNED:
+        value = getattr(table, key)
+        given[key] = None if value is None else unit * value
+    delimiter = table.delimiter
+    return DynamicSource(
+        mode=table.mode,
+        files=files,
+        name=name,
+        pattern=table.file,
+        columns=dict(table.columns or {}),
+        units=dict(table.units or {}),
+        delimiter=_DELIMITERS.get(delimiter or "", delimiter),
+        accept=tuple(table.accept or ()),
+        **given,
+    )
+
+
+def shown_source(source: DynamicSource) -> dict[str, Any]:
+    """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
+    turned = modes()[source.mode].rotational
+    own: Mapping[str, Any] = vars(source)
+    shown_keys = {key: own[key] for key in own if key not in ("files", "pattern", "columns", "units", "name")}
+    for key in _TURNED:
+        if turned and shown_keys[key] is not None:
+            shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
+    shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
+    shown_keys["accept"] = list(source.accept) or None
+    shown_keys |= {"kind": KIND, "file": source.pattern, "name": source.label}
+    return {key: value for key, value in shown_keys.items() if value is not None}

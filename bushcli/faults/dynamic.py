@@ -1,0 +1,210 @@
+"""Faults of a table of dynamic stiffness: a wrong unit, rows that belong to no curve, sweeps at the same temperature.
+
+The neighbours of a row on its own curve predict it: stiffness and loss are smooth over the logarithm of frequency or
+amplitude. How much a step of temperature changes them varies smoothly from step to step, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.faults.fault import DataFault
+from bushcli.faults.stiffness import unit_stiffness
+from bushcli.recording.dynamic.table import DynamicTable
+from cases.mode import modes
+from geometry.shape import Shape
+
+Array = NDArray[np.float64]
+
+#: MPa: shear moduli of elastomers from the softest gel to the glass that each is at low temperature.
+_MODULI = (0.003, 3000.0)
+#: Between these the moduli of most rubber compounds lie, filled ones at small amplitude and low temperature included.
+_USUAL = (0.1, 100.0)
+#: Units that are taken for each other, by the factor between them: as the file says it, and as its numbers are.
+_TAKEN = {
+    ("MPa", 1e6): ("Pa", "MPa"),
+    ("MPa", 1e3): ("kPa", "MPa"),
+    ("MPa", 1e-3): ("MPa", "kPa"),
+    ("MPa", 1e-6): ("MPa", "Pa"),
+    ("N/mm", 1e3): ("N/m", "N/mm"),
+    ("N/mm", 1e-3): ("N/mm", "N/m"),
+    ("N/mm", 1e6): ("N/m", "kN/mm"),
+    ("N/mm", 1e-6): ("kN/mm", "N/m"),
+}
+#: A row is off its curve if it misses what its neighbours predict by this share of the stiffness, and by this many
+#: times the scatter of the other rows (median of absolute deviations).
+_OFF, _SCATTER = 0.05, 10.0
+#: The change of stiffness per kelvin in a step of temperature lies within this factor of the geometric mean of those in
+#: the steps beside it: between glass and rubber it changes fivefold from one step of 20 K to the next.
+_STEADY = 15.0
+#: Sweeps at two temperatures that differ by less are the same.
+_SAME = 0.03
+
+
+def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFault, ...]:
+    """Return the faults of tables, the fatal ones first.
+
+    Parameters
+    ----------
+    shape : Shape
+        The bushing, which determines how stiff its rubber makes it.
+    tables : sequence of DynamicTable
+    """
+    found = [fault for table in tables for fault in _faults(shape, table) if fault.kind not in table.accept]
+    return tuple(sorted(found, key=lambda fault: not fault.fatal))
+
+
+def _faults(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
+    yield from _unit(shape, table)
+    left = table
+    off = _off_curve(table)
+    if off.any():
+        left = table.rows(~off)
+        yield _rows_fault(table, off)
+    yield from _temperatures(left)
+
+
+def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
+    """Yield a fault if no elastomer has the moduli of a table."""
+    bounds = {"E": (3.0, 3.0), "G": (1.0, 1.0)}.get(table.quantity) or unit_stiffness(shape, table.mode)
+    if bounds is None:
+        return
+    size = np.sort(table.stiffness)
+    low, high = size[0] / bounds[1], size[-1] / bounds[0]
+    if high > _MODULI[0] and low < _MODULI[1]:
+        return
+    own = "MPa" if table.quantity != "stiffness" else "N mm/rad" if modes()[table.mode].rotational else "N/mm"
+    fits = next((f for f in (1e3, 1e-3, 1e6, 1e-6) if _USUAL[0] < f * high and f * low < _USUAL[1]), None)
+    where = f"{size[0]:.3g} to {size[-1]:.3g} {own}: a shear modulus of {low:.2g} to {high:.2g} MPa, "
+    where += "which no elastomer has"
+    remedy = 'check the unit of the stiffness, or accept = ["unit"] in the recording\'s table'
+    if fits is not None:
+        where += f"; times {fits:g} it would be {fits * size[0]:.3g} to {fits * size[-1]:.3g} {own}"
+        said, meant = _TAKEN.get((own, fits), ("one unit", "another"))
+        keys = (
+            f'units = {{storage = "{meant}", loss = "{meant}"}}, or of the columns that it has, in its table'
+        )
+        remedy = f"if the file says {said} and its numbers are {meant}: {keys}"
+    yield DataFault(table.name, "unit", where, remedy, True, np.ones(len(table), dtype=bool))
+
+
+def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
+    """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
+    off = np.zeros(len(table), dtype=bool)
+    curves = [rows for rows in table.conditions() if len(rows) >= 6]
+    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    values = np.column_stack([np.log(table.stiffness), table.loss_angle])
+    while True:
+        misses = np.zeros(len(table))
+        for rows in curves:
+            used = rows[~off[rows]]
+            if len(used) >= 5:
+                misses[used] = _misses(over[used], values[used])
+        scatter = float(np.median(misses[misses > 0.0])) if (misses > 0.0).any() else 0.0
+        worst = int(np.argmax(misses))
+        if misses[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 0.1 * len(table):
+            return off
+        off[worst] = True
+
+
+def _misses(over: Array, values: Array) -> Array:
+    """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad."""
+    order = np.argsort(over, kind="stable")
+    x, y = over[order], values[order]
+    found = np.zeros(len(x))
+    for i in range(len(x)):
+        near = np.argsort(np.abs(np.arange(len(x)) - i), kind="stable")[1:5]
+        design = np.column_stack([np.ones(len(near)), x[near] - x[i]])
+        if np.ptp(x[near]) < 1e-9:
+            continue
+        fitted = np.linalg.lstsq(design, y[near], rcond=None)[0][0]
+        found[i] = float(np.hypot(*(y[i] - fitted)))
+    back = np.empty(len(x))
+    back[order] = found
+    return back
+
+
+def _rows_fault(table: DynamicTable, off: NDArray[np.bool_]) -> DataFault:
+    rows = np.flatnonzero(off)
+    first = int(rows[0])
+    where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
+    other = _belongs(table, first)
+    if other:
+        where += f" and lies on that at {other}"
+    if len(rows) > 1:
+        where += f", and {len(rows) - 1} more row{'s are' if len(rows) > 2 else ' is'} off, too"
+    return DataFault(
+        table.name,
+        "spikes",
+        where,
+        "correct the conditions of the row, or delete it; fits leave it out",
+        False,
+        off,
+    )
+
+
+def _belongs(table: DynamicTable, row: int) -> str:
+    """Return the conditions of another curve that a row lies on, or an empty text."""
+    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    for rows in table.conditions():
+        if row in rows or len(rows) < 3:
+            continue
+        order = rows[np.argsort(over[rows])]
+        step = float(np.median(np.diff(over[order])))
+        if not over[order[0]] - step <= over[row] <= over[order[-1]] + step:
+            continue
+        values = [np.interp(over[row], over[order], v[order]) for v in (table.storage, table.loss)]
+        own = table.storage[row], table.loss[row]
+        if max(abs(a / b - 1.0) for a, b in zip(own, values, strict=True)) < _SAME:
+            one = table.rows(rows[:1])
+            named = [(one.temperature, "degrees C"), (one.frequency, "Hz")]
+            return ", ".join(f"{v[0]:.4g} {unit}" for v, unit in named if not np.isnan(v[0]))
+    return ""
+
+
+def _temperatures(table: DynamicTable) -> Iterator[DataFault]:
+    """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
+    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    if np.isnan(over).any() or np.isnan(table.temperature).any():
+        return
+    curves = sorted(table.conditions(), key=lambda rows: float(np.mean(table.temperature[rows])))
+    if len(curves) < 4:
+        return
+    at = np.array([float(np.mean(table.temperature[rows])) for rows in curves])
+    if (np.diff(at) < 1.0).any():
+        return  # several amplitudes or preloads at one temperature
+    change = np.array([_difference(table, over, a, b) for a, b in pairwise(curves)])
+    rate = np.maximum(np.abs(change), 1e-4) / np.diff(at)
+    for k in range(len(rate)):
+        beside = [rate[j] for j in (k - 1, k + 1) if 0 <= j < len(rate)]
+        if len(beside) == 1:
+            # At the end of the range the trend of the two steps before it goes on.
+            near, next_one = (k - 1, k - 2) if k else (1, 2)
+            beside = [rate[near] * min(rate[near] / rate[next_one], 1.0)]
+        expected = float(np.exp(np.mean(np.log(beside))))
+        if rate[k] * _STEADY < expected and abs(change[k]) < _SAME:
+            rows = np.zeros(len(table), dtype=bool)
+            where = (
+                f"the sweeps at {at[k]:.4g} and {at[k + 1]:.4g} degrees C agree within {100 * abs(change[k]):.1f} %, "
+                f"where the stiffness changes by {100 * expected:.1f} % per kelvin beside them"
+            )
+            remedy = "one of them was probably not measured at its temperature: ask the laboratory, or leave one out"
+            yield DataFault(table.name, "temperature", where, remedy, False, rows)
+
+
+def _difference(table: DynamicTable, over: Array, one: NDArray[np.intp], other: NDArray[np.intp]) -> float:
+    """Return the mean difference of ln |K*| of two curves over the range that both have."""
+    low = max(over[one].min(), over[other].min())
+    high = min(over[one].max(), over[other].max())
+    if high <= low:
+        return float("nan")
+    x = np.linspace(low, high, 20)
+    curves = []
+    for rows in (one, other):
+        order = rows[np.argsort(over[rows])]
+        curves.append(np.interp(x, over[order], np.log(table.stiffness[order])))
+    return float(np.mean(curves[1] - curves[0]))

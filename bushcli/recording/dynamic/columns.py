@@ -1,0 +1,308 @@
+"""Columns of a dynamic table: what each of them is, and which belong together where each condition has its own."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.dynamic.names import ACROSS, KINDS, Meaning, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.source import DynamicSource
+from bushcli.recording.dynamic.units import DynamicUnit, read_unit
+from bushcli.recording.header.columns import chosen_index
+from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.text.rows import Rows
+from bushcli.recording.text.table import Table, TextTable
+from cases.mode import Mode
+
+Array = NDArray[np.float64]
+
+#: Columns of which two give K' and K''.
+MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
+_FURTHER = ("storage_error", "loss_error")
+_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+#: Units that are proposed for a column without one.
+_PROPOSED = {
+    "frequency": ('"Hz"', '"rad/s"'),
+    "temperature": ('"°C"', '"K"'),
+    "loss_angle": ('"deg"', '"rad"'),
+    "damping": ('"N s/mm"', '"N s/m"'),
+    "tan_delta": ('"1"', '"percent"'),
+}
+#: Larger values cannot be radians, of which a right angle has 1.571, or a loss factor that is no percentage: that of
+#: rubber in its glass transition is 2 to 3.
+_LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
+
+
+@dataclass(frozen=True)
+class Group:
+    """Columns that belong together.
+
+    Attributes
+    ----------
+    columns : mapping of str to (int, Meaning)
+        Column, from 0, by quantity.
+    conditions : mapping of str to Stated
+        Conditions of all its rows.
+    """
+
+    columns: Mapping[str, tuple[int, Meaning]]
+    conditions: Mapping[str, Stated]
+
+
+def is_dynamic(table: Table, source: DynamicSource) -> bool:
+    """Whether a table has columns of which K' and K'' may be made.
+
+    Parameters
+    ----------
+    table : Table
+    source : DynamicSource
+    """
+    if set(source.columns) & set(MEASURED):
+        return True
+    return any(one.quantity in MEASURED for one in meanings(table))
+
+
+def meanings(table: Table) -> list[Meaning]:
+    """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
+    found = []
+    above = _spanning(table)
+    for i, name in enumerate(table.names):
+        said = meaning(name, "" if condition_of(table.units[i]) else table.units[i])
+        conditions = (*said.conditions, *above.get(i, ()))
+        found.append(replace(said, conditions=conditions))
+    return found
+
+
+def _spanning(table: Table) -> dict[int, tuple[Stated, ...]]:
+    """Return conditions of columns in lines above the names, each of which holds until the next one of its line."""
+    found: dict[int, tuple[Stated, ...]] = {}
+    # A row of lengths above the names may have been taken for one of units.
+    for text in (*(text for _, text in table.preamble), ";".join(table.units)):
+        for delimiter in ";\t,|":
+            fields = text.split(delimiter)
+            known = [condition_of(field) if field.strip() else None for field in fields]
+            if len(fields) > len(table.names) or sum(one is not None for one in known) < 2:
+                continue
+            last: Stated | None = None
+            for i in range(len(table.names)):
+                last = known[i] if i < len(known) and known[i] is not None else last
+                if last is not None:
+                    found[i] = (*found.get(i, ()), last)
+            break
+    return found
+
+
+def groups(table: Table, source: DynamicSource, mode: Mode) -> list[Group]:
+    """Return the groups of columns of a table: one, or one for each condition that the columns' names have.
+
+    Parameters
+    ----------
+    table : Table
+    source : DynamicSource
+    mode : Mode
+        It says which kinds of units suit.
+
+    Raises
+    ------
+    RecordingError
+        Several columns could be the same quantity, or what a length in the columns' names is, is not said.
+    """
+    found = meanings(table)
+    chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
+    for key, index in chosen.items():
+        found[index] = replace(found[index], quantity=key)
+    for i, one in enumerate(found):
+        if one.quantity in chosen and chosen[one.quantity] != i:
+            found[i] = replace(one, quantity="")
+    found = [_resolved(one, table, source) for one in found]
+    conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
+    for i, one in enumerate(found):
+        if one.quantity:
+            values = sorted((c.quantity, c.unit.factor * c.number + c.unit.zero) for c in one.conditions)
+            conditioned.setdefault(tuple(values), []).append(i)
+    shared = conditioned.pop((), [])
+    if not any(found[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
+        shared, conditioned = [i for i, one in enumerate(found) if one.quantity], {(): []}
+    made = []
+    for columns in conditioned.values():
+        own = {found[i].quantity for i in columns}
+        taken = [*columns, *(i for i in shared if found[i].quantity not in own)]
+        conditions = {c.quantity: c for i in columns or shared for c in found[i].conditions}
+        made.append(Group(_unique(table, taken, found, mode), conditions))
+    return made
+
+
+def _resolved(one: Meaning, table: Table, source: DynamicSource) -> Meaning:
+    """Return a meaning whose conditions are known: a length in the name is what the case says it is."""
+    if not any(c.quantity == ACROSS for c in one.conditions) or not one.quantity:
+        return one
+    if source.across is None:
+        what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
+        raise RecordingError(
+            Problem(table.where, what, "", 'across = "amplitude" or "preload" in the recording\'s table')
+        )
+    known = tuple(replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions)
+    return replace(one, conditions=known)
+
+
+def _unique(
+    table: Table, columns: Sequence[int], found: Sequence[Meaning], mode: Mode
+) -> dict[str, tuple[int, Meaning]]:
+    """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
+    own: dict[str, tuple[int, Meaning]] = {}
+    for quantity, count in Counter(found[i].quantity for i in columns).items():
+        among = [i for i in columns if found[i].quantity == quantity]
+        if count > 1:
+            suited = [i for i in among if _suits(found[i].unit, quantity, mode)]
+            measured = [i for i in suited or among if not _is_set_value(table.names[i])]
+            among = measured or suited or among
+        if len(among) > 1 and not _identical(table, among):
+            several = " and ".join(table.label(i) for i in among[:8])
+            what = f"{several} could each be the {quantity.replace('_', ' ')}"
+            expected = f"name one, or give its number: columns = {{{quantity} = ...}} in the case file"
+            raise RecordingError(Problem(table.where, what, "", expected))
+        own[quantity] = (among[0], found[among[0]])
+    return own
+
+
+def _identical(table: Table, columns: Sequence[int]) -> bool:
+    return all(
+        all(table.text(row, columns[0]) == table.text(row, i) for row in range(len(table)))
+        for i in columns[1:]
+    )
+
+
+def _is_set_value(name: str) -> bool:
+    return any(is_foreign(word) for word in re.split(r"[\W_]+", name.lower()) if word not in _OWN_WORDS)
+
+
+#: Words that make a column of a static recording another quantity, and none of these.
+_OWN_WORDS = frozenset(
+    {
+        "amplitude",
+        "frequency",
+        "temperature",
+        "temp",
+        "mean",
+        "stiffness",
+        "modulus",
+        "delta",
+        "phase",
+        "preload",
+    }
+    | {"vorlast", "offset", "peak", "range", "spring", "rate"}
+)
+
+
+def _suits(unit: DynamicUnit | None, quantity: str, mode: Mode) -> bool:
+    return unit is None or unit.kind in suited_kinds(quantity, mode)
+
+
+def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
+    """Return the kinds of units that a quantity of a mode has.
+
+    Parameters
+    ----------
+    quantity : str
+    mode : Mode
+    """
+    coupon, turned = mode.specimen == "coupon", mode.rotational
+    if quantity in (*MEASURED[:4], *_FURTHER):
+        own = {"stress"} if coupon else {"rotational stiffness", "moment"} if turned else {"stiffness"}
+        return frozenset(own)
+    if quantity in ("amplitude", "preload"):
+        return frozenset({"strain"} if coupon else {"angle"} if turned else {"length"})
+    if quantity == "preload_force":
+        return frozenset({"stress"} if coupon else {"moment"} if turned else {"force"})
+    if quantity == "damping":
+        return frozenset({"rotational damping"} if turned else {"damping"})
+    return KINDS[quantity]
+
+
+def numbers(
+    table: Table, index: int, said: Meaning, quantity: str, source: DynamicSource, mode: Mode
+) -> tuple[Array, str]:
+    """Return a column in internal units, and a remark where its unit was understood from its values.
+
+    Parameters
+    ----------
+    table : Table
+    index : int
+        Column, from 0.
+    said : Meaning
+    quantity : str
+    source : DynamicSource
+    mode : Mode
+
+    Raises
+    ------
+    RecordingError
+        Its unit is not given, or is one of another quantity, or a field is not a number.
+    """
+    values = table.numbers(index)
+    remark, key = "", quantity if quantity != "modulus" else "stiffness"
+    given = source.units.get(key)
+    unit = said.unit if given is None else read_unit(given)
+    kinds = suited_kinds(quantity, mode)
+    proposed = _PROPOSED.get(quantity, _usual(quantity, mode))
+    remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
+    if given is not None and unit is None:
+        what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
+        raise RecordingError(Problem(table.where, what, "", remedy))
+    if unit is None and quantity == "loss_angle" and np.abs(values).max() > _LARGEST_RADIANS:
+        unit = read_unit("deg")
+        remark = f"{table.label(index)} has no unit; it is in degrees, because a loss angle has at most 1.571 radians"
+    if unit is None and quantity == "tan_delta" and np.abs(values).max() < _LARGEST_FACTOR:
+        unit = read_unit("1")
+    if unit is None:
+        what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
+        raise RecordingError(Problem(table.where, what, "", remedy))
+    if unit.kind not in kinds:
+        where = f"{table.label(index)}: {said.written or given} is a unit of {_article(unit.kind)}"
+        what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
+        raise RecordingError(Problem(table.where, what, "", f"{remedy}; or columns = {{{key} = ...}}"))
+    return unit.factor * values + unit.zero, remark
+
+
+def _article(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
+
+
+def _usual(quantity: str, mode: Mode) -> tuple[str, str]:
+    """Return the units that are proposed for a quantity that depends on the mode."""
+    coupon, turned = mode.specimen == "coupon", mode.rotational
+    if quantity in ("amplitude", "preload"):
+        return ('"percent"', '"1"') if coupon else ('"deg"', '"rad"') if turned else ('"mm"', '"um"')
+    if quantity == "preload_force":
+        return ('"MPa"', '"Pa"') if coupon else ('"Nm"', '"Nmm"') if turned else ('"N"', '"kN"')
+    return ('"MPa"', '"Pa"') if coupon else ('"Nm/deg"', '"Nm/rad"') if turned else ('"N/mm"', '"kN/mm"')
+
+
+def above(table: Table) -> dict[str, Stated]:
+    """Return the conditions that the lines above a table state for all its rows, by quantity."""
+    found = [one for _, text in table.preamble if (one := stated(text)) is not None]
+    return {one.quantity: one for one in found}
+
+
+def with_values(table: Table, group: Group) -> Table:
+    """Return the rows of a table in which a group of columns has values.
+
+    Parameters
+    ----------
+    table : Table
+    group : Group
+    """
+    if not isinstance(table, TextTable):
+        return table
+    columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
+    kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
+    if len(kept) == len(table):
+        return table
+    fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
+    return replace(table, parts=(Rows(fields, [table.line(row) for row in kept]),))

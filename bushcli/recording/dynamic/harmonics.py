@@ -1,0 +1,235 @@
+"""Sine bursts in a record, and the harmonics of displacement and force in each of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Half cycles of a burst agree in duration and range within this share: a rig needs some periods to reach its
+#: amplitude, and what it does on the way is no burst (judgement).
+_ALIKE = 0.25
+#: Periods of a burst, and periods that are left out at its beginning: its start-up, in which the amplitude and the
+#: transient of the branches still change, at least one of them.
+_FEWEST_PERIODS, _START_UP = 3.0, 0.2
+#: A reversal counts if it is this many times the noise of the displacement.
+_REVERSAL = 8.0
+#: Of the standard deviation over the median of absolute deviations of normal noise.
+_MAD = 1.4826
+_HARMONICS = 5
+#: A motion whose third harmonic is larger is no sine: a triangle has 11 %.
+LARGEST_THIRD = 0.05
+
+
+@dataclass(frozen=True)
+class Harmonics:
+    """First harmonics of a burst, in internal units.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    amplitude : float
+        Peak of the first harmonic of the displacement.
+    stiffness : complex
+        K* = K' + i K''.
+    error : float
+        Standard error of K', and of K''.
+    third : float
+        Third harmonic of the force, as a share of its first.
+    third_motion : float
+        The same of the displacement.
+    mean : (float, float)
+        Mean displacement and mean force.
+    periods : int
+    span : (float, float)
+        Times of the first and last sample, s.
+    """
+
+    frequency: float
+    amplitude: float
+    stiffness: complex
+    error: float
+    third: float
+    third_motion: float
+    mean: tuple[float, float]
+    periods: int
+    span: tuple[float, float]
+
+
+def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]:
+    """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic.
+
+    Parameters
+    ----------
+    time : shape (n,)
+        s, increasing.
+    displacement : shape (n,)
+    """
+    turns = _turns(displacement)
+    if len(turns) < 2 * _FEWEST_PERIODS:
+        return []
+    middle = 0.5 * (displacement[turns[1:]] + displacement[turns[:-1]])
+    crossings = np.array(
+        [
+            _crossing(time, displacement, a, b, level)
+            for (a, b), level in zip(pairwise(turns), middle, strict=True)
+        ]
+    )
+    ranges = np.abs(np.diff(displacement[turns]))
+    halves = np.diff(crossings)
+    found, first = [], 0
+    for last in range(1, len(halves) + 1):
+        alike = last < len(halves) and (
+            abs(halves[last] / np.median(halves[first:last]) - 1.0) < _ALIKE
+            and abs(ranges[last + 1] / np.median(ranges[first : last + 1]) - 1.0) < _ALIKE
+        )
+        if alike:
+            continue
+        count = last - first
+        if count >= 2 * _FEWEST_PERIODS - 1:
+            begin, end = crossings[first], crossings[last]
+            found.append((float(begin), float(end), 0.5 * count / float(end - begin)))
+        first = last
+    return found
+
+
+def _turns(displacement: Array) -> list[int]:
+    """Return the indices of the reversals that are larger than the noise."""
+    steps = np.abs(np.diff(displacement))
+    second = np.diff(displacement, 2)
+    noise = _MAD * float(np.median(np.abs(second))) / math.sqrt(6.0)
+    # A fast sine of few samples per period has second differences of its own, far above any noise.
+    noise = min(noise, 0.01 * float(np.ptp(displacement)))
+    resolution = float(steps[steps > 0.0].min()) if steps.any() else 0.0
+    least = max(_REVERSAL * noise, min(2.0 * resolution, 0.01 * float(np.ptp(displacement))), 1e-12)
+    values = [float(value) for value in displacement]
+    turns = [0]
+    high = low = sense = 0
+    for i, value in enumerate(values):
+        if sense >= 0 and value > values[high]:
+            high = i
+        if sense <= 0 and value < values[low]:
+            low = i
+        if sense >= 0 and values[high] - value > least:
+            turns.append(high)
+            sense, low = -1, i
+        elif sense <= 0 and value - values[low] > least:
+            turns.append(low)
+            sense, high = 1, i
+    return [*dict.fromkeys(turns), len(displacement) - 1]
+
+
+def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float:
+    """Return the time at which a monotonic stretch a to b crosses a level."""
+    part = values[a : b + 1]
+    rising = part[-1] > part[0]
+    beyond = np.flatnonzero(part >= level if rising else part <= level)
+    i = a + max(int(beyond[0]) if len(beyond) else b - a, 1)
+    step = values[i] - values[i - 1]
+    share = (level - values[i - 1]) / step if step else 0.5
+    return float(time[i - 1] + min(max(share, 0.0), 1.0) * (time[i] - time[i - 1]))
+
+
+def harmonics(
+    time: Array, displacement: Array, force: Array, burst: tuple[float, float, float]
+) -> Harmonics | None:
+    """Return the harmonics of a burst, fitted to whole periods without the start-up; None if too few are left.
+
+    Parameters
+    ----------
+    time : shape (n,)
+        s.
+    displacement, force : shape (n,)
+        mm, rad or strain; N, N mm or MPa.
+    burst : (float, float, float)
+        Begin and end in s and frequency in Hz, as `bursts` returns them.
+    """
+    begin, end, frequency = burst
+    left_out = math.ceil(max(1.0, _START_UP * (end - begin) * frequency))
+    inside = (time >= begin + left_out / frequency) & (time <= end)
+    if np.count_nonzero(inside) < 8:
+        return None
+    frequency = _refined(time[inside], displacement[inside], frequency)
+    start = begin + left_out / frequency
+    periods = math.floor((end - start) * frequency + 1e-6)
+    if periods < 1:
+        return None
+    used = (time >= start) & (time < start + periods / frequency)
+    t, q, big = time[used], displacement[used], force[used]
+    most = int(min(_HARMONICS, 0.4 * len(t) / periods))
+    if most < 1 or len(t) < 2 * most + 6:
+        return None
+    design = _design(t, frequency, most, 3 if periods >= 4 else 1)
+    one, moved_error = _fitted(design, q)
+    two, force_error = _fitted(design, big)
+    first = [complex(c[0], -c[1]) for c in (one, two)]
+    stiffness = first[1] / first[0]
+    error = math.hypot(force_error, abs(stiffness) * moved_error) / abs(first[0])
+    third = [
+        math.hypot(*c[4:6]) / abs(f) if most >= 3 else math.nan
+        for c, f in zip((one, two), first, strict=True)
+    ]
+    waves = design[:, : 2 * most]
+    mean = (float(np.mean(q - waves @ one[: 2 * most])), float(np.mean(big - waves @ two[: 2 * most])))
+    return Harmonics(
+        frequency,
+        abs(first[0]),
+        stiffness,
+        error,
+        third[1],
+        third[0],
+        mean,
+        periods,
+        (float(t[0]), float(t[-1])),
+    )
+
+
+def _design(time: Array, frequency: float, most: int, drift: int) -> Array:
+    """Return the columns of harmonics 1 to ``most`` (cosine, sine) and of a polynomial drift."""
+    phase = 2.0 * np.pi * frequency * (time - time[0])
+    waves = [wave(k * phase) for k in range(1, most + 1) for wave in (np.cos, np.sin)]
+    scaled = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
+    return np.column_stack([*waves, *(scaled**k for k in range(drift + 1))])
+
+
+def _fitted(design: Array, values: Array) -> tuple[Array, float]:
+    """Return the coefficients, and the standard error of the first harmonic's parts from the residual.
+
+    Neighbouring residuals of a fast logger are correlated: the error counts as many independent samples as an
+    autoregression of first order has.
+    """
+    found = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
+    residual = values - design @ found
+    free = max(len(values) - design.shape[1], 1)
+    variance = float(residual @ residual) / free
+    lag = float(residual[1:] @ residual[:-1]) / max(float(residual @ residual), 1e-300)
+    alike = (1.0 + min(max(lag, 0.0), 0.999)) / (1.0 - min(max(lag, 0.0), 0.999))
+    return found, math.sqrt(variance * alike * 2.0 / len(values))
+
+
+def _refined(time: Array, values: Array, frequency: float) -> float:
+    """Return the frequency whose harmonics fit the displacement best, by Gauss-Newton's method."""
+    most = int(min(3, max(1, 0.4 * len(time) / max((time[-1] - time[0]) * frequency, 1.0))))
+    length = float(time[-1] - time[0])
+    for _ in range(20):
+        design = _design(time, frequency, most, 1)
+        found, *_ = np.linalg.lstsq(design, values, rcond=None)
+        phase = 2.0 * np.pi * frequency * (time - time[0])
+        slope = np.zeros_like(time)
+        for k in range(1, most + 1):
+            a, b = found[2 * k - 2 : 2 * k]
+            slope += k * 2.0 * np.pi * (time - time[0]) * (b * np.cos(k * phase) - a * np.sin(k * phase))
+        both, *_ = np.linalg.lstsq(np.column_stack([design, slope]), values, rcond=None)
+        step = float(both[-1])
+        # A step of more than a quarter of a period over the burst has left the minimum.
+        step = min(max(step, -0.25 / length), 0.25 / length)
+        frequency += step
+        if abs(step) * length < 1e-9:
+            break
+    return frequency

@@ -1,0 +1,100 @@
+"""Raw loops of a dynamic test -> rows of a table: one for each sine burst."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.dynamic.columns import above
+from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
+from bushcli.recording.dynamic.part import Part
+from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
+from bushcli.recording.opened import opened
+from bushcli.recording.read import read_recording
+from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
+from cases.mode import modes
+
+
+def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Part]:
+    """Return the rows that the sine bursts of a file give.
+
+    Parameters
+    ----------
+    source : DynamicSource
+    plain : Source
+        The same file as a recording.
+    tables : TableCache
+
+    Raises
+    ------
+    RecordingError
+        The file has neither a table of stiffness nor time, displacement and force, or no burst of three periods.
+    """
+    mode = modes()[source.mode]
+    own = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
+    units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}
+    try:
+        record = read_recording(replace(plain, columns=own, units=units), tables)  # type: ignore[arg-type]
+    except RecordingError as error:
+        if own:
+            raise
+        what = "is no table of dynamic stiffness (frequency, and two of |K*|, K', K'', loss angle, tan delta, damping)"
+        what += f"; and as loops of time, displacement and force it cannot be read: {error}"
+        expected = (
+            "columns = {frequency = ..., storage = ..., loss = ...} in the recording's table of the case file"
+        )
+        raise RecordingError(Problem(str(plain.file), what, "", expected)) from None
+    if record.time is None:
+        what = "has loops without a time, so that their frequency is not known"
+        raise RecordingError(Problem(str(plain.file), what, "", "columns = {time = ...} in the case file"))
+    time, moved, force = record.time, record.displacement, record.force
+    fitted = [
+        one for burst in bursts(time, moved) if (one := harmonics(time, moved, force, burst)) is not None
+    ]
+    sines = [one for one in fitted if not one.third_motion > LARGEST_THIRD]
+    if not sines:
+        what = f"has {'no sine, but other periodic motions' if fitted else 'no burst of at least three equal periods'}"
+        expected = (
+            "bursts of constant frequency and amplitude; a sweep of frequency, or a triangle, gives no K*"
+        )
+        raise RecordingError(Problem(str(plain.file), what, "", expected))
+    said = [
+        f"{plain.file.name}: {len(sines)} sine bursts give a row each, by a fit of harmonics to whole periods"
+    ]
+    if len(fitted) > len(sines):
+        said.append(
+            f"{plain.file.name}: {len(fitted) - len(sines)} periodic motions that are no sine are left out"
+        )
+    unknown = np.full(len(sines), np.nan)
+    temperature = source.temperature
+    if temperature is None:
+        table = opened(plain, list(own.values()), tables)
+        stated = above(table).get("temperature") if isinstance(table, Table) else None
+        temperature = np.nan if stated is None else stated.unit.factor * stated.number + stated.unit.zero
+    complex_ = np.array([one.stiffness for one in sines])
+    arrays = {
+        "frequency": np.array([one.frequency for one in sines]),
+        "storage": complex_.real,
+        "loss": complex_.imag,
+        "amplitude": np.array([one.amplitude for one in sines]),
+        "preload": np.array([one.mean[0] for one in sines]),
+        "preload_force": np.array([one.mean[1] for one in sines]),
+        "temperature": unknown + 0.0 if np.isnan(temperature) else np.full(len(sines), temperature),
+        "storage_error": np.array([one.error for one in sines]),
+        "loss_error": np.array([one.error for one in sines]),
+        "third_harmonic": np.array([one.third for one in sines]),
+    }
+    places = tuple(f"{plain.file}, {one.span[0]:.4g} to {one.span[1]:.4g} s" for one in sines)
+    bad = complex_.real <= 0.0
+    if bad.any():
+        row = int(np.argmax(bad))
+        what = f"the force runs against the motion: K' = {complex_[row].real:.4g}"
+        expected = "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness"
+        raise RecordingError(Problem(places[row], what, "", expected))
+    modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
+    return [Part(arrays, places, tuple(said), modulus)]

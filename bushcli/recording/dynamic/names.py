@@ -1,0 +1,336 @@
+"""Names of the columns of a dynamic table: ``E'' [MPa]``, ``Kdyn @ 0.1 mm (N/mm)`` -> quantity, unit, conditions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from bushcli.recording.dynamic.units import DynamicUnit, read_unit
+
+Peak = Literal["peak", "double", ""]
+
+#: Kinds of units that a quantity can have; the first three depend on the mode.
+KINDS: Mapping[str, frozenset[str]] = {
+    "amplitude": frozenset({"length", "angle", "strain"}),
+    "preload": frozenset({"length", "angle", "strain"}),
+    "preload_force": frozenset({"force", "moment", "stress"}),
+    "frequency": frozenset({"frequency"}),
+    "temperature": frozenset({"temperature"}),
+    "loss_angle": frozenset({"angle"}),
+    "tan_delta": frozenset({"strain"}),
+    "damping": frozenset({"damping", "rotational damping"}),
+} | dict.fromkeys(
+    ("stiffness", "modulus", "storage", "loss", "storage_error", "loss_error"),
+    frozenset({"stiffness", "rotational stiffness", "moment", "stress"}),
+)
+#: Words for a column, in lower case with single blanks; the longest that a name contains decides. "modulus" is one of
+#: |K*| and K', as a rig's "stiffness" is: the file or the user has to say which.
+_WORDS: Mapping[str, tuple[str, ...]] = {
+    "frequency": (
+        "frequency", "freq", "frequenz", "fréquence", "frequence", "frecuencia", "frequenza", "频率", "周波数",
+        "частота", "omega", "ω", "kreisfrequenz", "pulsation", "f",
+    ),
+    "amplitude": (
+        "amplitude", "amplitudes", "ampl", "amp", "amplitud", "ampiezza", "振幅", "dynamic strain", "dyn strain",
+        "strain amplitude", "dynamic displacement", "dyn displacement", "dehnungsamplitude", "wegamplitude",
+        "schwingweg", "doppelamplitude", "schwingbreite", "oscillation strain", "oscillatory strain", "strain",
+        "shear strain", "dehnung", "gamma", "γ", "dsa", "dda", "dynamic travel", "displacement amplitude", "a",
+        "dyn disp", "dynamic disp", "dynamic stroke",
+    ),
+    "preload": (
+        "preload", "pre load", "vorlast", "vorkraft", "vorspannung", "vorweg", "mittellast", "mittelkraft", "mean",
+        "mean load", "mean force", "mean displacement", "mean strain", "mean position", "static load",
+        "static force", "static displacement", "static strain", "static deflection", "prestrain", "pre strain",
+        "vordehnung", "précharge", "precharge", "precarico", "precarga", "offset", "static offset", "mean stress",
+        "static stress", "prestress",
+    ),
+    "temperature": (
+        "temperature", "temp", "temperatur", "température", "temperatura", "温度", "температура", "t",
+    ),
+    "stiffness": (
+        "complex", "dynamic stiffness", "dyn stiffness", "dynamic rate", "dynamic spring rate", "kdyn", "k dyn",
+        "cdyn", "c dyn", "dynamische steifigkeit", "dyn steifigkeit", "dynamische federrate", "complex stiffness",
+        "complex modulus", "komplexer modul", "complex shear modulus", "raideur dynamique", "动刚度", "動ばね定数",
+    ),
+    "modulus": (
+        "stiffness", "spring rate", "steifigkeit", "federrate", "rate", "modulus", "modul", "e modulus", "e modul",
+        "g modulus", "g modul", "k", "dynamic modulus", "raideur", "rigidezza", "刚度", "e", "g",
+    ),
+    "storage": (
+        "storage", "storage stiffness", "storage modulus", "elastic stiffness", "elastic modulus",
+        "storage shear modulus", "speichermodul", "speichersteifigkeit", "real", "real part", "in phase",
+        "in phase stiffness", "stor", "k1", "re", "module de conservation", "储能模量", "貯蔵弾性率", "eprime",
+        "gprime", "kprime", "prime", "estor", "gstor",
+    ),
+    "loss": (
+        "loss", "loss stiffness", "loss modulus", "loss shear modulus", "verlustmodul", "verluststeifigkeit",
+        "imaginary", "imag", "imaginary part", "out of phase", "quadrature", "viscous modulus", "viscous stiffness",
+        "k2", "im", "module de perte", "损耗模量", "損失弾性率", "double prime", "dprime", "edoubleprime",
+        "gdoubleprime", "eloss", "gloss",
+    ),
+    "loss_angle": (
+        "loss angle", "phase", "phase angle", "phase lag", "phase shift", "phase delay", "delta", "δ",
+        "verlustwinkel", "phasenwinkel", "phase difference", "angle de perte", "angle", "phi", "φ", "损耗角",
+        "位相角", "phasenverschiebung",
+    ),
+    "tan_delta": (
+        "tan delta", "tan d", "tand", "tandelta", "tan δ", "tanδ", "tan", "loss factor", "loss tangent", "tan phi",
+        "tangent delta", "verlustfaktor", "facteur de perte", "damping factor", "损耗因子", "損失係数",
+        "tan loss angle",
+    ),
+    "damping": (
+        "damping", "damping coefficient", "damping constant", "damping rate", "dämpfung", "dämpfungskonstante",
+        "dämpfungskoeffizient", "viscous damping", "c damping", "amortissement", "阻尼", "damping value",
+    ),
+    # Of columns that a rig's table has too, and that are not these: a force is no preload.
+    "": (
+        "force amplitude", "dynamic force", "dyn force", "kraftamplitude", "dynamic load", "stress amplitude",
+        "dynamic stress", "force", "kraft", "stress", "energy", "energie", "compliance", "static stiffness",
+        "statische steifigkeit", "static rate", "tan delta ref", "time", "zeit", "damping ratio", "viscosity",
+        "complex viscosity", "complex compliance", "set", "index", "nr", "no", "cycles", "damping energy",
+    ),
+}  # fmt: skip
+_ERRORS = re.compile(
+    r"\b(std|stdev|sd|se|standard error|standard deviation|uncertainty|standardabweichung|err|error)\b"
+)
+_PEAK = re.compile(r"\b(peak|0 p|0 pk|zero to peak|half|single|einfach|scheitel|ampl zero peak)\b|±|\+/-")
+_DOUBLE = re.compile(
+    r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|doppel\w*|schwingbreite|range|dda|total|crête à crête)\b"
+)
+_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+_STRAINED = ("strain", "dehnung", "gamma", "γ")
+#: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
+_MAGNITUDE = re.compile(r"\|\s*([KCEG])\s*\*?\s*\|")
+_PRIMED = re.compile(
+    r"""(?<![^\W_])([KCEG])(?:_?dyn)?\s*(\*|''|"|″|”|’’|´´|′′|``|'|′|’|´|`)(?!\w)""",
+)
+_SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "´´", "′′", "``"), "loss")
+#: The modulus of a coupon by its symbol or its words.
+_SHEAR = re.compile(
+    r"(?<![^\W_])G(?![^\W_])|(?<![^\W_])G(?:stor|loss|prime|doubleprime)|\bshear\b|schub", re.IGNORECASE
+)
+_TENSILE = re.compile(
+    r"(?<![^\W_])E(?![^\W_])|(?<![^\W_])E(?:stor|loss|prime|doubleprime)|young|tensile|elastizit",
+    re.IGNORECASE,
+)
+#: A condition in a name: "@ 0.1 mm", "(500 N)", "A=±0.5mm", "23°C", "10 Hz".
+_CONDITION = re.compile(
+    r"(?P<key>[^\W\d_]+)?\s*[@=:]?\s*(?P<sign>±|\+/-|[-+])?\s*(?<![\w.])(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)"
+    r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
+    r"\s*(?P<pp>p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|peak|pk)?"
+)
+#: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
+_BESIDE = re.compile(r"±|\+/-|\b(?:p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|0-pk|peak|pk|double|zero-peak)\b")
+#: The name of the contract for |K*|, in whatever unit.
+_OWN = re.compile(r"stiffness_[A-Za-z]+_per_[A-Za-z]+")
+#: Of a length or a strain in a name of a column: which condition it is, is not known.
+ACROSS = "across"
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A number with a unit in a name or above the table: ``amplitude`` 0.1, length."""
+
+    quantity: str
+    number: float
+    unit: DynamicUnit
+    peak: Peak = ""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """The meaning of a column's name.
+
+    Attributes
+    ----------
+    quantity : str
+        A key of `KINDS`, or empty.
+    unit : DynamicUnit, optional
+        None where the name has no unit.
+    written : str
+        The unit as written.
+    peak : {"peak", "double", ""}
+        What the name says of an amplitude.
+    modulus : {"E", "G", ""}
+    strained : bool
+        Whether an amplitude or preload is called a strain.
+    conditions : tuple of Stated
+        Of all rows of this column.
+    """
+
+    quantity: str
+    unit: DynamicUnit | None = None
+    written: str = ""
+    peak: Peak = ""
+    modulus: Literal["E", "G", ""] = ""
+    strained: bool = False
+    conditions: tuple[Stated, ...] = field(default=())
+
+
+def meaning(name: str, unit: str = "") -> Meaning:
+    """Return the meaning of the name of a column.
+
+    Parameters
+    ----------
+    name : str
+        As in the file.
+    unit : str
+        Of a row of units; empty if there is none.
+    """
+    conditions = tuple(found for m in _CONDITION.finditer(name) if (found := _condition(m)) is not None)
+    text = _CONDITION.sub(lambda m: _kept_key(m) if _condition(m) else m[0], name)
+    text, written, known = _apart(text, unit)
+    modulus = _modulus(text)
+    text = _MAGNITUDE.sub(r" \1 complex ", text)
+    text = _PRIMED.sub(lambda m: f" {m[1]} {_SIGNED.get(m[2], 'storage')} ", text)
+    words = " ".join(re.sub(r"[\W_]+", " ", text.replace("±", " peak ")).lower().split())
+    quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, known)
+    quantity = (
+        quantity
+        or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), known)
+        or _by_unit(known)
+    )
+    if quantity in ("storage", "loss") and _ERRORS.search(words):
+        quantity += "_error"
+    elif quantity and _ERRORS.search(words):
+        quantity = ""
+    peak: Peak = "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
+    strained = any(word in words for word in _STRAINED)
+    if known is not None and quantity and known.kind not in KINDS[quantity]:
+        known, quantity = _otherwise(quantity, known)
+    return Meaning(
+        quantity, known, written, peak if quantity == "amplitude" else "", modulus, strained, conditions
+    )
+
+
+def stated(line: str) -> Stated | None:
+    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
+    found = re.match(
+        r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*[^:=;\t\d\s])\s*[:=;,\t]+\s*(?P<number>[-+±]?\s?\d[\d.,]*(?:[eE][-+]?\d+)?)"
+        r"\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)",
+        line,
+    )
+    if found is None:
+        return None
+    said = meaning(found["key"], found["unit"])
+    if said.quantity not in _CONDITIONS or said.unit is None:
+        return None
+    peak: Peak = "peak" if "±" in found["number"] else said.peak
+    return Stated(said.quantity, _number(found["number"]), said.unit, peak)
+
+
+def condition_of(text: str) -> Stated | None:
+    """Return the condition that a whole text is, ``0.1 mm``, ``Preload 500 N``; None for other texts."""
+    found = _CONDITION.fullmatch(text.strip())
+    return None if found is None else _condition(found)
+
+
+def _number(text: str) -> float:
+    return float(re.sub(r"[±\s]", "", text).replace(",", "."))
+
+
+def _condition(found: re.Match[str]) -> Stated | None:
+    unit = read_unit(found["unit"])
+    if unit is None:
+        return None
+    key = (found["key"] or "").lower()
+    peak: Peak = "peak" if found["sign"] in ("±", "+/-") else ""
+    if found["pp"]:
+        peak = "double" if _DOUBLE.search(" ".join(re.split(r"\W+", found["pp"].lower()))) else "peak"
+    number = _number(found["number"]) * (-1.0 if found["sign"] == "-" else 1.0)
+    named = _quantity(key, unit) if len(key) > 2 else ""
+    if unit.kind in ("frequency", "temperature"):
+        return Stated(unit.kind, number, unit)
+    if unit.kind in KINDS["preload_force"]:
+        return Stated("preload_force", number, unit)
+    if unit.kind not in KINDS["amplitude"]:
+        return None
+    if peak or named == "amplitude" or key == "a":
+        return Stated("amplitude", number, unit, peak)
+    return Stated("preload" if named == "preload" else ACROSS, number, unit)
+
+
+def _kept_key(found: re.Match[str]) -> str:
+    """Return the word before a number if it is one of the column, "Kdyn 500 N", not of the number, "preload 5 N"."""
+    key = found["key"] or ""
+    return (
+        " "
+        if _quantity(key.lower(), None) in _CONDITIONS or key.lower() in ("a", "at", "bei")
+        else f" {key} "
+    )
+
+
+def _by_unit(unit: DynamicUnit | None) -> str:
+    """Return the only quantity of a table that a unit can have, whatever the name of its column."""
+    fits = (
+        []
+        if unit is None
+        else [one for one in ("frequency", "temperature", "damping") if unit.kind in KINDS[one]]
+    )
+    return fits[0] if fits else ""
+
+
+def _apart(text: str, unit: str) -> tuple[str, str, DynamicUnit | None]:
+    """Return a name without its unit, the unit as written, and the unit; that of a row of units first."""
+    brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
+    for found in reversed(list(brackets.finditer(text))):
+        inside = _BESIDE.sub(" ", found[1])
+        known = read_unit(inside)
+        if known is not None:
+            said = " ".join(_BESIDE.findall(found[1]))
+            return _with_row(
+                f"{text[: found.start()]} {said} {text[found.end() :]}", inside.strip(), known, unit
+            )
+    bare = brackets.sub(r" \1 ", text)
+    per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
+    for found in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
+        tail = per[found.end() :].strip(" _,;/")
+        known = read_unit(tail) if tail and found.start() else None
+        # The dash of "E - modulus" is no unit, and neither is the number of "K 1".
+        if known is not None and tail not in ("1", "-", "--"):
+            return _with_row(per[: found.start()] + " " + (found[1] or ""), tail, known, unit)
+    return _with_row(bare, "", None, unit)
+
+
+def _with_row(
+    text: str, written: str, known: DynamicUnit | None, unit: str
+) -> tuple[str, str, DynamicUnit | None]:
+    row = read_unit(unit) if unit.strip() else None
+    return (text, unit, row) if row is not None else (text, written, known)
+
+
+def _quantity(words: str, unit: DynamicUnit | None) -> str:
+    """Return the quantity of the longest phrase in a name; of equally long ones that whose unit fits."""
+    best, longest = "", (0, False)
+    for quantity, phrases in _WORDS.items():
+        for phrase in phrases:
+            whole = phrase == words
+            if not whole and (len(phrase) == 1 or f" {phrase} " not in f" {words} "):
+                continue
+            fits = unit is None or not quantity or unit.kind in KINDS[quantity]
+            # "T" and "K" are quantities if they are all of a name, and "f" in Hz is no force.
+            score = (len(phrase), fits)
+            if score > longest:
+                best, longest = quantity, score
+    dynamic = (f" {phrase} " in f" {words} " for phrase in _WORDS["stiffness"])
+    return "stiffness" if best == "modulus" and any(dynamic) else best
+
+
+def _otherwise(quantity: str, unit: DynamicUnit) -> tuple[DynamicUnit | None, str]:
+    """Return the quantity of a name whose unit does not fit: a preload in N is one of force."""
+    if quantity == "preload" and unit.kind in KINDS["preload_force"]:
+        return unit, "preload_force"
+    if quantity == "modulus" and unit.kind in KINDS["damping"]:
+        return unit, "damping"
+    if quantity == "amplitude" and unit.kind in KINDS["preload_force"]:
+        return unit, ""
+    return unit, quantity
+
+
+def _modulus(text: str) -> Literal["E", "G", ""]:
+    plain = re.sub(r"_", " ", text)
+    if _SHEAR.search(plain):
+        return "G"
+    return "E" if _TENSILE.search(plain) else ""

@@ -1,0 +1,260 @@
+"""Files of a dynamic test -> DynamicTable: a table as the rig wrote it, or the loops that it is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.dynamic.columns import (
+    MEASURED,
+    Group,
+    above,
+    groups,
+    is_dynamic,
+    numbers,
+    suited_kinds,
+    with_values,
+)
+from bushcli.recording.dynamic.loops import read_loops
+from bushcli.recording.dynamic.names import Stated
+from bushcli.recording.dynamic.part import Part
+from bushcli.recording.dynamic.source import DynamicSource
+from bushcli.recording.dynamic.stiffness import Columns, complex_stiffness
+from bushcli.recording.dynamic.table import DynamicTable, Quantity
+from bushcli.recording.opened import listed, opened
+from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.table import Table
+from cases.mode import Mode, modes
+
+Array = NDArray[np.float64]
+
+#: Larger amplitudes of a strain are in percent: 100 % is beyond any dynamic test.
+_LARGEST_STRAIN = 1.0
+_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+_ERRORS = ("storage_error", "loss_error")
+#: Columns of the arrays of a `DynamicTable`.
+_ARRAYS = ("frequency", "storage", "loss", *_CONDITIONS[1:], *_ERRORS, "third_harmonic")
+
+
+def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> DynamicTable:
+    """Read a table of dynamic stiffness, or make it from the loops that its files have.
+
+    Parameters
+    ----------
+    source : DynamicSource
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
+
+    Raises
+    ------
+    RecordingError
+        With file, line and column, when something cannot be read, is not possible or contradicts itself; with the key
+        of the case file that answers it, when the file does not say what its numbers are.
+    """
+    mode, tables = modes()[source.mode], TableCache() if tables is None else tables
+    parts = [part for file in source.files for part in _parts(file, source, mode, tables)]
+    if mode.specimen == "coupon" and source.quantity is None:
+        parts = [replace(part, modulus=_modulus(part, source, mode)) for part in parts]
+    arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
+    places = tuple(place for part in parts for place in part.places)
+    _refuse_conditions(arrays, places, source, mode)
+    found = {part.modulus for part in parts} - {""}
+    if len(found) > 1:
+        what = "some files have a modulus E and others a modulus G"
+        raise RecordingError(Problem(str(source.files[0]), what, "", "one recording for each"))
+    quantity: Quantity = "stiffness"
+    if mode.specimen == "coupon":
+        quantity = source.quantity or ("G" if "G" in found else "E")
+    remarks = tuple(dict.fromkeys(text for part in parts for text in part.remarks))
+    return DynamicTable(
+        name=source.label,
+        mode=source.mode,
+        quantity=quantity,
+        **arrays,
+        files=source.files,
+        places=places,
+        remarks=remarks,
+        accept=source.accept,
+    )
+
+
+def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) -> list[Part]:
+    """Return the rows of one file: of all its sheets or groups that are tables of stiffness, or of its loops."""
+    plain = Source(
+        source.mode,
+        file,
+        source.label,
+        delimiter=source.delimiter,
+        decimal=source.decimal,
+        group=source.group,
+    )
+    if set(source.columns) & {"time", "displacement", "force"}:
+        return read_loops(source, plain, tables)
+    found = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
+    every = [found] if isinstance(found, Table) else list(found.tables)
+    fitting = [table for table in every if is_dynamic(table, source)]
+    if not fitting:
+        return read_loops(source, plain, tables)
+    parts = [part for table in fitting for part in _table_parts(table, source, mode)]
+    if len(fitting) > 1:
+        said = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
+        parts[0] = replace(parts[0], remarks=(said, *parts[0].remarks))
+    return parts
+
+
+def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[Part]:
+    made = groups(table, source, mode)
+    # A column of conditions alone, such as the mean of all, is no group.
+    measured = [group for group in made if set(MEASURED) & set(group.columns)]
+    parts = [_part(with_values(table, group), group, source, mode) for group in measured]
+    taken = {index for group in measured for index, _ in group.columns.values()}
+    unused = [name for i, name in enumerate(table.names) if name and i not in taken]
+    if unused:
+        parts[0] = replace(
+            parts[0], remarks=(*parts[0].remarks, f"columns that are not used: {', '.join(unused)}")
+        )
+    return parts
+
+
+def _part(table: Table, group: Group, source: DynamicSource, mode: Mode) -> Part:
+    """Return the rows of a group of columns, in internal units."""
+    if not len(table):
+        raise RecordingError(Problem(table.where, "has a group of columns without values"))
+    remarks = list(table.remarks)
+    arrays: dict[str, Array] = {}
+    # All that is asked is asked at once.
+    asked: list[Problem] = []
+    for quantity, (index, said) in group.columns.items():
+        try:
+            arrays[quantity], remark = numbers(table, index, said, quantity, source, mode)
+            remarks += [remark] if remark else []
+        except RecordingError as error:
+            asked += error.problems
+    stated, peak = above(table) | dict(group.conditions), ""
+    try:
+        peak = _peak(table, group, stated, source)
+    except RecordingError as error:
+        asked += error.problems
+    if asked:
+        raise RecordingError(*asked)
+    for quantity in _CONDITIONS:
+        if quantity not in arrays:
+            arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
+    arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
+    places = tuple(table.place(row) for row in range(len(table)))
+    _refuse_frequency(arrays["frequency"], places, table, source)
+    measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
+    labels = {key: table.label(group.columns[key][0]) for key in measured}
+    columns = Columns(
+        measured, labels, arrays["frequency"], table.where, places, source.stiffness_is, source.loss_angle_is
+    )
+    storage, loss, said_of = complex_stiffness(columns)
+    unknown = np.full(len(table), np.nan)
+    arrays |= {"storage": storage, "loss": loss, "third_harmonic": unknown}
+    arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
+    moduli = {said.modulus for quantity, (_, said) in group.columns.items() if quantity in MEASURED} - {""}
+    modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
+    return Part(arrays, places, (*remarks, *said_of), modulus)
+
+
+def _stated(
+    table: Table, quantity: str, stated: Mapping[str, Stated], source: DynamicSource, mode: Mode
+) -> float:
+    """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
+    given = getattr(source, quantity)
+    if given is not None:
+        return float(given)
+    found = stated.get(quantity)
+    if found is None:
+        return float("nan")
+    if found.unit.kind not in suited_kinds(quantity, mode):
+        what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
+        raise RecordingError(
+            Problem(table.where, what, "", f"{quantity} = ... in the recording's table of the case file")
+        )
+    return found.unit.factor * found.number + found.unit.zero
+
+
+def _peak(table: Table, group: Group, stated: Mapping[str, Stated], source: DynamicSource) -> str:
+    """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
+    if "amplitude" in group.columns:
+        index, said = group.columns["amplitude"]
+        named, label = said.peak, table.label(index)
+    elif source.amplitude is not None:
+        return source.amplitude_is or "peak"
+    elif "amplitude" in stated:
+        named, label = stated["amplitude"].peak, "the amplitude that the file states"
+    else:
+        return "peak"
+    if source.amplitude_is is not None and named and named != source.amplitude_is:
+        what = (
+            f'{label} is the {named} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
+        )
+        raise RecordingError(Problem(table.where, what, "", "leave amplitude_is out, or name another column"))
+    found = source.amplitude_is or named
+    if not found:
+        what = (
+            f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
+        )
+        expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
+        raise RecordingError(Problem(table.where, what, "", expected))
+    return found
+
+
+def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, source: DynamicSource) -> None:
+    if np.isnan(frequency).any():
+        what = "has no column of a frequency, and neither its header nor the case file states one"
+        expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
+        raise RecordingError(Problem(table.where, what, "", expected))
+    bad = frequency <= 0.0
+    if bad.any():
+        row = int(np.argmax(bad))
+        what = f"a frequency of {frequency[row]:g} Hz has no cycle"
+        expected = "delete the row; a static stiffness comes from a recording of force over displacement"
+        raise RecordingError(Problem(places[row], what, "", expected))
+
+
+def _refuse_conditions(
+    arrays: Mapping[str, Array], places: Sequence[str], source: DynamicSource, mode: Mode
+) -> None:
+    """Refuse an amplitude of zero, strains in percent that are taken for ratios, and temperatures that do not exist."""
+    bad = arrays["amplitude"] == 0.0
+    if bad.any():
+        what = "an amplitude of 0 has no response"
+        expected = "delete the row; without a column of amplitudes all are taken as small"
+        raise RecordingError(Problem(places[int(np.argmax(bad))], what, "", expected))
+    if mode.specimen == "coupon":
+        large = arrays["amplitude"] > _LARGEST_STRAIN
+        if large.any():
+            row = int(np.argmax(large))
+            what = (
+                f"a strain amplitude of {100 * arrays['amplitude'][row]:.4g} % is not that of a dynamic test"
+            )
+            expected = 'units = {amplitude = "percent"} in the recording\'s table, if the file has percent'
+            raise RecordingError(Problem(places[row], what, "", expected))
+    cold = arrays["temperature"] < -273.15
+    if cold.any():
+        row = int(np.argmax(cold))
+        what = f"a temperature of {arrays['temperature'][row]:.4g} degrees C is below absolute zero"
+        raise RecordingError(Problem(places[row], what, "", 'units = {temperature = "°C"} or "K"'))
+
+
+def _modulus(part: Part, source: DynamicSource, mode: Mode) -> Literal["E", "G", ""]:
+    """Return the modulus of a coupon's table; ask for it where neither names nor the mode say it."""
+    if part.modulus:
+        return part.modulus
+    if mode.sheared:
+        return "G"
+    what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
+    raise RecordingError(
+        Problem(
+            str(source.files[0]), what, "", 'quantity = "E" or "G" in the recording\'s table of the case file'
+        )
+    )

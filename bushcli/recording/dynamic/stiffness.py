@@ -1,0 +1,289 @@
+"""Two of |K*|, K', K'', loss angle, tan delta and damping -> K' and K''; what contradicts itself is named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+
+Array = NDArray[np.float64]
+
+#: Given values that differ by more than this share of |K*| contradict each other: an angle that is rounded to whole
+#: degrees moves K'' by 0.9 % of |K*|, three digits of a stiffness by 0.5 % (judgement).
+_TOLERANCE = 0.02
+#: The loss angle of rubber stays below this but in its glass transition, where tan delta reaches 2 to 3 at some
+#: temperatures and frequencies; a table in which *every* row is above it has probably 90 degrees minus the angle.
+_IMPLAUSIBLE_ANGLE = np.radians(45.0)
+_SHOWN = 3
+#: Pairs that give K' and K'', the best conditioned first.
+_PAIRS = (
+    ("storage", "loss"), ("stiffness", "loss_angle"), ("stiffness", "tan_delta"), ("storage", "tan_delta"),
+    ("storage", "loss_angle"), ("stiffness", "loss"), ("loss", "tan_delta"), ("loss", "loss_angle"),
+    ("stiffness", "storage"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Measured columns of a table, in internal units, and what is said of them.
+
+    Attributes
+    ----------
+    values : mapping of str to (n,) array
+        By quantity: "stiffness" |K*|, "modulus" (|K*| or K'), "storage", "loss", "loss_angle", "tan_delta",
+        "damping"; N/mm, N mm/rad or MPa, rad.
+    labels : mapping of str to str
+        ``column 2 (K')`` by quantity.
+    frequency : shape (n,)
+        Hz.
+    where : str
+        The file.
+    places : sequence of str
+        File and line of each row.
+    stiffness_is : {"magnitude", "storage"}, optional
+        What the case says that the "modulus" is.
+    loss_angle_is : {"loss", "complement"}, optional
+    """
+
+    values: Mapping[str, Array]
+    labels: Mapping[str, str]
+    frequency: Array
+    where: str
+    places: Sequence[str]
+    stiffness_is: Literal["magnitude", "storage"] | None
+    loss_angle_is: Literal["loss", "complement"] | None
+
+
+def complex_stiffness(columns: Columns) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return K' and K'' (n,) in the unit of the given ones, and remarks.
+
+    Parameters
+    ----------
+    columns : Columns
+
+    Raises
+    ------
+    RecordingError
+        Fewer than two are given, they are not possible or contradict each other, or it is not said what one is.
+    """
+    values = dict(columns.values)
+    if "loss_angle" in values and columns.loss_angle_is == "complement":
+        values["loss_angle"] = 0.5 * np.pi - values["loss_angle"]
+    if "damping" in values:
+        own = 2.0 * np.pi * columns.frequency * values.pop("damping")
+        if "loss" in values:
+            _compare(columns, own, values["loss"], values["loss"], "damping", "loss", {})
+        values.setdefault("loss", own)
+    remarks: list[str] = []
+    if "modulus" in values:
+        named, said = _named(columns, values)
+        values[named] = values.pop("modulus")
+        remarks += said
+    _refuse_impossible(columns, values)
+    pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
+    if pair is None:
+        have = ", ".join(columns.labels.values()) or "none of them"
+        what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
+        expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
+        raise RecordingError(Problem(columns.where, what, "", expected))
+    storage, loss = _solved(pair, values)
+    _refuse_contradictions(columns, values, storage, loss, pair)
+    if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
+        _refuse_complement(columns, storage, loss)
+    return storage, loss, tuple(remarks)
+
+
+def _solved(pair: Sequence[str], values: Mapping[str, Array]) -> tuple[Array, Array]:
+    """Return K' and K'' from two given quantities."""
+    tangent = np.tan(values["loss_angle"]) if "loss_angle" in pair else values.get("tan_delta", np.zeros(1))
+    if pair == ("storage", "loss"):
+        return values["storage"], values["loss"]
+    if pair[0] == "storage":
+        return values["storage"], values["storage"] * tangent
+    if pair == ("stiffness", "loss"):
+        return np.sqrt(np.maximum(values["stiffness"] ** 2 - values["loss"] ** 2, 0.0)), values["loss"]
+    if pair == ("stiffness", "storage"):
+        squared = np.maximum(values["stiffness"] ** 2 - values["storage"] ** 2, 0.0)
+        return values["storage"], np.sqrt(squared)
+    if pair[0] == "loss":
+        return values["loss"] / tangent, values["loss"]
+    angle = np.arctan(tangent)
+    return values["stiffness"] * np.cos(angle), values["stiffness"] * np.sin(angle)
+
+
+def _named(columns: Columns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
+    """Return whether a column that is called stiffness or modulus is |K*| or K', by the others or the case file."""
+    label = columns.labels["modulus"]
+    if columns.stiffness_is is not None:
+        return {"magnitude": "stiffness", "storage": "storage"}[columns.stiffness_is], []
+    if "storage" in values or "stiffness" in values:
+        named = "stiffness" if "storage" in values else "storage"
+        return named, [
+            f"{label} is read as {'|K*|' if named == 'stiffness' else chr(75) + chr(39)}: the other one is given too"
+        ]
+    tangent = np.tan(values["loss_angle"]) if "loss_angle" in values else values.get("tan_delta")
+    if "loss" in values and tangent is not None:
+        one, loss = values["modulus"], values["loss"]
+        misfit = {
+            "stiffness": np.abs(one * np.sin(np.arctan(tangent)) - loss),
+            "storage": np.abs(one * tangent - loss),
+        }
+        error = {key: float(np.sqrt(np.mean((value / one) ** 2))) for key, value in misfit.items()}
+        best, other = sorted(error, key=lambda key: error[key])
+        # With a small loss angle both are the same within their digits, and it makes no difference.
+        if error[best] < _TOLERANCE and (error[other] > 3.0 * error[best] or error[other] < 1e-3):
+            shown = "|K*|" if best == "stiffness" else "K'"
+            return best, [f"{label} is read as {shown}, which agrees with the loss and the angle"]
+    what = f"{label} may be |K*| or K', and the file does not say which"
+    expected = 'stiffness_is = "magnitude" for |K*|, or "storage" for K\', in the recording\'s table of the case file'
+    raise RecordingError(Problem(columns.where, what, "", expected))
+
+
+def _refuse_impossible(columns: Columns, values: Mapping[str, Array]) -> None:
+    """Refuse values that no rubber has: an angle outside 0 to 90 degrees, a negative stiffness or loss."""
+    if "loss_angle" in values:
+        angle = values["loss_angle"]
+        if (angle < 0.0).all():
+            what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
+            expected = "change the sign of the column, if it has the phase of the motion behind the force"
+            raise RecordingError(Problem(columns.where, what, "", expected))
+        bad = (angle < 0.0) | (angle >= 0.5 * np.pi)
+        if bad.any():
+            row = int(np.argmax(bad))
+            what = f"a loss angle of {np.degrees(angle[row]):.4g} degrees, where only 0 to 90 are possible"
+            remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
+            raise RecordingError(Problem(columns.places[row], what + _more(bad), "", remedy))
+    for key, symbol in (
+        ("stiffness", "|K*|"),
+        ("storage", "K'"),
+        ("loss", "K''"),
+        ("tan_delta", "tan delta"),
+    ):
+        if key not in values:
+            continue
+        bad = values[key] <= 0.0 if key in ("stiffness", "storage") else values[key] < 0.0
+        if bad.any():
+            row = int(np.argmax(bad))
+            what = f"{columns.labels.get(key, symbol)}: {symbol} = {values[key][row]:.4g} is not possible"
+            remedy = "rubber resists and dissipates; delete the row"
+            if key == "storage":
+                remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
+            elif key != "stiffness":
+                remedy += ", or change the sign of the column, if the rig counts the loss negative"
+            raise RecordingError(Problem(columns.places[row], what + _more(bad), "", remedy))
+
+
+def _refuse_contradictions(
+    columns: Columns, values: Mapping[str, Array], storage: Array, loss: Array, pair: Sequence[str]
+) -> None:
+    """Refuse further quantities that do not agree with the pair, naming what would make them agree."""
+    size = np.hypot(storage, loss)
+    if pair == ("stiffness", "storage") or pair == ("stiffness", "loss"):
+        less = values["stiffness"] < (1.0 - _TOLERANCE) * values[pair[1]]
+        if less.any():
+            row = int(np.argmax(less))
+            own, part = values["stiffness"][row], values[pair[1]][row]
+            what = f"|K*| = {own:.5g} is less than its part {columns.labels.get(pair[1])} = {part:.5g}"
+            raise RecordingError(
+                Problem(
+                    columns.places[row],
+                    what + _more(less),
+                    "",
+                    'columns = {...}, or stiffness_is = "storage"',
+                )
+            )
+    given = {
+        "stiffness": (size, size),
+        "storage": (storage, size),
+        "loss": (loss, size),
+        "loss_angle": (np.arctan2(loss, storage), np.ones(len(size))),
+        "tan_delta": (loss / storage, 1.0 + (loss / storage) ** 2),
+    }
+    for key, (own, scale) in given.items():
+        if key in values and key not in pair:
+            _compare(
+                columns,
+                own,
+                values[key],
+                scale,
+                " and ".join(pair),
+                key,
+                _hypotheses(key, values[key], storage, loss),
+            )
+
+
+_EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
+
+
+def _hypotheses(key: str, given: Array, storage: Array, loss: Array) -> dict[str, Array]:
+    """Return what a quantity would be by the others if something is wrong with it or them, by the remedy."""
+    angle, tangent = np.arctan2(loss, storage), loss / storage
+    as_magnitude = np.arcsin(np.minimum(tangent, 1.0))
+    if key == "loss_angle":
+        complement = {
+            '90 degrees minus the loss angle is in the file: loss_angle_is = "complement"': 0.5 * np.pi
+            - angle
+        }
+        exchanged = {_EXCHANGED: 0.5 * np.pi - angle}
+        # Both explain the same numbers: the loss angle of rubber is the smaller one.
+        first = complement if np.median(given) > _IMPLAUSIBLE_ANGLE else exchanged
+        return first | {
+            'the angle is in radians: units = {loss_angle = "rad"}': np.radians(angle),
+            'the angle is in degrees: units = {loss_angle = "deg"}': np.degrees(angle),
+            'the column has tan delta: columns = {tan_delta = ...}, units = {tan_delta = "1"}': np.radians(
+                tangent
+            ),
+            "the column of K' has |K*|: columns = {stiffness = ...}": as_magnitude,
+        }
+    if key == "tan_delta":
+        return {
+            'tan delta is in percent: units = {tan_delta = "percent"}': 100.0 * tangent,
+            _EXCHANGED: 1.0 / np.maximum(tangent, 1e-300),
+            "the column has the angle: columns = {loss_angle = ...}": np.degrees(angle),
+            "the column of K' has |K*|: columns = {stiffness = ...}": np.tan(as_magnitude),
+        }
+    return {"the column of |K*| has K': columns = {storage = ...}": storage} if key == "stiffness" else {}
+
+
+def _compare(
+    columns: Columns,
+    own: Array,
+    given: Array,
+    scale: Array,
+    others: str,
+    key: str,
+    hypotheses: Mapping[str, Array],
+) -> None:
+    bad = np.abs(own - given) > _TOLERANCE * np.abs(scale)
+    if not bad.any():
+        return
+    row = int(np.argmax(bad))
+    shown = [np.degrees(v[row]) if key == "loss_angle" else v[row] for v in (own, given)]
+    said = others.replace("_", " ")
+    what = f"{columns.labels.get(key, key)} is {shown[1]:.4g}, and {said} give {shown[0]:.4g}" + _more(bad)
+    if np.mean(bad) > 0.5:
+        for remedy, one in hypotheses.items():
+            if np.all(np.abs(one - given)[bad] <= 2.0 * _TOLERANCE * np.maximum(np.abs(given), 1e-12)[bad]):
+                raise RecordingError(Problem(columns.places[row], what, "", remedy))
+    remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
+    raise RecordingError(Problem(columns.places[row], what, "", remedy))
+
+
+def _refuse_complement(columns: Columns, storage: Array, loss: Array) -> None:
+    """Ask whether a table whose every loss angle is above 45 degrees has 90 degrees minus the angle."""
+    angle = np.arctan2(loss, storage)
+    if (angle > _IMPLAUSIBLE_ANGLE).all():
+        low, high = np.degrees([angle.min(), angle.max()])
+        what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
+        expected = 'loss_angle_is = "complement" if the file has 90 degrees minus them, "loss" if they were measured so'
+        raise RecordingError(Problem(columns.where, what, "", expected))
+
+
+def _more(bad: NDArray[np.bool_]) -> str:
+    count = int(np.count_nonzero(bad)) - 1
+    return f", and likewise in {count} more row{'s' if count > 1 else ''}" if count else ""

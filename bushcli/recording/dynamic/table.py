@@ -1,0 +1,138 @@
+"""A table of dynamic stiffness in internal units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.source import FaultKind
+
+Array = NDArray[np.float64]
+Quantity = Literal["stiffness", "E", "G"]
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicTable:
+    """Complex stiffness at conditions, one row each, in internal units; nan where a condition is not given.
+
+    Attributes
+    ----------
+    name : str
+        Name of the channel.
+    mode : str
+    quantity : {"stiffness", "E", "G"}
+        Stiffness of a bushing, or modulus of a coupon.
+    frequency : shape (n,)
+        Hz.
+    storage, loss : shape (n,)
+        K' and K'' in N/mm or N mm/rad; E', E'' or G', G'' in MPa.
+    amplitude : shape (n,)
+        Peak, in mm, rad or strain; nan if it is small or unknown.
+    preload : shape (n,)
+        mm, rad or strain.
+    preload_force : shape (n,)
+        N, N mm or MPa.
+    temperature : shape (n,)
+        Degrees C.
+    storage_error, loss_error : shape (n,)
+        Standard errors, in the units of storage and loss; nan where they are not known.
+    third_harmonic : shape (n,)
+        Third harmonic of the force as a share of the first; nan where it was not measured.
+    files : tuple of Path
+    places : tuple of str
+        File and line, or file and times, of each row.
+    remarks : tuple of str
+        How the files were read, and what was understood from them.
+    accept : tuple of FaultKind
+        Kinds of faults that the case file says are none.
+    """
+
+    name: str
+    mode: str
+    quantity: Quantity
+    frequency: Array
+    storage: Array
+    loss: Array
+    amplitude: Array
+    preload: Array
+    preload_force: Array
+    temperature: Array
+    storage_error: Array
+    loss_error: Array
+    third_harmonic: Array
+    files: tuple[Path, ...] = ()
+    places: tuple[str, ...] = field(default=(), repr=False)
+    remarks: tuple[str, ...] = ()
+    accept: tuple[FaultKind, ...] = ()
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.frequency)
+
+    @property
+    def stiffness(self) -> Array:
+        """|K*| (n,), in N/mm, N mm/rad or MPa."""
+        return np.hypot(self.storage, self.loss)
+
+    @property
+    def loss_angle(self) -> Array:
+        """Loss angle (n,), rad."""
+        return np.arctan2(self.loss, self.storage)
+
+    def rows(self, kept: NDArray[np.bool_] | NDArray[np.intp]) -> DynamicTable:
+        """Return a table of some of the rows.
+
+        Parameters
+        ----------
+        kept : (n,) array of bool, or array of int
+            Mask or indices of the rows.
+        """
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        values |= {key: value[kept] for key, value in values.items() if isinstance(value, np.ndarray)}
+        values["places"] = tuple(np.array(self.places, dtype=object)[kept]) if self.places else ()
+        return DynamicTable(**values)
+
+    def conditions(self) -> list[NDArray[np.intp]]:
+        """Return the rows of each curve: those of equal amplitude, preload and temperature, or of equal frequency.
+
+        A frequency sweep is a curve over frequency at one amplitude, an amplitude sweep one over amplitude at one
+        frequency; the rows of either are in the order of the file.
+        """
+        over = "frequency" if self.over_frequency else "amplitude"
+        kept = [
+            key
+            for key in ("frequency", "amplitude", "preload", "preload_force", "temperature")
+            if key != over
+        ]
+        keys = np.column_stack([_level(key, getattr(self, key)) for key in kept])
+        _, number = np.unique(keys, axis=0, return_inverse=True)
+        number = number.ravel()
+        first = sorted(range(number.max() + 1), key=lambda k: int(np.argmax(number == k)))
+        return [np.flatnonzero(number == k) for k in first]
+
+    @property
+    def over_frequency(self) -> bool:
+        """Whether the table has at least as many frequencies as amplitudes, so that its curves are over frequency."""
+        return len(np.unique(_level("frequency", self.frequency))) >= len(
+            np.unique(_level("amplitude", self.amplitude))
+        )
+
+
+#: Values of a condition that differ by less are the same: the share of a frequency, an amplitude or a preload; kelvins,
+#: because temperatures scatter by some tenths of a degree within one step of a climatic chamber (judgement).
+_SHARE, _KELVINS = 0.03, 1.5
+
+
+def _level(key: str, values: Array) -> Array:
+    """Return the number (n,) of the level that each value belongs to: sorted values closer together than a step."""
+    unknown = np.isnan(values)
+    order = np.argsort(values[~unknown], kind="stable")
+    known = values[~unknown][order]
+    wide = np.diff(known) > (_KELVINS if key == "temperature" else _SHARE * np.abs(known[1:]))
+    level = np.full(len(values), -1.0)
+    level[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
+    return level

@@ -1,0 +1,145 @@
+"""Map of the places in the rubber where a change of stiffness would help: a section, or the outside of a cut solid."""
+
+from __future__ import annotations
+
+from textwrap import fill
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bushcli.mismatch.maps import LocalMap
+from bushcli.report.drawing.looks import DIVERGING, GREY, INK
+from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.projection import cut, cut_view, shade
+from bushcli.report.plots.places import numbering
+
+Array = NDArray[np.float64]
+
+# Purple where the rubber would have to be stiffer, because the model is too soft there, orange where softer.
+_COLOURS = DIVERGING.reversed()
+# Share of the colour that remains where no place is significant: the map then shows noise.
+_FADED = 0.25
+# The colour scale covers all but this share of the rubber.
+_BEYOND = 0.01
+# Least end of the colour scale, a change of stiffness; a smaller one would show noise in full colours.
+_LEAST = 0.02
+# Characters in a line of the title.
+_LINE = 50
+_LONGEST = 4.6  # inches of the drawing's longer side
+# Corners of a face in order around it, among those of a cell: of a simplex, in tensor-product and in ring numbering.
+_SECTION = {"simplex": ((0, 1, 2),), "tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
+_SOLID = {
+    "simplex": ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
+    "tensor": ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)),
+    "ring": ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (3, 2, 6, 7), (0, 3, 7, 4), (1, 2, 6, 5)),
+}
+# Tetrahedra of which a cell consists: six around a diagonal of a hexahedron.
+_RING = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
+_FROM_RING = (0, 1, 3, 2, 4, 5, 7, 6)
+_TETRAHEDRA = {
+    "simplex": ((0, 1, 2, 3),),
+    "ring": _RING,
+    "tensor": tuple(tuple(_FROM_RING[i] for i in one) for one in _RING),
+}
+
+
+def map_title(found: LocalMap) -> str:
+    """Return the title of the picture."""
+    helps = (
+        "a local change helps" if found.helps_locally else "a local change helps no more than a uniform one"
+    )
+    return f"{found.name}: {helps}"
+
+
+def map_figure(found: LocalMap) -> Figure:
+    """Draw the map in colours that are symmetric about zero change."""
+    flat = found.points.shape[1] == 2
+    polygons, values, order = _section(found) if flat else _solid(found)
+    top = float(np.quantile(np.abs(found.factor), 1.0 - _BEYOND)) if len(found.factor) else 0.0
+    norm = Normalize(-100.0 * max(top, _LEAST), 100.0 * max(top, _LEAST))
+    mappable = ScalarMappable(norm, _COLOURS)
+    colours = np.array(mappable.to_rgba(100.0 * values))
+    if not found.helps_locally:
+        colours[:, :3] = 1.0 - _FADED * (1.0 - colours[:, :3])
+    colours[:, :3] *= order[:, None]
+    low, high = polygons.reshape(-1, 2).min(axis=0), polygons.reshape(-1, 2).max(axis=0)
+    margin = 0.04 * float((high - low).max())
+    size = (high - low) * _LONGEST / float((high - low).max())
+    with style():
+        figure = new_figure(max(size[0] + 1.7, 4.6), size[1] + 1.1)
+        axes = figure.add_subplot()
+        # The edges of a cut body are those of its cut, not of the cells.
+        edges = [(0.25, 0.25, 0.25, 0.18)] * len(polygons) if flat else list(colours)
+        axes.add_collection(
+            PolyCollection(
+                list(polygons),
+                facecolors=list(colours),
+                edgecolors=edges,
+                linewidths=0.3,
+                rasterized=not flat,
+            )
+        )
+        axes.set_aspect("equal")
+        axes.set_xlim(low[0] - margin, high[0] + margin)
+        axes.set_ylim(low[1] - margin, high[1] + margin)
+        bar = figure.colorbar(mappable, ax=axes, shrink=0.8, pad=0.03)
+        bar.set_label("change of stiffness that helps: softer (-), stiffer (+) [%]", fontsize=9)
+        if not found.helps_locally:
+            bar.solids.set_alpha(_FADED)  # type: ignore[union-attr]  # drawn for a mappable
+        # Nothing is softer by more than 100 %.
+        bar.ax.set_ylim(max(-100.0, float(norm.vmin or 0.0)), norm.vmax)
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        axes.grid(False)
+        if flat:
+            axes.axvline(0.0, color=GREY[0], lw=0.9, ls=(0, (10, 3, 2, 3)))
+            axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
+        else:
+            axes.set_axis_off()
+            length = float(np.ptp(found.points[:, 2]))
+            axes.annotate(
+                f"axis z upwards; {length:.3g} mm high",
+                (0.0, 0.0),
+                xycoords="axes fraction",
+                fontsize=8.5,
+                color=GREY[0],
+            )
+        axes.set_title(literal(fill(map_title(found), _LINE)), fontsize=10.5, color=INK[0])
+        return figure
+
+
+def _section(found: LocalMap) -> tuple[Array, Array, Array]:
+    """Return the faces of the half-plane and of its mirror image."""
+    (corners,) = _SECTION[numbering(found)]
+    faces = found.points[found.cells[:, corners]]
+    mirrored = faces * np.array([-1.0, 1.0])
+    values = np.concatenate([found.factor, found.factor])
+    return np.concatenate([faces, mirrored]), values, np.ones(len(values))
+
+
+def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
+    """Return the outer faces of the solid, distant ones first; a whole body is cut open in a plane beside y = 0."""
+    kind = numbering(found)
+    corners = np.array(_SOLID[kind])
+    faces = found.cells[:, corners].reshape(-1, corners.shape[1])
+    owner = np.repeat(np.arange(len(found.cells)), len(corners))
+    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    outside = first[count == 1]
+    shapes, values = found.points[faces[outside][:, [0, 1, 2, -1]]], found.factor[owner[outside]]
+    reach = float(np.abs(found.points[:, 1]).max())
+    if found.points[:, 1].min() < -0.1 * reach and found.points[:, 1].max() > 0.1 * reach:
+        # Nodes lie in y = 0: a plane through them would cut no cell.
+        y, level = np.eye(3)[1], 1.234e-4 * reach
+        triangles = np.concatenate([shapes[:, [0, 1, 2]], shapes[:, [0, 2, 3]]])
+        kept, of = cut(triangles, y, level, above=True)
+        cells = np.array(_TETRAHEDRA[kind])
+        met, of_cell = cut(found.points[found.cells[:, cells].reshape(-1, 4)], y, level, above=False)
+        shapes = np.concatenate([kept[:, [0, 1, 2, 2]], met])
+        values = np.concatenate([np.tile(values, 2)[of], np.repeat(found.factor, len(cells))[of_cell]])
+    view = cut_view(shapes)
+    order = np.argsort(view.depth(shapes.mean(axis=1)))
+    bright = shade(shapes, view)[order]
+    return view.project(shapes)[order], values[order], bright

@@ -1,0 +1,202 @@
+"""Interpretation of a CAD file or a section, with areas and volumes."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from bushcli.report.drawing.looks import GREY, INK, METAL
+from bushcli.report.drawing.picture import literal, new_figure, style
+from bushcli.report.drawing.projection import cut
+from geometry.view import View
+
+Array = NDArray[np.float64]
+
+# From the Okabe-Ito palette, safe for colour-blind eyes.
+_COLOURS = {
+    "inner": "#0072B2",
+    "outer": "#D55E00",
+    "free": "#c9c9c9",
+    "rubber": "#8fb3c9",
+    "inner_sleeve": "#5b4a8a",
+    "outer_sleeve": "#E69F00",
+    "not closed": "#CC79A7",
+}
+_OTHERS = ("#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#F0E442")
+_PLATES = ("#009E73", "#F0E442", "#CC79A7", METAL)
+# Rows of pixels in a section through an assembly.
+_ROWS = 700
+_LIGHT = np.array([0.3, 0.5, 0.8])
+_AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
+
+
+def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Figure:
+    """Draw a geometry with its faces coloured by their interpretation.
+
+    Parameters
+    ----------
+    view
+        Triangles with names.
+    title
+        Title above the picture.
+    measures
+        Volumes (mm^3) and areas (mm^2) by name, bonds as "inner_bond".
+    """
+    with style():
+        figure = new_figure(6.4 if view.flat else 8.6, 5.2)
+        if view.flat:
+            _section(figure.add_subplot(), view)
+        else:
+            sides = figure.subplots(1, 2)
+            _solid(sides[0], view, opened=False)
+            sides[0].set_title("outside", fontsize=10)
+            if view.assembled:
+                _cut(sides[1], view)
+                sides[1].set_title("cut in the plane of x and z", fontsize=10)
+            else:
+                _solid(sides[1], view, opened=True)
+                sides[1].set_title("without the quarter in front", fontsize=10)
+        figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
+        handles = [
+            Patch(
+                facecolor=_colour(name, view), edgecolor=GREY[0], label=literal(_label(name, measures, view))
+            )
+            for name in dict.fromkeys(view.names)
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+        return figure
+
+
+def _label(name: str, measures: Mapping[str, float], view: View) -> str:
+    if name in view.captions:
+        return view.captions[name]
+    if name == "free" and "rubber" in measures and "rubber" not in view.names:
+        return f"free surface; the rubber has {measures['rubber']:.5g} mm³"
+    volume = measures.get(name) if name in view.names and f"{name}_bond" not in measures else None
+    area = measures.get(f"{name}_bond")
+    if area is not None:
+        return f"{name} bond, {area:.5g} mm²"
+    if volume is None:
+        return "free surface" if name == "free" else name
+    return f"{name}, {volume:.5g} {'mm²' if name == 'free' else 'mm³'}"
+
+
+def _colour(name: str, view: View) -> str:
+    """Return the colour for the interpretation of a face; each solid that was not identified has its own colour."""
+    if name[:1].isdigit():
+        return _OTHERS[view.names.index(name) % len(_OTHERS)]
+    if name in _COLOURS:
+        return _COLOURS[name]
+    plates = [other for other in dict.fromkeys(view.names) if other not in _COLOURS]
+    return _PLATES[plates.index(name) % len(_PLATES)]
+
+
+def _section(axes: Axes, view: View) -> None:
+    fill = [_colour(view.names[i], view) for i in view.label]
+    axes.add_collection(
+        PolyCollection(
+            list(view.triangles[:, :, [0, 2]]),
+            facecolors=fill,
+            edgecolors=fill,
+            linewidths=0.3,
+            rasterized=True,
+        )
+    )
+    ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
+    width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
+    axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
+    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_xlabel("r, mm")
+    axes.set_ylabel("z from the centre, mm")
+
+
+def _cut(axes: Axes, view: View) -> None:
+    """Fill the bodies of an assembly where the plane of x and z cuts them, and draw the bonds as lines."""
+    size = float(np.abs(view.solids).max())
+    # Nodes lie in a plane of symmetry: the section is taken beside it.
+    level = 1.234e-4 * size
+    low, high = view.solids.min(axis=(0, 1)), view.solids.max(axis=(0, 1))
+    columns = max(2, round(_ROWS * (high[0] - low[0]) / (high[2] - low[2])))
+    x, z = (low[i] + (np.arange(n) + 0.5) / n * (high[i] - low[i]) for i, n in ((0, columns), (2, _ROWS)))
+    image = np.ones((_ROWS, columns, 4))
+    image[..., 3] = 0.0
+    for number in np.unique(view.solid_label):
+        lines = _crossed(view.solids[view.solid_label == number], level)
+        start, end = lines[:, 0], lines[:, 1]
+        for row, height in enumerate(z):
+            met = (start[:, 1] > height) != (end[:, 1] > height)
+            a, b = start[met], end[met]
+            at = np.sort(a[:, 0] + (height - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1]))
+            image[row, np.searchsorted(at, x) % 2 == 1] = (*to_rgb(_colour(view.names[number], view)), 1.0)
+    extent = (low[0], high[0], low[2], high[2])
+    axes.imshow(image, origin="lower", extent=extent, interpolation="nearest")
+    axes.grid(visible=False)
+    axes.margins(0.03)
+    axes.autoscale()
+    for name in ("inner", "outer"):
+        if name in view.names:
+            bond = view.triangles[view.label == view.names.index(name)]
+            ink = _colour(name, view)
+            axes.add_collection(LineCollection(list(_crossed(bond, level)), colors=ink, linewidths=3.5))
+    axes.axvline(0.0, color=GREY[0], linestyle="-.", linewidth=0.8)
+    axes.set_xlabel("x, mm")
+    axes.set_ylabel("z, mm")
+
+
+def _crossed(triangles: Array, level: float) -> Array:
+    """Return where triangles cross the plane of this y: ends (x, z) of lines, mm, shape (k, 2, 2)."""
+    return cut(triangles, np.eye(3)[1], level, above=False)[0][..., [0, 2]]
+
+
+def _solid(axes: Axes, view: View, opened: bool) -> None:
+    toward = np.array(
+        [
+            np.cos(_ELEVATION) * np.cos(_AZIMUTH),
+            np.cos(_ELEVATION) * np.sin(_AZIMUTH),
+            np.sin(_ELEVATION),
+        ]
+    )
+    right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
+    up = np.cross(toward, right)
+    triangles, label = view.triangles, view.label
+    if opened:
+        x, y = np.eye(3)[:2]
+        front, of_front = cut(triangles, x, above=True)
+        behind, of_behind = cut(front, y, above=True)
+        left, of_left = cut(triangles, -x, above=True)
+        triangles = np.concatenate([left, behind])
+        label = label[np.concatenate([of_left, of_front[of_behind]])]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    # Where the part is open both sides of a face are visible: the side towards the eye is lit.
+    facing = normals * np.sign(normals @ toward)[:, None]
+    shade = 0.55 + 0.45 * np.clip(facing @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+    colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
+    fill = colours[label] * shade[:, None]
+    order = np.argsort(triangles.mean(axis=1) @ toward)
+    flat = np.stack([triangles @ right, triangles @ up], axis=-1)
+    axes.add_collection(
+        PolyCollection(
+            list(flat[order]), facecolors=fill[order], edgecolors=fill[order], linewidths=0.3, rasterized=True
+        )
+    )
+    extent = float(np.abs(view.triangles).max(initial=1.0))
+    for vector, name in ((np.eye(3)[0], "x"), (np.eye(3)[1], "y"), (np.eye(3)[2], "z")):
+        start = np.array([-0.9 * extent, -0.95 * extent])
+        end = start + 0.22 * extent * np.array([vector @ right, vector @ up])
+        axes.annotate(
+            name, xy=tuple(start), xytext=tuple(end), fontsize=8, arrowprops={"arrowstyle": "<-", "lw": 0.8}
+        )
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()

@@ -1,0 +1,255 @@
+"""The style of pictures, plots drawn with Matplotlib, and saving figures as PNG and SVG.
+
+Figures are made with Matplotlib's objects only: no window, no global state that another caller could disturb.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import textwrap
+import warnings
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
+
+from bushcli.report.document import Panels, Picture, Plot, Series
+from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
+from bushcli.report.drawing.prepared import prepared, shade
+from bushcli.report.drawing.zoom import tick, ticks
+
+_DPI = 160
+# Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.
+_PER_INCH = 118.0
+_STYLE: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 12,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 10,
+    "axes.labelsize": 10.5,
+    "axes.edgecolor": GREY[0],
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#d5d9de",
+    "grid.linewidth": 0.5,
+    "xtick.color": GREY[0],
+    "ytick.color": GREY[0],
+    "xtick.labelcolor": INK[0],
+    "ytick.labelcolor": INK[0],
+    "text.color": INK[0],
+    "axes.labelcolor": INK[0],
+    "lines.solid_capstyle": "round",
+    # The same input gives the same file, byte for byte.
+    "svg.hashsalt": "bushcli",
+}
+
+
+def style() -> AbstractContextManager[None]:
+    """Return a context in which Matplotlib draws in the style of bushcli."""
+    return mpl.rc_context(dict(_STYLE))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure; width and height in inches, the unit of Matplotlib."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def literal(text: str) -> str:
+    """Return text that is drawn literally: a dollar sign in a user's title does not start a formula."""
+    return text.replace("$", r"\$")
+
+
+def wrapped(text: str, width: float, size: float) -> str:
+    """Return text in lines that fit into this width in inches in a font of this size in points."""
+    return literal("\n".join(textwrap.wrap(text, max(20, int(width * 72 / (0.62 * size))))))
+
+
+def plotted(panels: Panels) -> Picture:
+    """Draw plots that belong together as one picture, row by row."""
+    panels = replace(panels, rows=[[prepared(plot) for plot in row] for row in panels.rows])
+    wide = max(sum(plot.width for plot in row) for row in panels.rows) / _PER_INCH
+    high = [max(plot.height for plot in row) / _PER_INCH for row in panels.rows]
+    with style():
+        figure = new_figure(max(wide, 4.6), sum(high) + 0.35 * len(high) + 0.4)
+        # All axes in one grid, which aligns them.
+        across = math.lcm(*(len(row) for row in panels.rows))
+        grid = figure.add_gridspec(len(high), across, height_ratios=high)
+        axes = []
+        for i, row in enumerate(panels.rows):
+            for j, plot in enumerate(row):
+                step = across // len(row)
+                axes.append(figure.add_subplot(grid[i, j * step : (j + 1) * step]))
+                draw(axes[-1], plot)
+        if scale := panels.rows[0][0].scale:
+            bar = figure.colorbar(
+                ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
+            )
+            bar.set_label(literal(scale[1]), fontsize=9)
+            bar.outline.set_visible(False)  # type: ignore[operator]
+        figure.suptitle(
+            wrapped(panels.title, figure.get_figwidth(), 12),
+            fontsize=12,
+            fontweight="bold",
+            x=0.01,
+            ha="left",
+        )
+        if panels.note:
+            note = wrapped(panels.note, figure.get_figwidth(), 8.5)
+            figure.supxlabel(note, fontsize=8.5, color=GREY[0], x=0.01, ha="left")
+    return picture(panels.name, panels.kind, panels.title, figure, panels.channel, panels)
+
+
+def draw(axes: Axes, plot: Plot) -> None:
+    """Draw a prepared plot into axes."""
+    assert plot.x is not None
+    assert plot.y is not None
+    handles: dict[str, Any] = {}
+    axes.set(xlim=plot.x, ylim=plot.y, xlabel=literal(plot.x_label), ylabel=literal(plot.y_label))
+    _axis(axes, plot, "x")
+    _axis(axes, plot, "y")
+    for band in plot.bands:
+        look, level = LOOKS[band.key], 0.1 + 0.9 * (band.x[0] == band.x[1] or band.y[0] == band.y[1])
+        for ends, line, span in ((band.x, axes.axvline, axes.axvspan), (band.y, axes.axhline, axes.axhspan)):
+            if math.isnan(ends[0]) and math.isnan(ends[1]):
+                continue
+            if ends[0] == ends[1]:
+                drawn: Any = line(
+                    ends[0], color=look.colours[0], lw=look.width, ls=_dash(band.key), zorder=level
+                )
+            else:
+                low, high = (
+                    limit if math.isnan(end) else end
+                    for end, limit in zip(ends, axes.get_xlim(), strict=True)
+                )
+                drawn = span(low, high, color=look.colours[0], alpha=look.opacity, lw=0, zorder=level)
+            handles.setdefault(band.label, drawn)
+    for region in plot.regions:
+        key, opacity = (
+            shade(region, plot) if region.value is not None else (region.key, LOOKS[region.key].opacity)
+        )
+        fill = to_rgba(LOOKS[key].colours[0], opacity)
+        if region.outlines:
+            outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))
+            edge = "#d5d9de" if region.value is not None else "none"
+            axes.add_patch(PathPatch(outline, fc=fill, ec=edge, lw=0.6, zorder=1.2))
+        if region.number and region.at is not None:
+            badge = {"boxstyle": "circle,pad=0.22", "fc": LOOKS[key].colours[0], "ec": "white"}
+            axes.annotate(
+                str(region.number), region.at[0], ha="center", va="center", fontsize=8.5, fontweight="bold",
+                color="white", zorder=5, bbox=badge,
+            )  # fmt: skip
+        else:
+            handles.setdefault(region.label, Patch(color=fill))
+    for i, one in enumerate(plot.series):
+        handles.setdefault(one.label, _series(axes, one, 2 + 0.1 * i))
+    for note in plot.notes:
+        side = {"left": ("right", -5), "right": ("left", 5), "middle": ("center", 0)}[note.place]
+        axes.annotate(
+            literal(note.text), note.at, (side[1], 0), textcoords="offset points", ha=side[0], va="center",
+            fontsize=9, zorder=4,
+        )  # fmt: skip
+    handles.pop("", None)
+    _head(axes, plot, handles)
+
+
+def _series(axes: Axes, one: Series, level: float) -> Line2D:
+    look = LOOKS[one.key]
+    marks = {"line": "", "dots": "o", "both": "o", "crosses": "x"}[one.mark]
+    (drawn,) = axes.plot(
+        one.x,
+        one.y,
+        color=look.colours[0],
+        lw=look.width,
+        ls=_dash(one.key) if one.mark in ("line", "both") else "none",
+        marker=marks,
+        ms=max(3.0, 1.6 * look.width) if one.mark != "crosses" else 5.5,
+        zorder=level,
+    )
+    if one.error is not None and one.error.any():
+        axes.errorbar(
+            one.x,
+            one.y,
+            one.error,
+            fmt="none",
+            ecolor=GREY[0],
+            elinewidth=1.1,
+            capsize=2.5,
+            zorder=level + 0.05,
+        )
+    return drawn
+
+
+def _dash(key: str) -> Any:
+    look = LOOKS[key]
+    return (0, tuple(v / look.width for v in look.dash)) if look.dash else "-"
+
+
+def _axis(axes: Axes, plot: Plot, name: str) -> None:
+    """Put the numbers or names of the page at an axis."""
+    axis = axes.xaxis if name == "x" else axes.yaxis
+    names = plot.x_names if name == "x" else plot.y_names
+    if names:
+        axis.set_major_locator(FixedLocator([at for at, _ in names]))
+        axis.set_major_formatter(FixedFormatter([literal(text) for _, text in names]))
+        axes.grid(visible=False, axis=name)  # type: ignore[arg-type]  # "x" or "y"
+        axes.tick_params(axis=name, length=0)  # type: ignore[arg-type]
+        return
+    limits = axes.get_xlim() if name == "x" else axes.get_ylim()
+    if plot.log == name:
+        (axes.set_xscale if name == "x" else axes.set_yscale)("log")
+        axis.set_minor_locator(NullLocator())
+    most = plot.width / 75 if name == "x" else (plot.height - 58) / 45
+    axis.set_major_locator(FixedLocator(ticks(*limits, max(3, round(most)), plot.log == name)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
+
+
+def _head(axes: Axes, plot: Plot, handles: Mapping[str, Any]) -> None:
+    """Put heading and legend above the plot, where they hide no curve."""
+    width = plot.width / _PER_INCH
+    longest = max(map(len, handles), default=1)
+    columns = max(1, min(len(handles), int(13.0 * (width - 0.6) / (longest + 5))))
+    if handles:
+        axes.legend(
+            handles.values(), [literal(label) for label in handles], loc="lower left", bbox_to_anchor=(0.0, 1.0),
+            ncols=columns, frameon=False, fontsize=9, borderaxespad=0.1, borderpad=0.1, handlelength=1.6,
+            columnspacing=1.2, labelspacing=0.3,
+        )  # fmt: skip
+    if plot.heading:
+        heading = wrapped(plot.heading, width - 0.6, 9.5)
+        axes.set_title(heading, fontsize=9.5, fontweight="normal", pad=5 + 14.5 * -(-len(handles) // columns))
+
+
+def picture(
+    name: str, kind: str, title: str, figure: Figure, channel: str = "", panels: Panels | None = None
+) -> Picture:
+    """Save a figure as PNG and SVG in memory; its layout is fixed afterwards. The words are those of `Panels`."""
+    files: dict[str, bytes] = {}
+    with style(), warnings.catch_warnings():
+        # A character that the font lacks is drawn as a box; the user need not be warned.
+        warnings.filterwarnings("ignore", message=r"Glyph .* missing from font")
+        for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=form, dpi=_DPI, facecolor="white", metadata=metadata)
+            files[form] = buffer.getvalue()
+            # The layout is made only once, because it takes as long as drawing.
+            figure.set_layout_engine("none")
+    return Picture(name, kind, title, channel, files["png"], files["svg"], panels)

@@ -1,0 +1,245 @@
+"""A plot made ready to be drawn: curves thinned, limits found, numbers moved apart; the same for both drawings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.report.document import Plot, Region, Series
+
+Array = NDArray[np.floating[Any]]
+
+# Points of a curve up to which it is drawn as it is: 5,000 take 40 kB of a page, and are more than the eye resolves.
+MOST = 5000
+# Points of all outlines of one plot.
+_MOST_OUTLINED = 20000
+# Columns into which the width is divided to thin a curve, the finest first; the pane is some 800 pixels wide.
+_COLUMNS = (1600, 800, 400, 200, 100, 50)
+# Distance of two numbers, in the units of the pane: their circles have a radius of 9.
+_APART = 20.0
+# Opacity of the largest value of a scale: a number on it can still be read.
+DEEPEST = 0.75
+# Free share at the edges where no limits are given.
+_MARGIN = 0.04
+
+
+def prepared(plot: Plot) -> Plot:
+    """Return the plot with limits, thinned curves and outlines, and one place for each number."""
+    if plot.is_prepared:
+        return plot
+    plot = replace(plot, series=[_thinned(one) for one in plot.series], regions=_outlined(plot.regions))
+    plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
+    return replace(plot, regions=_placed(plot), is_prepared=True)
+
+
+def pane(plot: Plot) -> tuple[float, float, float, float]:
+    """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
+    longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
+    left = min(max(62.0 if plot.y_label else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
+    left += 16 if plot.y_label else 0
+    lines = max((name.count("\n") for _, name in plot.x_names), default=0)
+    bottom = (46.0 if plot.x_label else 26.0) + 16 * lines
+    return left, 12.0, plot.width - left - 12.0, plot.height - 12.0 - bottom
+
+
+def shade(region: Region, plot: Plot) -> tuple[str, float]:
+    """Return the role of a region that shows a value, and its opacity: the larger the value, the deeper the colour."""
+    assert region.value is not None
+    assert plot.scale is not None
+    return "stiff" if region.value > 0 else "soft", DEEPEST * min(abs(region.value) / plot.scale[0], 1.0)
+
+
+def position(plot: Plot, x: Array | float, y: Array | float) -> tuple[Array, Array]:
+    """Return where points are in the pane, from its upper left corner."""
+    _, _, width, height = pane(plot)
+    assert plot.x is not None
+    assert plot.y is not None
+    ends = []
+    for values, limits, name in ((x, plot.x, "x"), (y, plot.y, "y")):
+        scale = np.log10 if plot.log == name else np.asarray
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low, high, at = scale(limits[0]), scale(limits[1]), scale(np.asarray(values, dtype=float))
+        ends.append((at - low) / (high - low))
+    return width * ends[0], height * (1.0 - ends[1])
+
+
+def _limits(plot: Plot, axis: int) -> tuple[float, float]:
+    """Return limits around everything that is drawn."""
+    values: list[Array] = []
+    for one in plot.series:
+        at = one.x if axis == 0 else one.y
+        values += [at] if one.error is None or axis == 0 else [at - one.error, at + one.error]
+    values += [outline[:, axis] for region in plot.regions for outline in region.outlines]
+    values += [np.array(band.x if axis == 0 else band.y) for band in plot.bands]
+    values += [np.array([note.at[axis]]) for note in plot.notes]
+    every = np.concatenate([np.empty(0), *map(np.ravel, values)])
+    every = every[np.isfinite(every)]
+    if plot.log == "xy"[axis]:
+        every = every[every > 0]
+        if not len(every):
+            return 0.1, 10.0
+        factor = max(float(every.max() / every.min()), 1.5) ** _MARGIN
+        return float(every.min()) / factor, float(every.max()) * factor
+    if not len(every):
+        return 0.0, 1.0
+    low, high = float(every.min()), float(every.max())
+    # Values that differ by rounding only are drawn as equal.
+    margin = (
+        _MARGIN * (high - low) if high - low > 1e-9 * max(abs(low), abs(high)) else 0.05 * abs(low) or 1.0
+    )
+    return low - margin, high + margin
+
+
+# -- curves ------------------------------------------------------------------------------------------------------------
+
+
+def _thinned(series: Series) -> Series:
+    if len(series.x) <= MOST or series.error is not None:
+        return series
+    x, y = thinned(series.x, series.y, MOST, series.mark != "line")
+    return replace(series, x=x, y=y)
+
+
+def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:
+    """Return at most about this many points that look like the curve; the envelope is kept exactly.
+
+    Of consecutive samples in one column of pixels the first, the last, the lowest and the highest remain (Jugel et al.,
+    M4, https://doi.org/10.14778/2732951.2732953). Passes of a loop over pixels that were drawn before are left
+    out, but for the lowest and the highest point of each column.
+
+    Parameters
+    ----------
+    x, y : (n,) arrays
+        In any units; NaN interrupts the curve.
+    most : int
+        Number of points.
+    dots : bool
+        Whether the points are not joined by lines.
+    """
+    points = np.stack([x, y], axis=1)
+    good = np.isfinite(points).all(axis=1)
+    if not good.any():
+        return x[:1], y[:1]
+    share = (points - points[good].min(axis=0)) / _size(points[good])
+    at: NDArray[np.intp] = np.arange(len(x))
+    for columns in _COLUMNS:
+        column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
+        if not dots:
+            # The extremes of a column are among those of its halves.
+            at = at[_extremes(column[at], y[at])]
+        drawn: NDArray[np.intp] = at
+        if len(at) > most:
+            new = np.zeros(len(at), dtype=bool)
+            new[_envelope(column[at], y[at])] = True
+            cell = column[at].astype(np.int64) * columns + row[at]
+            if dots:
+                new[np.unique(cell, return_index=True)[1]] = True
+                drawn = at[new & good[at]]
+            else:
+                drawn = _new_segments(at, cell, new, good[at], columns)
+        if len(drawn) <= most:
+            break
+    gap = drawn < 0
+    return np.where(gap, np.nan, x[drawn]), np.where(gap, np.nan, y[drawn])
+
+
+def _size(points: Array) -> Array:
+    """Return the extent of points (n, 2) along both axes, 1 where they have none."""
+    size = np.ptp(points, axis=0)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _extremes(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
+    """Return first, lowest, highest and last sample of each run of samples in one column, in their order."""
+    start = np.flatnonzero(np.diff(column, prepend=np.int16(-2)))
+    run = np.repeat(np.arange(len(start)), np.diff(np.append(start, len(y))))
+    kept = np.zeros(len(y), dtype=bool)
+    kept[start], kept[np.append(start[1:], len(y)) - 1] = True, True
+    for extreme in (np.fmin, np.fmax):
+        first = np.flatnonzero(y == extreme.reduceat(y, start)[run])
+        kept[first[np.diff(run[first], prepend=-1) > 0]] = True
+    return np.flatnonzero(kept)
+
+
+def _envelope(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
+    """Return the lowest and the highest sample of each column."""
+    order = np.argsort(column, kind="stable")
+    return np.asarray(order[_extremes(column[order], y[order])])
+
+
+def _new_segments(
+    at: NDArray[np.intp],
+    cell: NDArray[np.int64],
+    outer: NDArray[np.bool_],
+    good: NDArray[np.bool_],
+    columns: int,
+) -> NDArray[np.intp]:
+    """Return the samples without segments that join cells that were joined before; -1 interrupts the curve."""
+    low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
+    new = outer[:-1] | outer[1:]
+    new[np.unique(low * columns**2 + high, return_index=True)[1]] = True
+    new &= good[:-1] & good[1:]
+    used = np.append(new, False) | np.append(False, new)
+    begins = np.flatnonzero(used & ~np.append(False, new))
+    return np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
+
+
+# -- areas and their numbers -------------------------------------------------------------------------------------------
+
+
+def _outlined(regions: Sequence[Region]) -> Sequence[Region]:
+    """Return the regions with outlines of fewer points; pieces that lie in cells drawn before are left out."""
+    outlines = [outline for region in regions for outline in region.outlines]
+    if sum(map(len, outlines)) <= _MOST_OUTLINED:
+        return regions
+    every = np.concatenate(outlines)
+    low, size = every.min(axis=0), _size(every)
+    for columns in _COLUMNS[2:]:
+        made = []
+        for region in regions:
+            points = np.concatenate([np.empty((0, 2)), *region.outlines])
+            cell = ((points - low) / size * (columns - 1e-6)).astype(np.int16)
+            new = np.zeros(len(points), dtype=bool)
+            new[np.unique(cell[:, 0].astype(np.int64) * columns + cell[:, 1], return_index=True)[1]] = True
+            ends = np.cumsum([0, *map(len, region.outlines)])
+            pieces = [slice(a, b) for a, b in pairwise(ends) if new[a:b].any()]
+            kept = [points[piece][_extremes(cell[piece, 0], points[piece, 1])] for piece in pieces]
+            made.append(replace(region, outlines=kept))
+        if sum(len(outline) for region in made for outline in region.outlines) <= _MOST_OUTLINED:
+            break
+    return made
+
+
+def _placed(plot: Plot) -> list[Region]:
+    """Return the regions with one place for each number, far enough from the numbers before it."""
+    _, _, width, height = pane(plot)
+    taken: list[Array] = []
+    made = []
+    for region in plot.regions:
+        if not region.number or region.at is None:
+            made.append(region)
+            continue
+        places = np.stack(position(plot, region.at[:, 0], region.at[:, 1]), axis=1)
+        places = np.clip(places, 10.0, [width - 10.0, height - 10.0])
+        angle = np.arange(0.0, 2 * np.pi, np.pi / 8)
+        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        around = [places[:1] + _APART * ring * circle for ring in (0.6, 1.1, 1.7, 2.4, 3.2)]
+        places = np.concatenate([places, *around])
+        inside = ((places >= 9.0) & (places <= [width - 9.0, height - 9.0])).all(axis=1)
+        free = inside & np.all([np.hypot(*(places - one).T) >= _APART for one in taken], axis=0)
+        x, y = places[int(np.argmax(free))]
+        taken.append(np.array([x, y]))
+        assert plot.x is not None
+        assert plot.y is not None
+        # Numbers are used on linear axes only.
+        at = (
+            plot.x[0] + x / width * (plot.x[1] - plot.x[0]),
+            plot.y[1] - y / height * (plot.y[1] - plot.y[0]),
+        )
+        made.append(replace(region, at=np.array([at])))
+    return made

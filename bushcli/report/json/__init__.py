@@ -1,0 +1,1 @@
+"""Results -> JSON-ready data, on which scripts rely; one file per result."""

@@ -1,0 +1,129 @@
+"""Entries that every result has, and JSON's own types: nan becomes null, infinity "inf"."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import math
+import platform
+import sys
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bushcli import __version__
+from bushcli.case import resolved
+
+if TYPE_CHECKING:
+    from bushcli.case import Case, Material
+    from bushcli.faults import DataFault
+    from bushcli.runtime.condition import Condition
+
+# Program -> its Python package, and the distribution that declares its version.
+_PROGRAMS = {
+    "dolfinx": ("dolfinx", "fenics-dolfinx"),
+    "gmsh": ("gmsh", "gmsh"),
+    "numpy": ("numpy", "numpy"),
+    "scipy": ("scipy", "scipy"),
+}
+
+
+def head(
+    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return the entries that every result has.
+
+    Parameters
+    ----------
+    command : str
+        Name of the command: "direct", "inverse".
+    case : Case
+        The validated case.
+    problems : iterable of Condition
+        Conditions of the result.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    return {
+        "command": command,
+        "case": resolved(case),
+        "versions": versions(),
+        "timings_s": dict(timings),
+        "problems": [part(problem, "name message remedy") for problem in problems],
+    }
+
+
+def part(value: object, names: str) -> dict[str, Any]:
+    """Return attributes that have the same names in JSON.
+
+    Parameters
+    ----------
+    value : object
+    names : str
+        Separated by spaces, in the order of the JSON.
+    """
+    return {name: getattr(value, name) for name in names.split()}
+
+
+def versions() -> dict[str, str]:
+    """Return program -> version: bushcli, python, dolfinx, gmsh, numpy, scipy, petsc.
+
+    The programs are not loaded where avoidable: `bushcli check` needs no finite elements, which take half a second to
+    load.
+    """
+    found = {"bushcli": __version__, "python": platform.python_version()}
+    for name, (module, distribution) in _PROGRAMS.items():
+        found[name] = str(getattr(sys.modules.get(module), "__version__", "")) or _declared(
+            module, distribution
+        )
+    petsc = sys.modules.get("petsc4py.PETSc")
+    if petsc is not None:
+        found["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
+    else:
+        # petsc4py is released with PETSc, and their version numbers agree except for the last part.
+        found["petsc"] = ".".join(_declared("petsc4py", "petsc4py").split(".")[:2])
+    return found
+
+
+def _declared(module: str, distribution: str) -> str:
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return str(importlib.import_module(module).__version__)
+
+
+def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
+    """Return faults of recordings as JSON-ready data."""
+    return [
+        part(fault, "channel kind where remedy fatal probability")
+        | {"samples": int(np.count_nonzero(fault.samples))}
+        for fault in faults
+    ]
+
+
+def material_json(material: Material) -> dict[str, Any]:
+    """Return a law with its parameters."""
+    return part(material, "law bulk_modulus parameters")
+
+
+def cleaned(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the document with JSON's own types only."""
+    clean = _clean(document)
+    assert isinstance(clean, dict)
+    return clean
+
+
+def _clean(value: Any) -> Any:
+    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
+    if isinstance(value, Mapping):
+        return {str(key): _clean(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _clean(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_clean(item) for item in value]
+    if isinstance(value, np.generic):
+        return _clean(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return value

@@ -1,0 +1,46 @@
+"""A design for target rates -> JSON-ready data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bushcli.report.json.common import cleaned, head, part
+from bushcli.report.views.design import overrides
+from bushcli.study.design import Design, Reached
+
+
+def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return a design as JSON-ready data.
+
+    Parameters
+    ----------
+    found : Design
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    document = head("design", found.case, found.conditions, timings)
+    document["converged"] = found.converged
+    document["evaluations"] = found.evaluations
+    document["met"] = all(one.met for one in found.targets)
+    document["design"] = {
+        key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()
+    }
+    document["set"] = overrides(found)
+    document["targets"] = {one.target.name: _target(one) for one in found.targets}
+    return cleaned(document)
+
+
+def _target(one: Reached) -> dict[str, Any]:
+    document: dict[str, Any] = {
+        "unit": one.target.unit,
+        "wanted": one.wanted,
+        "allowed": one.target.deviation * one.target.per_shown,
+        "value": one.value,
+        "deviation_percent": 100 * one.deviation,
+        "met": one.met,
+        "derivatives": dict(one.slopes),
+    }
+    if one.spread is not None:
+        document["tolerances"] = part(one.spread, "contributions worst std share")
+    return document

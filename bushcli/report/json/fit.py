@@ -1,0 +1,88 @@
+"""An identified law -> JSON-ready data."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.views.fit import bulk_modulus_std
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.inverse import Fit, FittedCurve
+
+
+def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return an identified law as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
+    return cleaned(document | fit_part(fit))
+
+
+def fit_part(fit: Fit) -> dict[str, Any]:
+    """Return the entries that every identified law has."""
+    # Imported only if there is a fit, because it loads PETSc and DOLFINx.
+    from bushcli.inverse.file_units import parameter_unit
+
+    names = list(fit.parameters)
+    return {
+        "law": fit.material.law,
+        "bulk_modulus": fit.material.bulk_modulus,
+        "bulk_modulus_std": bulk_modulus_std(fit),
+        "bulk_modulus_from": "case" if "compliance" not in fit.parameters else "tests",
+        "parameters": {
+            name: {
+                **part(estimate, "value std lower upper at_bound"),
+                # An end that was not found is None.
+                "interval": estimate.range95
+                and [end if math.isfinite(end) else None for end in estimate.range95],
+                "unit": parameter_unit(fit, name),
+            }
+            for name, estimate in fit.parameters.items()
+        },
+        "correlation": {
+            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
+            for i, one in enumerate(names)
+        },
+        "misfit": {
+            key: {
+                "rms_percent": curve.rms_percent,
+                "held_out": curve.held_out,
+                **({"branch": curve.branch, "samples": curve.samples} if curve.branch else {}),
+            }
+            for key, curve in curves_by_mode(fit).items()
+        },
+        "weighting": fit.weighting,
+        "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
+        **part(fit, "forward_solves failed_solves sweeps iterations converged seconds"),
+        "identifiability": {
+            "singular_values": fit.singular_values,
+            "undetermined": [
+                {"weights": one.weights, "singular_value": one.singular_value, "text": one.text}
+                for one in fit.undetermined
+            ],
+        },
+    }
+
+
+def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
+    """Return the fitted curves by mode, or by name for modes that were tested more than once and for six motions."""
+    count = Counter(curve.recording.mode for curve in fit.curves)
+    return {
+        curve.recording.mode
+        if count[curve.recording.mode] == 1 and curve.recording.six is None
+        else curve.name: curve
+        for curve in fit.curves
+    }

@@ -1,0 +1,82 @@
+"""Identified laws -> JSON-ready data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from bushcli.case import Case
+from bushcli.inverse import Fit
+from bushcli.inverse.file_units import in_file_units
+from bushcli.report.cycles import fit_histories, with_hysteresis
+from bushcli.report.json.common import cleaned, faults_json, head, part
+from bushcli.report.json.cycles import history_json
+from bushcli.report.json.fit import curves_by_mode, fit_part
+from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.report.views.inverse import answer
+
+
+def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return identified laws as JSON-ready data; the entries at the top level describe the best law.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the recordings.
+    fits : sequence of Fit
+        Identified laws, the best first.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    fits = [in_file_units(fit) for fit in fits]
+    best = fits[0]
+    histories = fit_histories(best)
+    problems = with_hysteresis(best.conditions, histories)
+    document = head("inverse", case, problems, timings) | fit_part(best)
+    document["data_faults"] = faults_json(best.faults)
+    del document["weighting"]
+    found = answer(best)
+    document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
+    document["misfit"] = _misfit(best)
+    document["channels"] = {history.name: history_json(history) for history in histories}
+    document |= part(best, "method message cost") | {
+        "bic": information_criterion(best),
+        "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
+    }
+    document["leverage"] = {channel: dict(changes) for channel, changes in best.leverage.items()}
+    document["profile_sweeps"] = best.profile_sweeps
+    document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
+    document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
+    document["evaluations"] = [
+        part(one, "number parameters cost best stage start iteration step radius") for one in best.evaluations
+    ]
+    if len(fits) > 1:
+        document["models"] = [_model(fit) for fit in fits]
+    return cleaned(document)
+
+
+def _misfit(fit: Fit) -> dict[str, Any]:
+    return {
+        key: {
+            "rms_percent": curve.rms_percent,
+            "before_percent": curve.started_percent,
+            "noise_percent": curve.noise_percent,
+            "held_out": curve.held_out,
+        }
+        for key, curve in curves_by_mode(fit).items()
+    }
+
+
+def _model(fit: Fit) -> dict[str, Any]:
+    curves = curves_by_mode(fit)
+    return {
+        "law": fit.material.law,
+        "number_of_parameters": len(fit.parameters),
+        "parameters": {name: estimate.value for name, estimate in fit.parameters.items()},
+        "misfit": {key: c.rms_percent for key, c in curves.items() if not c.held_out},
+        "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
+        "cost": fit.cost,
+        "bic": information_criterion(fit),
+        **part(fit, "converged sweeps forward_solves failed_solves seconds"),
+        "problems": [condition.name for condition in fit.conditions],
+    }

@@ -1,0 +1,1 @@
+"""Which curves, axes and labels a result is shown by: result -> plots, without Matplotlib."""

@@ -1,0 +1,96 @@
+"""Plots of the certainty of a diagnosis: probabilities as bars, and each value with its posterior and its prior."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bushcli.diagnosis.result import Diagnosis
+from bushcli.effects.names import effect_name
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
+from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
+from bushcli.report.plots.fit import bar
+from bushcli.report.views.diagnosis.values import ShownQuantity, derived_text, shown
+from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
+
+# Effects that are less probable than this are named in a line under the bars.
+_SMALL = 0.01
+# A prior that spans more than this factor is drawn on a logarithmic axis.
+_DECADES = 20.0
+
+
+def probability_panels(found: Diagnosis) -> Panels:
+    """Return a bar per effect, the most probable on top; those of the most probable model in full colour."""
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
+    chosen = {effect_name(one.name) for one in found.effects}
+    regions, notes = [], []
+    for i, (name, p) in enumerate(drawn):
+        key = {UNKNOWN: "bar_bad", NOTHING: "bar_good"}.get(name, "bar" if name in chosen else "bar_pale")
+        regions += [Region("bar_ground", "", [bar(i, 0.0, 100.0)]), Region(key, "", [bar(i, 0.0, 100 * p)])]
+        notes.append(Note(short_chance(p), (100.0, i)))
+    heading = "Probability of each effect"
+    plot = Plot(
+        "probabilities", heading, "", "", (0.0, 112.0), (len(drawn) - 0.5, -0.5), regions=regions, notes=notes,
+        bands=[Band("level", x=(95.0, 95.0))],
+        x_names=[(v, f"{v} %" if v == 95 else f"{v}") for v in (0, 25, 50, 75, 95)],
+        y_names=[(i, title(name)) for i, (name, _) in enumerate(drawn)],
+        height=50.0 + 36.0 * len(drawn),
+    )  # fmt: skip
+    names = {name for name, _ in drawn}
+    parts = {
+        "Less than 1 %": unlikely(found, _SMALL),
+        "Not detectable in these recordings": undetectable(found, _SMALL),
+    }
+    rest = {words: [phrase(name) for name in every if name not in names] for words, every in parts.items()}
+    note = " ".join(f"{words}: {', '.join(every)}." for words, every in rest.items() if every)
+    return Panels("probabilities", "probabilities", heading, [[plot]], note=note)
+
+
+def prior_panels(found: Diagnosis) -> Panels | None:
+    """Return a line per parameter with the intervals of its prior and its posterior; None without such parameters."""
+    rows: list[list[Plot]] = []
+    for effect in found.effects:
+        for name, quantity in effect.parameters.items():
+            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            if value.prior is None or value.word or not math.isfinite(value.value):
+                continue
+            also = derived_text(quantity)
+            heading = f"{effect.label}: {name} = {value.text}{f' ({also})' if also else ''}"
+            rows.append([_strip(value, f"value-{len(rows)}", heading, labelled=not rows)])
+    title = "Values with 95 % intervals: posterior and prior"
+    return Panels("priors", "priors", title, rows) if rows else None
+
+
+def _strip(one: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
+    assert one.prior is not None
+    low, high = one.prior
+    logarithmic = low > 0 and one.value > 0 and one.lower > 0 and high > _DECADES * low
+    # A prior of the absolute value permits both signs.
+    bands = [(low, high), (-high, -low)] if low >= 0 and min(one.value, one.lower) < 0 else [(low, high)]
+    lower, upper = (end if math.isfinite(end) else one.value for end in (one.lower, one.upper))
+    labels = (
+        ("95 % before the recordings", "95 % with the recordings", "most probable")
+        if labelled
+        else ("", "", "")
+    )
+    regions = [
+        Region("shaded", labels[0], [bar(0.0, *ends, 0.9) for ends in bands]),
+        Region("bar", labels[1], [bar(0.0, lower, upper, 0.5)]),
+    ]
+    dot = Series("significant", labels[2], np.array([one.value]), np.zeros(1), "dots")
+    return Plot(
+        name,
+        heading,
+        "",
+        "",
+        None,
+        (-0.6, 0.6),
+        [dot],
+        regions,
+        height=66.0,
+        heading=heading,
+        log="x" if logarithmic else "",
+        y_names=[(9.0, "")],
+    )

@@ -1,0 +1,223 @@
+"""Plots of a path: loops with energy and secant stiffness per cycle, and relaxation in holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import Hold
+from bushcli.report.cycles import ChannelHistory, energy_unit
+from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.plots.direct import capital, rest_lines
+from bushcli.report.quantity import Quantities, number, percent, quantities
+
+# Largest number of holds that are drawn: those that relax most.
+_MOST = 6
+# Up to this many cycles are drawn as bars, more as lines.
+_BARS = 24
+# Cycles whose number is at the axis.
+_TICKS = 12
+# Secants that differ by less than this share are drawn as one.
+_SAME = 1e-5
+
+
+def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> list[Panels]:
+    """Return the loops of each channel, and its holds where the recording has time.
+
+    Parameters
+    ----------
+    histories : sequence of ChannelHistory
+        Channels with cycles or holds.
+    names : mapping of str to str
+        File name by channel name.
+    """
+    found = []
+    for history in histories:
+        found.append(cycle_panels(history, names[history.name]))
+        if holds := drawn_holds(history):
+            found.append(_hold_panels(history, holds, names[history.name]))
+    return found
+
+
+def cycle_panels(history: ChannelHistory, file: str) -> Panels:
+    """Return the loops; beside them energy and secant stiffness of each cycle.
+
+    Parameters
+    ----------
+    history : ChannelHistory
+    file : str
+        Name of the channel's files.
+    """
+    name, shown = capital(history.name), quantities(history.mode)
+    unit, std, parts = energy_unit(history.mode), 0.0, []
+    for what, cycles in (("recorded", history.recorded), ("simulated", history.simulated)):
+        closed = [cycle.energy for cycle in cycles if cycle is not None and cycle.closed]
+        if closed:
+            total = sum(energy.value for energy in closed)
+            std = max(std, math.sqrt(sum(energy.std**2 for energy in closed)))
+            # An energy within the noise of the recording counts as zero.
+            parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
+    title = f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
+    q = shown.shown(history.path.displacement)
+    series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
+    series.append(Series("after", "simulated", q, history.simulated_force))
+    loops = Plot(
+        "loops", title, shown.displacement_label, shown.force_label, series=series, bands=rest_lines(shown)
+    )
+    return Panels(
+        f"{file}-cycles",
+        "cycles",
+        title,
+        [[loops], [_energy(history), _secant(history, shown)]],
+        history.name,
+    )
+
+
+def _energy(history: ChannelHistory) -> Plot:
+    """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
+    found = {
+        key: {one.number: one.energy for one in cycles if one is not None and one.closed}
+        for key, cycles in (("recorded", history.recorded), ("after", history.simulated))
+    }
+    heading = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
+    plot = _by_cycle(history, found, "energy", f"energy [{energy_unit(history.mode)}]", heading)
+    if not any(one.value or one.std for values in found.values() for one in values.values()):
+        return replace(plot, y=(-1.0, 1.0))
+    if len(history.cycles) > _BARS:
+        return plot
+    shown = [key for key in found if found[key]]
+    width, bars, errors = 0.8 / max(len(shown), 1), [], []
+    for i, key in enumerate(shown):
+        at = np.array(list(found[key])) + (i - 0.5 * (len(shown) - 1)) * width
+        value, error = _values(found[key])
+        boxes = [
+            np.array([(x - width / 2, 0.0), (x + width / 2, 0.0), (x + width / 2, v), (x - width / 2, v)])
+            for x, v in zip(at, value, strict=True)
+        ]
+        bars.append(Region(key, _LABELS[key], boxes))
+        errors.append(Series("zero", "", at, np.where(error > 0, value, np.nan), error=error, mark="dots"))
+    return replace(
+        plot, regions=bars, series=[one for one in errors if one.error is not None and one.error.any()]
+    )
+
+
+_LABELS = {"recorded": "recorded", "after": "simulated"}
+
+
+def _secant(history: ChannelHistory, shown: Quantities) -> Plot:
+    def values(cycles: Sequence[Cycle | None]) -> dict[int, Uncertain]:
+        per = 1.0 / shown.per_internal
+        known = [cycle for cycle in cycles if cycle is not None]
+        return {one.number: Uncertain(per * one.secant.value, per * one.secant.std) for one in known}
+
+    found = {"recorded": values(history.recorded), "after": values(history.simulated)}
+    heading = "secant stiffness, peak to peak of each cycle"
+    plot = _by_cycle(history, found, "secant", f"secant [{shown.stiffness_unit}]", heading)
+    every = [one.value for values in found.values() for one in values.values()]
+    # A law without memory has one secant; its cycles differ by rounding only.
+    if every and max(every) - min(every) < _SAME * max(map(abs, every)):
+        return replace(plot, y=tuple(sorted((0.95 * every[0], 1.05 * every[0]))) or None)  # type: ignore[arg-type]
+    return plot
+
+
+def _values(found: Mapping[int, Uncertain]) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    """Return the values, and two standard errors of each."""
+    return np.array([one.value for one in found.values()]), 2.0 * np.array(
+        [one.std for one in found.values()]
+    )
+
+
+def _by_cycle(
+    history: ChannelHistory, found: Mapping[str, Mapping[int, Uncertain]], name: str, label: str, heading: str
+) -> Plot:
+    series = []
+    for key, values in found.items():
+        if values:
+            value, error = _values(values)
+            series.append(
+                Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
+            )
+    last = max((known.number for known, _, _ in history.cycles), default=1)
+    title = f"{history.name}: {name} of each cycle"
+    span = (0.4, last + 0.6)
+    step = -(-last // _TICKS)
+    names = [(n, f"{n}") for n in range(1, last + 1, step)]
+    zero = [Band("zero", y=(0.0, 0.0))] if name == "energy" else []
+    return Plot(
+        name,
+        title,
+        "cycle",
+        label,
+        x=span,
+        series=series,
+        bands=zero,
+        heading=heading,
+        x_names=names,
+        width=450.0,
+        height=280.0,
+    )
+
+
+def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold | None]]:
+    """Return the holds that are drawn, in their order: if there are many, those with the largest change of force."""
+    timed = [entry for entry in history.holds if entry[0].duration is not None]
+    by_change = sorted(timed, key=lambda entry: -abs(entry[0].force_start.value - entry[0].force_end.value))
+    return [entry for entry in timed if entry in by_change[:_MOST]]
+
+
+def _hold_panels(
+    history: ChannelHistory, drawn: Sequence[tuple[Hold, Hold | None, Hold | None]], file: str
+) -> Panels:
+    """Return the force over the logarithm of the time since the start of each hold."""
+    std, parts = 0.0, []
+    for what, holds in (("recorded", history.recorded_holds), ("simulated", history.simulated_holds)):
+        # Of the hold at the largest force, because near zero force any share is large.
+        held = [hold for hold in holds if hold is not None and math.isfinite(hold.relaxation.value)]
+        if held:
+            found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
+            std = max(std, found.std)
+            parts.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
+    name = capital(history.name)
+    title = (
+        f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"
+    )
+    plots = [_relaxation(history, hold, recorded) for hold, recorded, _ in drawn]
+    return Panels(f"{file}-holds", "holds", title, in_rows(plots, 2), history.name)
+
+
+def in_rows(plots: Sequence[Plot], across: int) -> list[list[Plot]]:
+    """Return the plots in rows of this number, all of the width that fills a row of the page."""
+    width = 900.0 / min(across, max(len(plots), 1))
+    wide = [replace(plot, width=width) for plot in plots]
+    return [wide[i : i + across] for i in range(0, len(wide), across)]
+
+
+def _relaxation(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> Plot:
+    assert history.path.time is not None
+    shown = quantities(history.mode)
+    cut = slice(hold.start, hold.stop)
+    since = history.path.time[cut] - history.path.time[hold.start]
+    # A logarithmic axis has no zero: the start is drawn at half the time of the second sample.
+    since[0] = 0.5 * since[1]
+    series = []
+    if recorded is not None:
+        series.append(Series("recorded", "recorded", since, history.path.force[cut], "dots"))
+    series.append(Series("after", "simulated", since, history.simulated_force[cut]))
+    at = shown.at(hold.displacement)
+    unit = shown.displacement_unit
+    where = f"{float(f'{at:.2f}') + 0.0:g} {unit}" if unit else f"stretch {at:.3g}"
+    heading, label = f"hold {hold.number}, at {where}", "time since the start of the hold [s]"
+    return Plot(
+        f"hold-{hold.number}",
+        heading,
+        label,
+        shown.force_label,
+        series=series,
+        heading=heading,
+        height=280.0,
+        log="x",
+    )

@@ -1,0 +1,269 @@
+"""Plots of a diagnosed channel: recording, plain law and most probable model with their mismatches, and the misfit."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+from bushcli.diagnosis.words import sentence
+from bushcli.mismatch.record import Mismatch
+from bushcli.recording import branches
+from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
+from bushcli.report.plots.fit import force_limits
+from bushcli.report.quantity import percent, quantities
+from bushcli.report.views.diagnosis.words import channel_label
+
+# Samples of a place at which its number may stand, those of the largest misfit first.
+_PLACES = 12
+# Share of the axis below which two marks beside each other are drawn as one.
+_BESIDE = 1 / 1600
+# Label of the curve after the diagnosis.
+BEST = "most probable model"
+
+
+def diagnosed_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
+    """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    channel : DiagnosedChannel
+    file : str
+        Name of the channel's files.
+    """
+    rows = [[curve_plot(found, channel)]]
+    if simulated(channel):
+        rows.append([time_plot(found, channel)])
+    return Panels(f"{file}-diagnosis", "diagnosed", diagnosed_title(channel), rows, channel.name)
+
+
+def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+    """Return force over displacement; each numbered area is a mismatch between recording and plain law.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
+    units = quantities(channel.mode)
+    recorded = channel.recording
+    q, path = units.shown(recorded.displacement), units.shown(channel.path)
+    mark = "dots" if len(q) <= SEPARATE else "line"
+    good = np.where(channel.faulty, np.nan, recorded.force)
+    series = [Series("recorded", "recorded", q, good, mark)]  # type: ignore[arg-type]  # mypy infers str
+    if simulated(channel):
+        series.append(Series("before", _label("plain law", channel.before_percent), path, channel.before))
+    if changed(channel):
+        series.append(Series("after", _label(BEST, channel.after_percent), path, channel.after))
+    if channel.faulty.any():
+        bad = np.where(channel.faulty, recorded.force, np.nan)
+        series.append(Series("left_out", "left out: faulty data", q, bad, "crosses"))
+    regions = []
+    for i, mismatch in numbered(found, channel):
+        outlines = [
+            _oriented(
+                np.stack([q[run], recorded.force[run]], axis=1),
+                np.stack([path[run], channel.before[run]], axis=1),
+            )
+            for run in _pieces(channel, mismatch.samples & _known(channel))
+        ]
+        worst = _worst(channel, mismatch)
+        at = np.stack([q[worst], (recorded.force[worst] + channel.before[worst]) / 2], axis=1)
+        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+    return Plot(
+        f"curve-{found.channels.index(channel)}",
+        f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
+        units.displacement_label,
+        units.force_label,
+        padded(np.concatenate([q, path]), 0.03),
+        _force_limits(channel),
+        series,
+        regions,
+        heading=_heading(found, channel),
+    )
+
+
+def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+    """Return the misfit over time, or over the samples, before and after, with the noise as a band.
+
+    The lines are interrupted where samples were left out.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
+    x = _abscissa(channel)
+    before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
+    series = [Series("before", "plain law", x, before)]
+    if changed(channel):
+        series.append(Series("after", BEST, x, after))
+    regions = []
+    for i, mismatch in numbered(found, channel):
+        runs = _runs(mismatch.samples & _known(channel))
+        outlines = [
+            np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
+            for run in runs
+        ]
+        worst = _worst(channel, mismatch)
+        at = np.stack([x[worst], before[worst]], axis=1)
+        regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
+    noise = 2 * channel.noise_percent
+    bands = [Band("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
+    bands += _faulty_bands(x, channel.faulty)
+    misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
+    return Plot(
+        f"misfit-{found.channels.index(channel)}",
+        f"{channel.name}: misfit over time",
+        _abscissa_label(channel),
+        "misfit [% of range]",
+        padded(x, 0.01),
+        padded(np.concatenate(misfits), 0.06),
+        series,
+        regions,
+        bands,
+        height=280.0,
+        numbers_only=True,
+        heading=_heading(found, channel),
+    )
+
+
+def diagnosed_title(channel: DiagnosedChannel) -> str:
+    """Return the title of the picture."""
+    name = capital(channel_label(channel))
+    if not simulated(channel):
+        return f"{name}: recorded, not simulated"
+    if not changed(channel):
+        return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
+    before, after = percent(channel.before_percent), percent(channel.after_percent)
+    return f"{name}: {before} rms before, {after} after, noise {percent(channel.noise_percent)}"
+
+
+def simulated(channel: DiagnosedChannel) -> bool:
+    """Whether the plain law was simulated: not if the data are faulty, nor if a prediction has failed."""
+    return bool(np.isfinite(channel.before).any())
+
+
+def changed(channel: DiagnosedChannel) -> bool:
+    """Whether the most probable model differs from the plain law."""
+    return not np.allclose(channel.before, channel.after, equal_nan=True)
+
+
+def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
+    """Return the mismatches of a channel, each with its number from 1 among those of all channels.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel whose mismatches are returned.
+    """
+    return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
+
+
+def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
+    """Return simulated minus recorded force before and after, in percent of the recorded force range."""
+    force = channel.recording.force
+    unit = 100.0 / force_range(channel)
+    return unit * (channel.before - force), unit * (channel.after - force)
+
+
+def force_range(channel: DiagnosedChannel) -> float:
+    """Return the recorded force range; faulty samples count only if all samples are faulty."""
+    force = channel.recording.force
+    return float(np.ptp(force if channel.faulty.all() else force[~channel.faulty]))
+
+
+def _abscissa(channel: DiagnosedChannel) -> Array:
+    if channel.recording.time is None:
+        return np.asarray(np.arange(1.0, len(channel.before) + 1.0))
+    return channel.recording.time
+
+
+def _abscissa_label(channel: DiagnosedChannel) -> str:
+    return "time [s]" if channel.recording.time is not None else "sample"
+
+
+def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
+    """Return the name of the channel if the diagnosis has several channels, else an empty text."""
+    return channel_label(channel) if len(found.channels) > 1 else ""
+
+
+def _label(what: str, rms: float) -> str:
+    return f"{what}: {percent(rms)} rms"
+
+
+def _sense(mismatch: Mismatch) -> str:
+    return "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft"
+
+
+def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> NDArray[np.int_]:
+    """Return samples of a place, that of the largest misfit first, the others spread over the place."""
+    size = np.abs(channel.before - channel.recording.force)
+    inside = np.flatnonzero(mismatch.samples & _known(channel))
+    spread = inside[np.linspace(0, len(inside) - 1, min(_PLACES, len(inside))).astype(int)]
+    order = spread[np.argsort(-size[spread], kind="stable")]
+    return np.concatenate([inside[[int(np.argmax(size[inside]))]], order])
+
+
+def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
+    """Return the samples (n,) at which the plain law is compared with good data."""
+    return np.isfinite(channel.before) & ~channel.faulty
+
+
+def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
+    """Return the runs of at least `least` neighbouring samples that are marked."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= least]
+
+
+def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Band]:
+    """Return a band for each run of faulty samples, to the middle of the gaps around it; those beside each other are one."""
+    runs = _runs(faulty, least=1)
+    middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    start, stop = middle[[run.start for run in runs]], middle[[run.stop for run in runs]]
+    apart = start[1:] - stop[:-1] > _BESIDE * float(np.ptp(x))
+    ends = zip(start[np.append(True, apart)], stop[np.append(apart, True)], strict=True) if runs else ()
+    return [Band("faulty", x=(float(a), float(b))) for a, b in ends]
+
+
+def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
+    """Return the runs of marked samples, cut where the path turns and where the lines cross; neighbours share a sample.
+
+    An outline that turns back on itself would enclose no area.
+    """
+    branch = np.zeros(len(marked), dtype=int)
+    for i, one in enumerate(branches(channel.recording)):
+        branch[one.start : one.stop] = i
+    above = channel.before > channel.recording.force
+    cuts = 1 + np.flatnonzero((np.diff(branch) != 0) | np.diff(above))
+    pieces = []
+    for run in _runs(marked):
+        first, last = np.searchsorted(cuts, [run.start + 1, run.stop])
+        ends = [run.start, *cuts[first:last], run.stop]
+        # A branch ends where the path turns; the next branch begins at the same sample.
+        pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
+    return [piece for piece in pieces if piece.stop - piece.start >= 2]
+
+
+def _oriented(one: Array, other: Array) -> Array:
+    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines leave no hole."""
+    points = np.concatenate([one, other[::-1]])
+    x, y = points.T
+    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return points if area >= 0 else points[::-1]
+
+
+def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
+    recorded = channel.recording.force if channel.faulty.all() else channel.recording.force[~channel.faulty]
+    near = np.concatenate([recorded, channel.after])
+    return force_limits(near, channel.before if simulated(channel) else near)

@@ -1,0 +1,212 @@
+"""Plots of a direct prediction: each curve with its recording and their difference, and the six motions of a path."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.curve import Curve
+from bushcli.recording import Recording, branches
+from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
+from bushcli.report.verdict import stiffer
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.response import Simulated
+from bushcli.simulate.six import SixCurve
+from cases.six import MOTIONS, REACTIONS
+
+Array = NDArray[np.float64]
+
+#: Up to this many samples are drawn as separate points, more as a line.
+SEPARATE = 80
+# Curves of six motions below this share of the largest one of the same kind are not drawn.
+_NOTHING = 1e-3
+
+
+def capital(name: str) -> str:
+    """Return the name with a capital letter first."""
+    return name[:1].upper() + name[1:]
+
+
+def rest_lines(shown: Quantities) -> tuple[Band, Band]:
+    """Return the lines of no force and of no displacement."""
+    return Band("zero", y=(0.0, 0.0)), Band("zero", x=(shown.rest, shown.rest))
+
+
+def recorded_series(recording: Recording, shown: Quantities) -> Series:
+    """Return a recording, as points where it has few samples."""
+    mark = "dots" if len(recording.displacement) <= SEPARATE else "line"
+    return Series("recorded", "recorded", shown.shown(recording.displacement), recording.force, mark)  # type: ignore[arg-type]  # mypy infers str
+
+
+def padded(values: Array, share: float = 0.04) -> tuple[float, float]:
+    """Return limits around values, with this share of their range free on either side."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    margin = share * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def smooth(curve: Curve) -> tuple[Array, Array]:
+    """Return points to draw a computed curve by; they are interpolated if the curve goes in one direction only."""
+    steps = np.diff(curve.displacement)
+    if not ((steps > 0).all() or (steps < 0).all()):
+        return curve.displacement, curve.force
+    q = np.linspace(curve.displacement.min(), curve.displacement.max(), 200)
+    return q, curve.at(q)
+
+
+def curve_title(channel: Simulated, found: Misfit | None) -> str:
+    """Return the title of a channel's curves; the misfit is None where nothing was compared."""
+    name = capital(channel.name)
+    shown = quantities(channel.mode)
+    if found is None:
+        secant = shown.stiffness(channel.curve.secant_stiffness())
+        return f"{name}: {number(secant)} {shown.stiffness_unit} simulated (secant)"
+    if found.within:
+        return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
+    if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
+        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
+    return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
+
+
+def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
+    """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit.
+
+    Parameters
+    ----------
+    channel : Simulated
+    found : Misfit or None
+        None where nothing was compared.
+    file : str
+        Name of the channel's files.
+    """
+    shown = quantities(channel.mode)
+    q, force = smooth(channel.curve)
+    series = [] if channel.recording is None else [recorded_series(channel.recording, shown)]
+    series.append(Series("after", "simulated", shown.shown(q), force))
+    if found is None:
+        series.append(
+            Series("after", "", shown.shown(channel.curve.displacement), channel.curve.force, "dots")
+        )
+    if channel.stopped:
+        end = int(np.argmax(np.abs(channel.curve.displacement)))
+        at = (shown.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
+        series.append(Series("stopped", "simulation stopped", *at, "crosses"))
+    compared = found is not None and channel.recording is not None
+    every = np.concatenate([one.x for one in series])
+    span = padded(every)
+    heading = ""
+    if found is not None:
+        simulated, measured = (
+            number(shown.stiffness(one.secant)) for one in (found.predicted, found.measured)
+        )
+        heading = f"secant stiffness: simulated {simulated}, measured {measured} {shown.stiffness_unit}"
+    title = curve_title(channel, found)
+    curves = Plot(
+        "curve",
+        title,
+        "" if compared else shown.displacement_label,
+        shown.force_label,
+        span,
+        series=series,
+        regions=[_accepted(channel.recording, found, shown)] if compared else [],  # type: ignore[arg-type]  # both given
+        bands=rest_lines(shown),
+        heading=heading,
+        height=370.0 if compared else 400.0,
+    )
+    rows = [[curves]]
+    if found is not None and compared:
+        rows.append([_difference(channel, found, shown, span)])
+    return Panels(f"{file}-curve", "curve", title, rows, channel.name)
+
+
+def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
+    """Return the recording, branch by branch, widened by the tolerance, a share of its force range."""
+    width = found.tolerance.band * found.force_range
+    outlines = []
+    for branch in branches(recording):
+        # The sample before belongs to both branches; without it the band would have gaps at the turning points.
+        part = slice(max(branch.start - 1, 0), branch.stop)
+        q, force = recording.displacement[part], recording.force[part]
+        if branch.kind == "hold" or len(q) < 2:
+            continue
+        order = np.argsort(q, kind="stable")
+        outlines.append(around(shown.shown(q[order]), force[order] - width, force[order] + width))
+    return Region(
+        "tolerance", f"± {found.tolerance.percent:g} % of the recorded {shown.force} range", outlines
+    )
+
+
+def around(x: Array, low: Array, high: Array) -> Array:
+    """Return the outline (2 n, 2) of the area between two curves, counter-clockwise where x grows."""
+    return np.concatenate([np.stack([x, low], axis=1), np.stack([x, high], axis=1)[::-1]])
+
+
+def _difference(channel: Simulated, found: Misfit, shown: Quantities, span: tuple[float, float]) -> Plot:
+    """Return simulated minus recorded force in percent of the force range, with the accepted band."""
+    off, accepted = 100 * found.difference / found.force_range, found.tolerance.percent
+    q = shown.shown(found.displacement)
+    reach = 1.15 * max(accepted, float(np.abs(off).max()))
+    return Plot(
+        "difference",
+        f"{channel.name}: simulated minus recorded {shown.force}",
+        shown.displacement_label,
+        "difference [%]",
+        span,
+        (-reach, reach),
+        series=[Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line")],
+        bands=[Band("tolerance", y=(-accepted, accepted)), *rest_lines(shown)],
+        heading=f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
+        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
+        height=190.0,
+    )
+
+
+def six_panels(name: str, six: SixCurve, file: str) -> Panels:
+    """Return motions and reactions of a path, translations and forces on the left, rotations and moments on the right.
+
+    Parameters
+    ----------
+    name : str
+        Name of the channel.
+    six : SixCurve
+    file : str
+        Name of the channel's files.
+    """
+    motion, largest = shown_motion(six), largest_reactions(six.force)
+    title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
+    above, below = [], []
+    for column, (kind, unit, force, force_unit) in enumerate(
+        (("displacement", "mm", "force", "N"), ("rotation", "deg", "moment", "N mm"))
+    ):
+        part = range(3 * column, 3 * column + 3)
+        moved = [k for k in part if k in six.free or motion[:, k].any()]
+        labels = [MOTIONS[k] + (" (free)" if k in six.free else "") for k in moved]
+        pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest[column]]
+        above.append(_over_time(kind, f"{kind} [{unit}]", six.time, motion[:, moved], labels))
+        below.append(
+            _over_time(
+                force,
+                f"{force} [{force_unit}]",
+                six.time,
+                six.force[:, pushed],
+                [REACTIONS[k] for k in pushed],
+            )
+        )
+    return Panels(f"{file}-six", "six", title, [above, below], name)
+
+
+def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
+    series = [Series(f"line-{i}", one, time, values[:, i], "both") for i, one in enumerate(labels)]
+    span = (float(time[0]), float(time[-1]))
+    return Plot(
+        what,
+        f"{what} over time",
+        "time [s]",
+        label,
+        x=span,
+        series=series,
+        bands=[Band("zero", y=(0.0, 0.0))],
+        width=450.0,
+        height=280.0,
+    )

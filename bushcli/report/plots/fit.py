@@ -1,0 +1,284 @@
+"""Plots of an identified law: curves before and after, laws compared, and what the curves determine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
+from bushcli.inverse.file_units import parameter_unit
+from bushcli.inverse.refit import RISE_95
+from bushcli.inverse.result import NORMAL
+from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
+from bushcli.report.plots.cycles import in_rows
+from bushcli.report.plots.direct import Array, capital, recorded_series, rest_lines, smooth
+from bushcli.report.plots.search import convergence_panels, ends_panels
+from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.views.fit import curves_of
+
+# The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
+LEAVES = 0.6
+
+
+def fit_panels(fit: Fit) -> Panels:
+    """Return recorded points and fitted curve of every coupon or channel, with where the law is unstable."""
+    worst = max(curve.rms_percent for curve in fit.curves)
+    title = f"{fit.material.law} fitted to {curves_of(fit)}: {percent(worst)} rms at worst"
+    plots = [_coupon(curve, fit.stability.get(curve.recording.mode), i) for i, curve in enumerate(fit.curves)]
+    return Panels("coupons", "coupons", title, in_rows(plots, 2))
+
+
+def _coupon(curve: FittedCurve, stable: tuple[float, float] | None, index: int) -> Plot:
+    shown = quantities(curve.recording.mode)
+    q, force = smooth(curve.smooth or curve.fitted)
+    at = shown.shown(curve.recording.displacement)
+    label = f"{'predicted (held out)' if curve.held_out else 'fitted'}, rms {percent(curve.rms_percent)}"
+    series = [
+        Series("recorded", "recorded", at, curve.recording.force, "dots"),
+        Series("after", label, shown.shown(q), force),
+    ]
+    low, high = (float(f([f(at), f(shown.shown(q))])) for f in (np.min, np.max))
+    margin = 0.05 * (high - low)
+    left, right = low - margin, high + margin
+    bands = []
+    if stable is not None:
+        ends = [(left, min(stable[0], right)), (max(stable[1], left), right)]
+        # Where the law violates Drucker's postulate.
+        bands = [Band("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
+    title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
+    return Plot(
+        f"coupon-{index}",
+        title,
+        shown.displacement_label,
+        shown.force_label,
+        (left, right),
+        None,
+        series,
+        bands=bands,
+        heading=title,
+        height=340.0,
+    )
+
+
+def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels]:
+    """Return curves, search and certainty and, for several laws, their ranking.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+        The best first; all pictures except the ranking show the best law.
+    names : mapping of str to str
+        File name by channel name.
+    """
+    best = fits[0]
+    found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
+    if len(fits) > 1:
+        found.append(ranking_panels(fits))
+    if best.profiles:
+        kind = "profiles" if len(best.profiles) > 1 else "certainty"
+        plots = [_profile(best, one, best.parameters[one.name]) for one in best.profiles]
+        found.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
+    if len(best.parameters) > 1:
+        found.append(_correlation(best))
+    if best.evaluations:
+        found.append(convergence_panels(best))
+    if len(best.end_points) > 1:
+        found.append(ends_panels(best))
+    return found
+
+
+def fitted_panels(curve: FittedCurve, file: str) -> Panels:
+    """Return recording, start and fit; below them the remaining misfit with the noise.
+
+    Parameters
+    ----------
+    curve : FittedCurve
+    file : str
+        Name of the channel's files.
+    """
+    name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
+    if curve.held_out:
+        title = f"{name}, held out: predicted to {rms} rms"
+    elif np.isfinite(curve.started_percent):
+        title = f"{name}: {percent(curve.started_percent)} rms before, {rms} after"
+    else:
+        title = f"{name}: fitted to {rms} rms"
+    q, force = smooth(curve.smooth or curve.fitted)
+    q = shown.shown(q)
+    reach = 0.04 * float(np.ptp(curve.recording.displacement)) * shown.per_internal
+    span = (float(q.min()) - reach, float(q.max()) + reach)
+    series = [recorded_series(curve.recording, shown)]
+    limits = None
+    if curve.started is not None:
+        order = np.argsort(curve.started.displacement, kind="stable")
+        before = shown.shown(curve.started.displacement[order]), curve.started.force[order]
+        series.append(Series("before", f"before: {percent(curve.started_percent)} rms", *before))
+        limits = force_limits(np.concatenate([curve.recording.force, curve.fitted.force]), before[1])
+    label = "predicted (held out)" if curve.held_out else "after"
+    series.append(Series("after", f"{label}: {rms} rms", q, force))
+    curves = Plot(
+        "curve", title, "", shown.force_label, span, limits, series, bands=rest_lines(shown), height=370.0
+    )
+    return Panels(f"{file}-identified", "curve", title, [[curves], [_left(curve, label, span)]], curve.name)
+
+
+def force_limits(near: Array, far: Array) -> tuple[float, float]:
+    """Return the limits around curves that are close to each other; a distant one leaves the picture.
+
+    Parameters
+    ----------
+    near, far : (n,) arrays
+        Forces, N or N mm.
+    """
+    low, high = float(np.nanmin(near)), float(np.nanmax(near))
+    reach, margin = LEAVES * (high - low), 0.06 * (high - low) or 1.0
+    bottom, top = max(low - reach, float(np.nanmin(far))), min(high + reach, float(np.nanmax(far)))
+    return min(low, bottom) - margin, max(high, top) + margin
+
+
+def _left(curve: FittedCurve, label: str, span: tuple[float, float]) -> Plot:
+    """Return fitted minus recorded force in percent of the force range, with the noise."""
+    shown = quantities(curve.recording.mode)
+    difference = 100 * (curve.fitted.force - curve.recording.force) / float(np.ptp(curve.recording.force))
+    noise = float(np.nan_to_num(curve.noise_percent))
+    reach = 1.15 * max(3 * noise, float(np.abs(difference).max()), 1e-3)
+    # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
+    dots = Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots")
+    return Plot(
+        "difference",
+        f"{curve.name}: {label} minus recorded {shown.force}",
+        shown.displacement_label,
+        "difference [%]",
+        span,
+        (-reach, reach),
+        [dots],
+        bands=[Band("noise", y=(-2 * noise, 2 * noise)), *rest_lines(shown)],
+        heading=f"{label} - recorded, in % of the recorded {shown.force} range: rms {percent(curve.rms_percent)}; "
+        f"grey: noise {percent(noise)}, ± 2 sigma",
+        height=190.0,
+    )
+
+
+def ranking_panels(fits: Sequence[Fit]) -> Panels:
+    """Return a bar per law and channel, the best law on top; held-out channels have their own colour and come last."""
+    curves = {curve.name: curve for fit in fits for curve in fit.curves}
+    order = sorted(curves, key=lambda name: curves[name].held_out)
+    unfinished = "; grey: not converged" if not all(fit.converged for fit in fits) else ""
+    title = f"Laws by misfit, best first (number of parameters){unfinished}"
+    plots = [_ranked(fits, curves[name], i) for i, name in enumerate(order)]
+    return Panels("ranking", "ranking", title, in_rows(plots, 2))
+
+
+def _ranked(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
+    """Return the misfits of all laws on one channel, each with its number, and the noise of the recording."""
+    rms = np.array([{c.name: c.rms_percent for c in fit.curves}.get(curve.name, np.nan) for fit in fits])
+    noise = curve.noise_percent
+    finite = np.append(rms[np.isfinite(rms) & (rms > 0)], noise if noise > 0 else [])
+    left = 0.5 * float(finite.min()) if len(finite) else 0.1
+    right = 6.0 * float(finite.max()) if len(finite) else 10.0
+    bars, notes = [], []
+    for i, (fit, value) in enumerate(zip(fits, rms, strict=True)):
+        key = "bar_grey" if not fit.converged else "bar_second" if curve.held_out else "bar"
+        end = value if np.isfinite(value) and value > left else left
+        bars.append(Region(key, "", [bar(i, left, end)]))
+        notes.append(Note(percent(float(value)) if np.isfinite(value) else "not solvable", (end, i)))
+    label = f"noise {percent(noise)}"
+    return Plot(
+        f"law-{index}",
+        f"misfit of each law in {curve.name}",
+        "rms misfit [% of the force range]",
+        "",
+        (left, right),
+        (len(fits) - 0.5, -0.5),
+        regions=bars,
+        bands=[Band("level", x=(noise, noise), label=label)] if noise > 0 else [],
+        notes=notes,
+        height=95.0 + 30.0 * len(fits),
+        heading=f"{curve.name} (held out)" if curve.held_out else curve.name,
+        log="x",
+        y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],
+    )
+
+
+def bar(at: float, start: float, end: float, height: float = 0.62) -> Array:
+    """Return the corners (4, 2) of a horizontal bar; the position and the ends are on the axes of the plot."""
+    low, high = at - height / 2, at + height / 2
+    return np.array([(start, low), (end, low), (end, high), (start, high)])
+
+
+def _correlation(fit: Fit) -> Panels:
+    """Return the correlation of the parameters' errors as a map with numbers."""
+    count = len(fit.parameters)
+    cells = [(i, j, float(fit.correlation[i, j])) for i in range(count) for j in range(count)]
+    regions = [
+        Region("bar", "", [bar(i, j - 0.5, j + 0.5, 1.0)], value=v if math.isfinite(v) else 0.0)
+        for i, j, v in cells
+    ]
+    notes = [Note(f"{v:+.2f}" if math.isfinite(v) else "-", (j, i), "middle") for i, j, v in cells]
+    names = list(enumerate(fit.parameters))
+    size, title = (-0.5, count - 0.5), "Correlation of the errors"
+    plot = Plot(
+        "correlation", title, "", "", size, size[::-1], regions=regions, notes=notes, x_names=names, y_names=names,
+        width=240.0 + 85.0 * count, height=80.0 + 60.0 * count, scale=(1.0, "correlation"),
+    )  # fmt: skip
+    return Panels("correlation", "certainty", title, [[plot]])
+
+
+def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
+    """Return a profile with the line that ends its 95 % interval."""
+    good = np.isfinite(profile.rise)
+    values, rise = profile.values[good], profile.rise[good]
+    least, most = float(profile.values.min()), float(profile.values.max())
+    bands = [
+        Band("limit", y=(RISE_95, RISE_95), label="95 %"),
+        Band("zero", x=(estimate.value, estimate.value)),
+    ]
+    if estimate.interval is not None:
+        low, high = (min(max(end, least), most) for end in estimate.interval)
+        bands.insert(0, Band("shaded", x=(low, high)))
+    series = []
+    if estimate.std > 0:
+        # Where profile and parabola differ, the standard error is misleading.
+        q = np.linspace(least, most, 101)
+        spread = estimate.std * estimate.quantile / NORMAL
+        series.append(Series("faint", "standard error", q, ((q - estimate.value) / spread) ** 2))
+    if len(values) > 2:
+        q = np.linspace(values.min(), values.max(), 101)
+        # The signed root of the rise is interpolated, because it is close to a straight line.
+        root = np.sign(values - estimate.value) * np.sqrt(np.maximum(rise, 0.0))
+        series.append(Series("after", "", q, PchipInterpolator(values, root)(q) ** 2))
+    series.append(Series("after", "refitted", values, rise, "dots"))
+    top = max(1.6 * RISE_95, min(float(rise.max(initial=0.0)) * 1.1, 4 * RISE_95))
+    if not good.all():
+        # Along the upper edge, because they have no misfit.
+        edge = np.full((~good).sum(), 0.95 * top)
+        series.append(Series("left_out", "not solvable", profile.values[~good], edge, "crosses"))
+    unit = parameter_unit(fit, profile.name)
+    label = profile.name if unit == "1" else f"{profile.name} [{unit}]"
+    heading = _interval(profile.name, estimate)
+    return Plot(
+        f"profile-{profile.name}",
+        heading,
+        label,
+        "rise of chi square",
+        None,
+        (-0.04 * top, top),
+        series,
+        bands=bands,
+        heading=heading,
+        height=320.0,
+    )
+
+
+def _interval(name: str, estimate: Estimate) -> str:
+    if estimate.interval is None:
+        return f"{name}: no end within the profile"
+    low, high = estimate.interval
+    if not math.isfinite(low):
+        return f"{name}: 95 % below {number(high)}"
+    if not math.isfinite(high):
+        return f"{name}: 95 % above {number(low)}"
+    return f"{name}: 95 % from {number(low)} to {number(high)}"

@@ -1,0 +1,144 @@
+"""A checked case -> its document: what was understood, its recordings, and the protocol of its tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.case import Case, DynamicTest, LoadCase, load_case_names
+from bushcli.faults import DataFault, condition
+from bushcli.recording import RecordedProgram, Recording, branches
+from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Row, Section, Table
+from bushcli.report.quantity import number, quantities
+from bushcli.report.views.dynamic_tables import dynamic_tables_section
+from bushcli.report.views.mesh import notes_section
+from bushcli.report.views.protocol import protocol_sections
+from bushcli.runtime.condition import Condition
+from bushcli.standards.protocol import Protocol
+from cases.six import MOTIONS
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A case that was checked.
+
+    Attributes
+    ----------
+    case : Case
+    curves, coupons : sequence of Recording
+        Recordings of the bushing, and coupon tests.
+    tests : Protocol
+        What the tests are.
+    faults : sequence of DataFault
+        Faults of recordings and coupon tests.
+    programs : sequence of RecordedProgram or None
+        For each load case the program that it has in a file.
+    problems : sequence of Condition
+        Those that are no faults of recordings.
+    tables : sequence of DynamicTable
+        Measured tables of dynamic stiffness.
+    """
+
+    case: Case
+    curves: Sequence[Recording]
+    coupons: Sequence[Recording]
+    tests: Protocol
+    faults: Sequence[DataFault] = ()
+    programs: Sequence[RecordedProgram | None] = ()
+    problems: Sequence[Condition] = ()
+    tables: Sequence[DynamicTable] = ()
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """All conditions, those of the faults first."""
+        return (*map(condition, self.faults), *self.problems)
+
+
+def check_document(found: Checked) -> Document:
+    """Return the document of a case that was checked."""
+    case, seen = found.case, conditions(found.case)
+    names = load_case_names(case.load_cases, case.recordings)
+    loads = [_load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
+    heads = ("load case", "mode", "program", "from", "to", "")
+    sections = [
+        Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
+        notes_section(case.geometry),
+        Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
+        Section("Vibrations", [_dynamic_table(case.vibrations)]),
+        Section("Recordings", [recording_table("Recordings", found.curves)]),
+        Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
+        *([dynamic_tables_section(found.tables)] if found.tables else []),
+        *protocol_sections(found.tests),
+    ]
+    return Document("", (), "plain", sections, found.conditions, seen)
+
+
+def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
+    """Return a row for each dynamic test: frequencies and preloads."""
+    heads = ("vibration", "mode", "preload", "", "frequencies", "from", "to", "")
+
+    def row(name: str, test: DynamicTest) -> Row:
+        shown = quantities(test.mode)
+        preload = ", ".join(number(shown.at(q)) for q in test.preload)
+        preloads = ("the end of its path", "") if test.six else (preload, shown.displacement_unit)
+        ends = (f"{end(test.frequency):g}" for end in (min, max))
+        return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
+
+    rows = map(row, load_case_names(tests, ()), tests)
+    return Table("Vibrations", heads, tuple(rows), left=3)
+
+
+def recording_table(title: str, curves: Sequence[Recording]) -> Table:
+    """Return a row for each recording: samples, cycles, ranges of displacement and force.
+
+    Parameters
+    ----------
+    title : str
+        Title of the table.
+    curves : sequence of Recording
+        The recordings.
+    """
+    heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
+    return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
+
+
+def _recording_row(curve: Recording) -> tuple[str, ...]:
+    shown = quantities(curve.mode)
+    low, high = (shown.at(q) for q in (curve.displacement.min(), curve.displacement.max()))
+    return (
+        curve.name,
+        curve.mode,
+        str(len(curve.displacement)),
+        str(len({branch.cycle for branch in branches(curve)})),
+        number(low),
+        number(high),
+        shown.displacement_unit or shown.displacement,
+        number(float(curve.force.min())),
+        number(float(curve.force.max())),
+        shown.force_unit,
+    )
+
+
+def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+    if load.six is not None:
+        free = [MOTIONS[k] for k in load.six.free]
+        moved = [MOTIONS[k] for k in range(6) if np.ptp(load.six.motion[:, k]) > 0.0]
+        motions = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
+        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
+    shown = quantities(load.mode)
+    values = np.array(load.path) if read is None else read.displacement
+    unit = shown.force_unit if load.by_force else shown.displacement_unit
+    low, high = (float(end if load.by_force else shown.at(end)) for end in (values.min(), values.max()))
+    per = 1.0 if load.by_force else shown.per_internal
+    if load.source is not None:
+        program = f"{len(values)} points of {load.source.file.name}"
+    else:
+        segments = len(values) - 1
+        program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
+        if load.rate is not None:
+            program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
+    return name, load.mode, program, number(low), number(high), unit or shown.displacement

@@ -1,0 +1,128 @@
+"""Cycles and holds of channels -> a section of a document."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bushcli.curve.cycles import Cycle, Uncertain
+from bushcli.curve.holds import STANDARD_TIMES, Hold
+from bushcli.report.cycles import ChannelHistory, energy_unit
+from bushcli.report.document import Picture, Row, Section, Table, note, of_kind
+from bushcli.report.quantity import number, quantities, with_std
+
+# Largest number of rows on the terminal.
+FEW = 12
+_NOTE = (
+    "Energy is the net work of a cycle, the area of its loop where it closes; loss is that energy over the work "
+    "done while loading. ± is one standard error from the noise of the recording. A law without memory has "
+    "neither loops nor relaxation."
+)
+
+
+def history_section(histories: Sequence[ChannelHistory], pictures: Sequence[Picture] = ()) -> Section:
+    """Return cycles and holds channel by channel; without blocks where no path comes back or holds.
+
+    Parameters
+    ----------
+    histories : sequence of ChannelHistory
+        Channels with cycles or holds.
+    pictures : sequence of Picture
+        Those of other kinds are left out.
+    """
+    tables: list[Table] = []
+    for history in histories:
+        tables.append(cycle_table(history))
+        if history.holds:
+            tables.append(hold_table(history))
+    return Section("Cycles and holds", [*tables, note(_NOTE), *of_kind(pictures, "cycles", "holds")])
+
+
+def cycle_table(history: ChannelHistory) -> Table:
+    """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
+    shown, both = quantities(history.mode), history.has_recording
+    timed = history.path.time is not None
+    columns = [
+        ("energy", f"energy, {energy_unit(history.mode)}", 1.0),
+        ("loss", "loss, %", 100.0),
+        ("secant", f"secant, {shown.stiffness_unit}", 1.0 / shown.per_internal),
+        ("peak_force", f"peak, {shown.force_unit}", 1.0),
+    ]
+    rows: list[Row] = []
+    for known, recorded, simulated in history.cycles:
+        path = f"{_plain(shown.at(known.lowest))} to {_plain(shown.at(known.highest))}"
+        rate = (number(None if known.rate is None else shown.per_internal * known.rate),) if timed else ()
+        cells = [
+            cell
+            for name, _, factor in columns
+            for cell in _pair(_scaled(recorded, name, factor), _scaled(simulated, name, factor), both)
+        ]
+        rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
+    unit = shown.displacement_unit
+    heads: Row = ("cycle", unit or shown.displacement, *((f"{unit or '1'}/s",) if timed else ()))
+    heads += _paired([head for _, head, _ in columns], both)
+    peaks = range(len(heads) - (2 if both else 1), len(heads))
+    return Table(f"{_name(history)}: cycles, {_seen(both)}", heads, tuple(rows), detail=peaks, most=FEW)
+
+
+def hold_table(history: ChannelHistory) -> Table:
+    """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
+    shown, both = quantities(history.mode), history.has_recording
+    times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
+    rows: list[Row] = []
+    for known, recorded, simulated in history.holds:
+        cells = _pair(_scaled(recorded, "force_start", 1.0), _scaled(simulated, "force_start", 1.0), both)
+        for at in (*times, None):
+            cells += _pair(_lost(recorded, at), _lost(simulated, at), both)
+        duration = "-" if known.duration is None else number(known.duration)
+        rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
+    values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in times), "end, %"]
+    heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
+    title = f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
+    return Table(title, heads, tuple(rows), most=FEW)
+
+
+def _name(history: ChannelHistory) -> str:
+    return f"{history.name} (held out)" if history.held_out else history.name
+
+
+def _seen(both: bool) -> str:
+    return "recorded ± standard error, and simulated (sim.)" if both else "simulated"
+
+
+def _paired(heads: Sequence[str], both: bool) -> Row:
+    return tuple(name for head in heads for name in ((head, "sim.") if both else (head,)))
+
+
+def _scaled(found: Cycle | Hold | None, name: str, factor: float) -> Uncertain | None:
+    if found is None:
+        return None
+    value: Uncertain = getattr(found, name)
+    # No error of a peak: it is that of one sample, the same in every row.
+    return Uncertain(factor * value.value, 0.0 if name == "peak_force" else factor * value.std)
+
+
+def _lost(hold: Hold | None, at: float | None) -> Uncertain | None:
+    """Return the relaxation in percent after a time in s, or at the end of the hold."""
+    found = None if hold is None else hold.relaxation if at is None else hold.after.get(at)
+    return None if found is None else Uncertain(100 * found.value, 100 * found.std)
+
+
+def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:
+    """Return a recorded value with its error, and the simulated value with as many digits."""
+    std = recorded.std if recorded is not None and recorded.std > 0 else math.nan
+    cells = []
+    for found in (recorded, simulated) if both else (simulated,):
+        if found is None or not math.isfinite(found.value):
+            cells.append("-")
+        elif found is recorded and found.std > 0:
+            cells.append(with_std(found.value, found.std))
+        else:
+            text = with_std(found.value, std).split(" ± ")[0]
+            cells.append(text.removeprefix("-") if float(text) == 0 else text)
+    return cells
+
+
+def _plain(value: float) -> str:
+    # Two decimals are enough for noise about zero.
+    return f"{float(f'{value:.2f}') + 0.0:g}"

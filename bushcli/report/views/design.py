@@ -1,0 +1,98 @@
+"""A design for target rates -> its document: targets, keys, derivatives, effect of tolerances."""
+
+from __future__ import annotations
+
+import math
+
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Paragraph, Row, Section, Table, note
+from bushcli.report.quantity import number
+from bushcli.study.design import Design
+
+_SPREAD = "Effect of the tolerances: change at the upper limit of each"
+_NOTE = (
+    "To first order, from the derivatives at the design. The worst case is the sum of the sizes of all changes; the "
+    "standard deviation is that of independent normal deviations whose limits are three standard deviations away."
+)
+
+
+def design_document(found: Design) -> Document:
+    """Return the document of a design."""
+    began = "The conditions above are those of the case file, where the search began."
+    sections = [
+        Section("", [Paragraph(began, on="page")]),
+        *(Section(table.title, [table]) for table in (_targets(found), _keys(found), _slopes(found))),
+        Section(_SPREAD, [_spreads(found), note(_NOTE)]),
+    ]
+    met = all(one.met for one in found.targets)
+    lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(found))]
+    seen = conditions(found.case)
+    return Document(design_headline(found), lines, "good" if met else "bad", sections, found.conditions, seen)
+
+
+def overrides(found: Design) -> list[str]:
+    """Return the design as values of ``--set``."""
+    return [f"{key}={one.value:.8g}" for key, one in found.keys.items()]
+
+
+def design_headline(found: Design) -> str:
+    """Return the result in one sentence."""
+    values = ", ".join(f"{key} = {number(one.value, 5)}" for key, one in found.keys.items())
+    missed = [one.target.name for one in found.targets if not one.met]
+    if missed:
+        return f"Nearest design: {values}; it misses {', '.join(missed)}"
+    return f"Design: {values}"
+
+
+def _targets(found: Design) -> Table:
+    rows = tuple(
+        (
+            one.target.name,
+            one.target.unit,
+            number(one.wanted, 5),
+            number(one.value, 5),
+            f"{round(100 * one.deviation, 3) + 0.0:+.3f} %",
+            "reached" if one.met else "missed",
+        )
+        for one in found.targets
+    )
+    return Table("Targets", ("target", "", "wanted", "value", "deviation", ""), rows, left=2)
+
+
+def _keys(found: Design) -> Table:
+    rows = tuple(
+        (
+            key,
+            number(one.value, 6),
+            number(one.start, 5),
+            number(one.lower, 5),
+            number(one.upper, 5),
+            "at its bound" if one.at_bound else "",
+        )
+        for key, one in found.keys.items()
+    )
+    return Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), rows)
+
+
+def _slopes(found: Design) -> Table:
+    keys = list(found.targets[0].slopes)
+    rows = [
+        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
+        for one in found.targets
+    ]
+    return Table("Derivatives, per unit of each key", ("target", "", *keys), tuple(rows), left=2)
+
+
+def _spreads(found: Design) -> Table:
+    keys: tuple[str, ...] = ()
+    rows: list[Row] = []
+    for one in found.targets:
+        if (spread := one.spread) is not None:
+            keys = tuple(spread.contributions)
+            share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
+            values = [
+                number(value, 3) for value in (*spread.contributions.values(), spread.worst, spread.std)
+            ]
+            rows.append((one.target.name, one.target.unit, *values, share))
+    heads = ("target", "", *keys, "worst case", "std", "within allowed")
+    return Table(_SPREAD, heads, tuple(rows), left=2)

@@ -1,0 +1,407 @@
+"""A diagnosis -> its document."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bushcli.diagnosis.result import SMALL, Diagnosis
+from bushcli.diagnosis.words import sentences
+from bushcli.effects.titles import phrase, title
+from bushcli.report.conditions import conditions
+from bushcli.report.document import (
+    Block,
+    Document,
+    Paragraph,
+    Picture,
+    Row,
+    Section,
+    Table,
+    note,
+    of_kind,
+    paragraphs,
+)
+from bushcli.report.quantity import listed, number, percent
+from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
+from bushcli.report.views.diagnosis import words
+from bushcli.report.views.diagnosis.paragraph import short_paragraphs
+from bushcli.report.views.diagnosis.values import derived_text, shown
+
+# The models that are shown hold together this share of the probability, as in the set of rivals.
+_CREDIBLE = 0.95
+_BAR, _EIGHTHS = 24, " ▏▎▍▌▋▊▉"
+# Rows of the table of models on the terminal.
+_MODELS = 6
+_HOW = (
+    "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
+    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name "
+    "to hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
+    "Below: simulated minus recorded force over time; the grey band is the noise, two standard deviations either way."
+)
+_PROBABILITIES = (
+    "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
+    "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
+)
+_VALUES = (
+    "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "
+    "value lies at least as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
+    "same model without the effect."
+)
+_RECORD = (
+    "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple where "
+    "it is too small. The places are described beside the curves, under the same numbers."
+)
+_TRIALS = (
+    "Predicted: from the linearised problem around a model that was fitted before. Found: after the fit. Both relative "
+    "to the plain law."
+)
+
+
+def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Document:
+    """Return the document of a diagnosis.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    pictures : sequence of Picture
+        For the page, which has zoomable plots in place of the pictures of curves.
+    """
+    is_faulty = found.verdict == "faulty_data"
+    missing = _missing(found, pictures)
+    sections = [
+        Section(
+            "How probable each effect is",
+            [
+                *paragraphs(words.ended(words.rival_lines(found))),
+                probability_table(found),
+                *of_kind(pictures, "probabilities"),
+            ],
+        ),
+        Section(
+            "The most probable models",
+            [model_table(found), note(_PROBABILITIES)],
+        ),
+        *([missing] if words.is_missing(found) else []),
+        _left_out(found, pictures),
+        Section(
+            "Before and after",
+            [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
+        ),
+        _curves(found, pictures),
+        *([] if words.is_missing(found) else [missing]),
+        _record(found, pictures),
+        Section(
+            "Where in the bushing",
+            [*paragraphs(words.ended(map_lines(found))), *of_kind(pictures, "bushing_map")],
+        ),
+        Section(
+            "Parameters",
+            [parameter_table(found), *([] if is_faulty else [Paragraph(_law_values(found), on="terminal")])],
+        ),
+        Section(
+            "Next test",
+            [*paragraphs(words.ended(words.next_test_lines(found))), *of_kind(pictures, "next_test")],
+        ),
+        _search(found),
+    ]
+    # Where the verdict is faulty data, its paragraph has the faults.
+    faults = [] if is_faulty else fault_lines(found.faults)
+    return Document(
+        words.headline(found),
+        short_paragraphs(found),
+        words.tone(found),
+        sections,
+        # The faults of the data are in the warning.
+        [one for one in found.conditions if one.name not in FAULTS],
+        # A diagnosis does not assume the effects of the case.
+        conditions(
+            replace(found.case, effects=()),
+            found.material,
+            found.law_from if found.law_fixed else "recordings",
+        ),
+        Section("Data faults", [fault_table(found), *paragraphs(faults, "terminal")]),
+    )
+
+
+def _curves(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+    """Return the curves with the misfit over time; of faulty data the recorded curves."""
+    curves = of_kind(pictures, "diagnosed")
+    if found.verdict == "faulty_data":
+        return Section("Recorded curves", curves)
+    left = any(one.faulty.any() for one in found.channels)
+    how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if left else "")
+    return Section("Recorded and simulated curves", [*curves, note(how)])
+
+
+def _left_out(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+    blocks: list[Block] = [*paragraphs(effect_lines(found)), effect_table(found)]
+    blocks += [note(_VALUES), *of_kind(pictures, "priors")]
+    fold, folded = "Where the priors come from", [source_table(found)]
+    return (
+        Section("What was left out", blocks, fold=fold, folded=folded) if found.effects else Section("", ())
+    )
+
+
+def _missing(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+    """Return the section on unknown physics; on the terminal only where it may be missing."""
+    what = "Recorded minus simulated force of the most probable model, without noise"
+    what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
+    shapes = of_kind(pictures, "missing")
+    blocks = [
+        *paragraphs(words.ended(words.missing_lines(found))),
+        *([note(what)] if shapes else []),
+        *shapes,
+    ]
+    if words.is_missing(found):
+        return Section("What is missing", blocks)
+    return Section("Misfit that the most probable model leaves", blocks, on="page")
+
+
+def _record(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+    """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
+    if found.verdict == "faulty_data":
+        return Section("Where in the record", of_kind(pictures, "record_map"))
+    places = points(sentences(found.location))
+    blocks = paragraphs(places, "terminal" if found.location.mismatch else "both")
+    if found.remaining.mismatch and found.effects:
+        blocks += paragraphs(
+            ["After the most probable model:", *words.ended(points(sentences(found.remaining)))]
+        )
+    explained = [note(_RECORD)] if found.location.mismatch else []
+    return Section("Where in the record", [*blocks, *explained, *of_kind(pictures, "record_map")])
+
+
+def _search(found: Diagnosis) -> Section:
+    failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
+    solved = f"{found.forward_solves} simulations of one channel, {failed}, {found.seconds:.0f} s"
+    blocks = [
+        *paragraphs(words.ended(words.searched_lines(found))),
+        *paragraphs(words.ended(untestable_lines(found)), "terminal"),
+        untestable_table(found),
+        *paragraphs([solved] if found.verdict != "faulty_data" else [], kind="note"),
+    ]
+    folded: list[Block] = [trial_table(found), note(_TRIALS)]
+    return Section("How far the search went", blocks, fold="The models that were fitted", folded=folded)
+
+
+def effect_lines(found: Diagnosis) -> list[str]:
+    """Return a line for each effect: probability, summary, whether its values are plausible, and a remark."""
+    lines = []
+    for effect in found.effects:
+        doubt = "" if effect.plausible else " Hardly plausible."
+        remark = f" {words.ended([effect.remark])[0]}" if effect.remark else ""
+        lines.append(
+            f"{effect.label} ({words.chance(effect.probability)}): {words.ended([effect.summary])[0]}{doubt}{remark}"
+        )
+    return lines
+
+
+def map_lines(found: Diagnosis) -> list[str]:
+    """Return a paragraph for each map of the bushing, with its channels if the diagnosis has several."""
+    lines = []
+    for one in found.maps:
+        both = " together" if len(one.channels) > 1 else ""
+        where = f"In the rubber ({listed(list(one.channels))}{both}): " if len(found.channels) > 1 else ""
+        lines.append(f"{where}{one.text}")
+    cause = {
+        "missing_physics": listed(words.effect_names(found)),
+        "law_too_poor": f"that the {words.law_title(found.plain.law)} law is too poor",
+    }.get(found.verdict)
+    if lines and cause and any(one.helps_locally for one in found.maps):
+        lines.append(f"The map shows the misfit of the plain law; the most probable cause is {cause}.")
+    return lines
+
+
+def untestable_lines(found: Diagnosis) -> list[str]:
+    """Return a line that lists the effects which these recordings cannot show; the report gives the reasons."""
+    names = [phrase(name) for name in found.searched.untestable]
+    if not names:
+        return []
+    return [
+        f"Not detectable in these recordings: {listed(names)} (reasons: result.json and report.html, -o DIR)"
+    ]
+
+
+def _law_values(found: Diagnosis) -> str:
+    own = {name: quantity for name, quantity in found.parameters.items() if "." not in name}
+    if own and not found.law_fixed:
+        values = ", ".join(f"{name} {shown(name, q, found.channels).text}" for name, q in own.items())
+    else:
+        values = ", ".join(f"{name} {number(value, 4)}" for name, value in found.material.parameters.items())
+    fixed = f" (fixed, from the {found.law_from})" if found.law_fixed else ""
+    return f"{words.law_title(found.material.law)} law: {values}{fixed}"
+
+
+def points(lines: Sequence[str]) -> list[str]:
+    """Number the lines where there is more than one."""
+    return [f"{i}. {line}" for i, line in enumerate(lines, start=1)] if len(lines) > 1 else list(lines)
+
+
+def probability_table(found: Diagnosis) -> Table:
+    """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
+    ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
+    rows: list[Row] = [(title(name), bar(p), words.short_chance(p)) for name, p in ranked if p >= SMALL]
+    name = "Probability that the effect is present"
+    if not rows:
+        return Table(name, ("", "", ""), ())
+    few, hidden = words.unlikely(found, SMALL), words.undetectable(found, SMALL)
+    if few:
+        rows.append((_counted(few, "others, each"), bar(0.0), words.short_chance(0.0)))
+    if hidden:
+        rows.append((_counted(hidden, "not detectable"), bar(0.0), words.short_chance(math.nan)))
+    return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
+
+
+def _counted(names: Sequence[str], words: str) -> str:
+    """Return the title of a single effect, otherwise the number of effects with words behind it."""
+    return f"{len(names)} {words}" if len(names) > 1 else title(names[0])
+
+
+def bar(share: float) -> str:
+    """Return a share, 0 to 1, as a bar of block characters; one above zero has at least an eighth of a character."""
+    eighths = max(round(8 * _BAR * share), 1 if share > 0 else 0)
+    return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
+
+
+def model_table(found: Diagnosis) -> Table:
+    """Return the most probable models, as many as hold 95 % of the probability together."""
+    rows: list[Row] = []
+    so_far = 0.0
+    for one in found.models:
+        if so_far >= _CREDIBLE:
+            break
+        so_far += one.probability
+        rows.append(
+            (
+                words.model_title(one.law, one.effects, one.variants),
+                words.short_chance(one.probability),
+                words.short_chance(so_far),
+                logarithm(one.log_evidence),
+                "predicted" if one.misfit is None else number(one.misfit),
+                "-" if one.form_error is None else percent(100 * one.form_error),
+            )
+        )
+    heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "error/effect")
+    return Table("Models that hold 95 % of the probability together", heads, tuple(rows), most=_MODELS)
+
+
+def logarithm(value: float) -> str:
+    """Return the natural logarithm of an evidence, relative to that of the plain law, as text."""
+    return f"{value:+.1f}" if math.isfinite(value) else "-"
+
+
+def effect_table(found: Diagnosis) -> Table:
+    """Return each effect that was left out, with its parameters before and after the recordings."""
+    rows: list[Row] = []
+    also = any(derived_text(quantity) for one in found.effects for quantity in one.parameters.values())
+    for effect in found.effects:
+        first, evidence = effect.label, number(effect.evidence, 2)
+        for name, quantity in effect.parameters.items():
+            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            far = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
+            known = (value.text, value.interval, value.prior_text, far)
+            rows.append((first, name, *known, *((derived_text(quantity),) if also else ()), evidence))
+            first, evidence = "", ""
+    heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %", "as far out")
+    heads = (*heads, *(("that is",) if also else ()), "evidence")
+    name = "Values with 95 % intervals: posterior and prior"
+    return Table(name, heads, tuple(rows), left=2, detail=range(5, len(heads)))
+
+
+def source_table(found: Diagnosis) -> Table:
+    """Return the sources of the priors of the effects' parameters."""
+    rows = [
+        (effect.label, name, quantity.prior_source)
+        for effect in found.effects
+        for name, quantity in effect.parameters.items()
+        if quantity.prior_source
+    ]
+    return Table("", ("effect", "parameter", "source"), tuple(rows), left=3)
+
+
+def parameter_table(found: Diagnosis) -> Table:
+    """Return all parameters of the most probable model."""
+    rows: list[Row] = []
+    also = any(derived_text(quantity) for quantity in found.parameters.values())
+    for name, quantity in found.parameters.items():
+        value = shown(name, quantity, found.channels)
+        effect, _, own = name.rpartition(".")
+        rows.append(
+            (
+                f"{title(effect)}: {own}" if effect else own,
+                quantity.meaning,
+                "-" if value.unit == "1" else value.unit,
+                value.word or number(value.value, 4),
+                "-" if value.word else number(value.std, 2),
+                value.interval,
+                value.prior_text,
+                *([derived_text(quantity)] if also else []),
+            )
+        )
+    heads: Row = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %")
+    heads = (*heads, "that is") if also else heads
+    return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
+
+
+def misfit_table(found: Diagnosis) -> Table:
+    """Return the misfit before and after, the noise, and the form error of each channel; no rows without a fit."""
+    if found.verdict == "faulty_data":
+        return Table("", (), ())
+    rows = []
+    form = found.form_error.percent
+    for one in found.channels:
+        row = [
+            words.channel_label(one),
+            percent(one.before_percent),
+            percent(one.after_percent),
+            percent(one.noise_percent),
+        ]
+        rows.append((*row, percent(form.get(one.name))) if form else tuple(row))
+    heads: Row = ("channel", "before", "after", "noise")
+    if form:
+        heads = (*heads, "form error")
+    return Table("Rms misfit, % of the force range", heads, tuple(rows))
+
+
+def trial_table(found: Diagnosis) -> Table:
+    """Return all models that were fitted, in the order of the search."""
+    rows = [
+        (
+            str(order),
+            words.model_title(one.law, one.effects),
+            one.text,
+            logarithm(one.predicted),
+            logarithm(one.log_evidence),
+            number(one.misfit),
+        )
+        for order, one in enumerate(found.searched.trials, start=1)
+    ]
+    heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
+    name = "Models in the order of the search (ln of evidence times odds)"
+    return Table(name, heads, tuple(rows), left=3)
+
+
+def untestable_table(found: Diagnosis) -> Table:
+    """Return the effects that these recordings cannot show, with the reasons."""
+    rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
+    return Table("Not detectable in these recordings", ("effect", "why"), tuple(rows), left=2, on="page")
+
+
+def fault_table(found: Diagnosis) -> Table:
+    """Return the faults of the recordings with their remedies, the fatal ones first."""
+    rows = [
+        (
+            one.channel,
+            fault_kind(one),
+            one.where,
+            "correct first"
+            if one.fatal
+            else f"{100 * one.probability:.0f} % probable"
+            if one.doubtful
+            else f"{int(one.samples.sum())} samples left out",
+            one.remedy,
+        )
+        for one in sorted(found.faults, key=lambda one: not one.fatal)
+    ]
+    return Table("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5, on="page")

@@ -1,0 +1,190 @@
+"""A diagnosis in plain sentences, one short paragraph for each question."""
+
+from __future__ import annotations
+
+import math
+
+from bushcli.diagnosis.result import Diagnosis
+from bushcli.diagnosis.words import sentences
+from bushcli.effects.titles import NOTHING
+from bushcli.report.quantity import listed, percent
+from bushcli.report.verdict import fault_lines
+from bushcli.report.views.diagnosis.values import parameters_text
+from bushcli.report.views.diagnosis.words import (
+    best_probability,
+    catalogue,
+    chance,
+    effects_with_chance,
+    ended,
+    form_error_line,
+    group_of,
+    is_missing,
+    law_title,
+    likely,
+    missing_lines,
+    missing_physics,
+    model_title,
+    searched_lines,
+    shows_nothing,
+    together,
+)
+
+# Largest number of sets of effects that are named; the report has the others in a table.
+_SETS = 6
+# An effect that is less probable than this is always named with its probability.
+_SURE = 0.95
+# Probability of no effect from which on it is said that something is only probably left out.
+_DOUBT = 0.05
+# An error of the law's formula is mentioned where it exceeds this many times the noise.
+NOTABLE = 1.0
+
+
+def paragraph(found: Diagnosis) -> str:
+    """Return the diagnosis in one paragraph."""
+    return " ".join(short_paragraphs(found))
+
+
+def short_paragraphs(found: Diagnosis) -> list[str]:
+    """Return what was found, where, why, the improvement, what is missing, alternatives, and what to do next."""
+    if found.verdict == "faulty_data":
+        return [_opening(found), *ended(fault_lines(found.faults))]
+    explained, unexplained = found.verdict == "explained", found.verdict == "unexplained"
+    parts = [
+        [_opening(found), *(ended(missing_lines(found)[1:]) if unexplained and not found.unsearched else [])],
+        [] if explained else ended(sentences(found.location)[:2]),
+        [*_effects(found), _law(found)] if found.effects else [],
+        [] if explained else [_gain(found), *ended([form_error_line(found)])],
+        ended(missing_lines(found)) if is_missing(found) and not unexplained else [],
+        [_rivals(found)],
+        [] if found.next_test is None else [f"Next test: {found.next_test.text.rstrip('.')}."],
+        [] if found.searched.complete else ended(searched_lines(found)[:1]),
+    ]
+    joined = [" ".join(sentence for sentence in part if sentence) for part in parts]
+    return [text for text in joined if text]
+
+
+def _opening(found: Diagnosis) -> str:
+    law = law_title(found.plain.law)
+    channels = listed([channel.name for channel in found.channels if not channel.held_out])
+    many = "s" if sum(not channel.held_out for channel in found.channels) > 1 else ""
+    origin = {
+        "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
+        "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels} recording{many}",
+    }[found.law_from]
+    best = best_probability(found)
+    match found.verdict:
+        case "explained":
+            return f"{origin}, describes {'them' if many else 'it'}{best}: {_nothing_missing(found)}."
+        case "law_too_poor":
+            other = law_title(found.material.law)
+            short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
+            return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
+                f"{other} fits better without any further physics{best}, but not to within the noise."
+                if short
+                else f"{other} describes the same rubber without any further physics{best}."
+            )
+        case "unexplained" if found.unsearched:
+            return (
+                f"{origin}, may lack something. The search ended before it could tell which effects are probable: "
+                f"none of them is ruled out.{_so_far(found)}"
+            )
+        case "unexplained":
+            sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
+            return f"{origin}, leaves a misfit larger than the noise. {sure[0]}."
+        case "faulty_data":
+            return "A diagnosis is possible only after the data are corrected."
+        case "missing_physics":
+            if group_of(found) is not None:
+                return f"{origin}, leaves something out: {missing_physics(found)}."
+            if len(likely(found)) > 1:
+                # Several effects may be probable together though none of them is alone.
+                none = found.probability.get(NOTHING, 0.0)
+                leaves = (
+                    f"probably leaves something out ({chance(1.0 - none)})"
+                    if none >= _DOUBT
+                    else "leaves something out"
+                )
+                return f"{origin}, {leaves}: most probably {listed(effects_with_chance(found))}."
+            return f"{origin}, leaves something out: {listed(effects_with_chance(found))}."
+
+
+def _nothing_missing(found: Diagnosis) -> str:
+    """Return what is said of the rest where the law alone describes the recordings."""
+    said = "nothing is missing that these recordings could show"
+    if shows_nothing(found):
+        said += ", and they can show none of the effects considered"
+    noise = {channel.name: channel.noise_percent for channel in found.channels}
+    errors = {name: size for name, size in found.form_error.percent.items() if size > NOTABLE * noise[name]}
+    if not errors:
+        return said
+    sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
+    return f"{said}, if the formula of the law may err by {sizes} (rms, of the force range)"
+
+
+def _so_far(found: Diagnosis) -> str:
+    """Return a sentence on the best model of a search that ended too early; empty if only laws were fitted."""
+    trials = [one for one in found.searched.trials if math.isfinite(one.log_evidence)]
+    best = max(trials, key=lambda one: one.log_evidence, default=None)
+    if best is None or not best.effects:
+        return ""
+    return f" Of the {len(trials)} models fitted so far {model_title(best.law, best.effects)} is the most probable."
+
+
+def _law(found: Diagnosis) -> str:
+    """Return a sentence if the law differs from that of the plain model."""
+    if found.material.law != found.plain.law:
+        replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
+        return f"The model also has {replaced}: both changes together reduce the misfit."
+    if found.law_from == "coupons" and not found.law_fixed:
+        return (
+            "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "
+            "the misfit."
+        )
+    return ""
+
+
+def _effects(found: Diagnosis) -> list[str]:
+    parts: list[str] = []
+    for one in found.effects:
+        values = parameters_text(one, found.channels)
+        sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
+        parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
+        if not one.plausible:
+            parts += ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
+    return parts
+
+
+def _gain(found: Diagnosis) -> str:
+    parts: list[str] = []
+    for channel in found.channels:
+        if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
+            continue
+        held = ", held out," if channel.held_out else ""
+        parts.append(
+            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force "
+            f"range (noise {channel.noise_percent:.2g} %)"
+        )
+    if not parts:
+        return ""
+    what = "With it" if len(found.effects) == 1 else "With them" if found.effects else ""
+    if not what and found.material.law != found.plain.law:
+        what = f"With the {law_title(found.material.law)} law"
+    falls = all(channel.after_percent <= channel.before_percent for channel in found.channels)
+    change = "the misfit falls" if falls else "the misfit changes"
+    return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
+
+
+def _rivals(found: Diagnosis) -> str:
+    """Return a sentence with the other sets of effects that are possible, with their probabilities."""
+    others = [f"{together(one.effects)} ({chance(one.probability)})" for one in likely(found)[1:]]
+    if not others:
+        return ""
+    if len(others) > _SETS:
+        others = [*others[: _SETS - 1], "others"]
+    if found.verdict == "explained":
+        return f"Not ruled out: {', '.join(others)}."
+    first = likely(found)[0]
+    return (
+        f"These recordings cannot tell {together(first.effects)} ({chance(first.probability)}) from: "
+        f"{'; '.join(others)}."
+    )

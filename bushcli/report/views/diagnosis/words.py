@@ -1,0 +1,428 @@
+"""A diagnosis in sentences: names, headline, alternatives that it cannot distinguish, extent of the search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
+from bushcli.effects.names import effect_name, within
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
+from bushcli.report.document import Tone
+from bushcli.report.quantity import listed, percent
+from bushcli.report.verdict import faulty_data
+
+# A probability beyond these is given as a limit, because no model is certain.
+_ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
+# Sets of effects that are less probable than this are in the tables only.
+_NAMED = 0.05
+# Largest number of sets of effects in the headline.
+_SETS = 3
+# Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
+_POSSIBLE = 0.05
+
+
+@dataclass(frozen=True)
+class Likely:
+    """A set of effects in the credible set, the fewest sets that hold 95 % of the probability.
+
+    Attributes
+    ----------
+    effects : tuple of str
+    probability : float
+        Sum over all models with these effects and any law.
+    """
+
+    effects: tuple[str, ...]
+    probability: float
+
+
+def headline(found: Diagnosis) -> str:
+    """Return the verdict in one sentence, without its full stop, and that it misses what was held out, if it does."""
+    missed = any(condition.name == "held_out_missed" for condition in found.conditions)
+    return _verdict(found) + ("; but it does not predict what was held out" if missed else "")
+
+
+def _verdict(found: Diagnosis) -> str:
+    law, best = law_title(found.material.law), best_probability(found)
+    match found.verdict:
+        case "explained":
+            blind = ", which can show none of the effects" if shows_nothing(found) else ""
+            return (
+                f"Explained: the {law} law alone describes the recordings{best}{blind}{_not_ruled_out(found)}"
+            )
+        case "law_too_poor":
+            better = f"the {law} law describes the recordings without any effect{best}"
+            return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
+        case "missing_physics":
+            return f"Missing physics: {missing_physics(found)}"
+        case "unexplained" if found.unsearched:
+            return "Not diagnosed: the search ended before it could tell which effects are probable"
+        case "unexplained":
+            beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
+            p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
+            known = _not_ruled_out(found, [UNKNOWN])
+            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"
+        case "faulty_data":
+            return faulty_data(found.faults)
+
+
+def shows_nothing(found: Diagnosis) -> bool:
+    """Whether these recordings can show none of the effects considered, whatever their size."""
+    considered = set(found.probability) - {NOTHING, UNKNOWN}
+    return bool(considered) and considered <= set(found.searched.untestable)
+
+
+def likely(found: Diagnosis) -> tuple[Likely, ...]:
+    """Return the sets of effects to be named: the best model's, and those of the credible set with at least 5 %.
+
+    A single other set of the credible set is named in any case.
+    """
+    if not found.models:
+        return ()
+    best = found.models[0].effects
+    sets = [
+        Likely(names, sum(one.probability for one in found.models if set(one.effects) == set(names)))
+        for names in (best, *found.rivals)
+    ]
+    named = [one for one in sets[1:] if one.probability >= _NAMED]
+    if not named and len(sets) == 2:
+        # Without it the first set would be named alone, with less than what is certain.
+        named = sets[1:]
+    return (sets[0], *named)
+
+
+def best_probability(found: Diagnosis) -> str:
+    """Return the probability of the most probable set of effects in brackets; empty if no models were compared."""
+    sets = likely(found)
+    return f" ({chance(sets[0].probability)})" if sets else ""
+
+
+def effects_with_chance(found: Diagnosis) -> list[str]:
+    """Return the effects of the most probable model, each with its own probability."""
+    return [f"{name} ({chance(p)})" for name, p in _named(found).items()]
+
+
+def effect_names(found: Diagnosis) -> list[str]:
+    """Return the effects of the most probable model for a sentence, with channels if an effect occurs twice."""
+    return list(_named(found))
+
+
+def _named(found: Diagnosis) -> dict[str, float]:
+    own = [effect_name(one.name) for one in found.effects]
+    named = {}
+    for one, name in zip(found.effects, own, strict=True):
+        if one.channels and own.count(name) > 1:
+            named[f"{within(one.title)} ({', '.join(one.channels)})"] = one.probability
+        else:
+            # Without a channel it is the effect in any of them.
+            named[within(one.title)] = found.probability.get(name, one.probability)
+    return named
+
+
+def catalogue(found: Diagnosis) -> str:
+    """Return the words for the effects that were considered: "in the catalogue of effects"."""
+    if found.searched.not_simulated:
+        return "among the effects with which the bushing can be simulated"
+    if found.asked is None:
+        return "in the catalogue of effects"
+    return f"among the effects asked for ({listed([phrase(name) for name in found.asked])})"
+
+
+def group_of(found: Diagnosis) -> Group | None:
+    """Return the group of which each likely set has one member, not the same in all sets; None without such a group.
+
+    Sets in which the unknown effect stands in place of known ones do not count.
+    """
+    rests = _known(_rests(found))
+    if len(rests) < 2:
+        return None
+    for group in sorted(found.groups, key=lambda one: (len(one.effects), -one.probability)):
+        members = {effect_name(name) for name in group.effects}
+        # A set with two members says that both are there, which "one or the other" denies.
+        if all(len(members & {effect_name(name) for name in rest.effects}) == 1 for rest in rests):
+            return group
+    return None
+
+
+def group_text(group: Group) -> str:
+    """Return a group with its probability: "dissipation (97 %): internal friction or viscoelasticity, ..."."""
+    p = f" ({chance(group.probability)})"
+    if group.name and group.text.startswith(group.name):
+        return f"{group.name}{p}{group.text[len(group.name) :]}"
+    return f"{group.text}{p}"
+
+
+def missing_physics(found: Diagnosis) -> str:
+    """Return what was left out: the certain effects, then the group or the alternative sets."""
+    sets = likely(found)
+    if len(sets) < 2:
+        return _alone(found)
+    common = set.intersection(*(set(one.effects) for one in sets))
+    sure = [
+        f"{name} ({chance(p)})"
+        for (name, p), one in zip(_named(found).items(), found.effects, strict=True)
+        if one.name in common
+    ]
+    group = group_of(found)
+    if group is not None:
+        more = set.union(*(set(one.effects) for one in _known(_rests(found))))
+        members = {effect_name(name) for name in group.effects}
+        others = sorted(name for name in more if effect_name(name) not in members)
+        also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
+        unknown = [one for one in _rests(found) if set(one.effects) == {UNKNOWN}]
+        besides = f"; not ruled out: {phrase(UNKNOWN)} ({chance(unknown[0].probability)})" if unknown else ""
+        # It follows a colon, and a sentence must not have two.
+        return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also + besides
+    if sure:
+        rests = _some(
+            [f"{together(one.effects, 'nothing else')} ({chance(one.probability)})" for one in _rests(found)]
+        )
+        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
+    # No effect is not missing: it is named as what else is possible.
+    rests = _some([f"{together(one.effects)} ({chance(one.probability)})" for one in sets if one.effects])
+    none = [one for one in sets if not one.effects]
+    besides = f"; not ruled out: no effect ({chance(none[0].probability)})" if none else ""
+    apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
+    return f"{', or '.join(rests)}{apart}{besides}"
+
+
+def _alone(found: Diagnosis) -> str:
+    """Return the effects of the only likely set, with its probability and their own where these differ."""
+    own = list(map(chance, _named(found).values()))
+    of_set = chance(likely(found)[0].probability)
+    if len(own) == 1 and own != [of_set]:
+        return f"{listed(effects_with_chance(found))}, with nothing else ({of_set})"
+    return f"{listed(effect_names(found))} ({of_set})"
+
+
+def _some(sets: list[str]) -> list[str]:
+    """Return what a headline has room for: the first sets, and a word for the others."""
+    return [*sets[: _SETS - 1], "others"] if len(sets) > _SETS else sets
+
+
+def _rests(found: Diagnosis) -> list[Likely]:
+    """Return the likely sets without the effects that all of them have."""
+    sets = likely(found)
+    common = set.intersection(*(set(one.effects) for one in sets)) if sets else set()
+    return [
+        Likely(tuple(name for name in one.effects if name not in common), one.probability) for one in sets
+    ]
+
+
+def _known(sets: Sequence[Likely]) -> list[Likely]:
+    """Return the sets without those that consist of the unknown effect alone."""
+    return [one for one in sets if set(one.effects) != {UNKNOWN}]
+
+
+def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
+    """Return the other likely sets, except those that have one of the effects `without`."""
+    others = [
+        f"{together(one.effects)} ({chance(one.probability)})"
+        for one in likely(found)[1:]
+        if not set(one.effects) & set(without)
+    ]
+    return f"; not ruled out: {', '.join(_some(others))}" if others else ""
+
+
+def tone(found: Diagnosis) -> Tone:
+    """Return the tone of the verdict, which selects its colour."""
+    tones: dict[str, Tone] = {
+        "explained": "good",
+        "unexplained": "bad",
+        "faulty_data": "bad",
+    }
+    return tones.get(found.verdict, "plain")
+
+
+def is_missing(found: Diagnosis) -> bool:
+    """Whether unknown physics is probable enough to be reported as missing."""
+    return found.missing is not None and (
+        found.verdict == "unexplained" or found.missing.probability >= _POSSIBLE
+    )
+
+
+def missing_lines(found: Diagnosis) -> list[str]:
+    """Return sentences on the unknown physics: its probability, its share of the misfit, its appearance."""
+    missing = found.missing
+    if missing is None:
+        return []
+    first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
+    none = "no known effect" if found.asked is None else "none of the effects asked for"
+    none = "none of these" if found.searched.not_simulated else none
+    of = percent(100 * missing.share)
+    share = f"{of} of the misfit of the plain law (squared, above the noise) is explained by {none}"
+    return [first, share, *missing.text]
+
+
+def form_error_line(found: Diagnosis) -> str:
+    """Return a sentence on the form error and how much of the remaining misfit it covers; empty without models."""
+    form = found.form_error
+    if not found.models:
+        return ""
+    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
+    size = f"of {listed(by_channel)} (rms, of the force range)"
+    only = "" if form.covers >= 0.5 else "only "
+    share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
+    covered = f"{only}{share} of the remaining misfit above the noise"
+    fitted = [one for one in found.channels if not one.held_out]
+    within_noise = form.covers >= 1.0 and all(one.after_percent <= one.noise_percent for one in fitted)
+    if UNKNOWN in found.models[0].effects:
+        return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
+    if not by_channel:
+        return "Errors of the formulas do not show beside the noise: the misfit of the most probable model is all noise"
+    rest = (
+        "the remaining misfit is no larger than the noise" if within_noise else f"this accounts for {covered}"
+    )
+    return f"The formulas of the most probable model are assumed to err by {size[3:]}; {rest}"
+
+
+def rival_lines(found: Diagnosis) -> list[str]:
+    """Return the groups and the sets of effects that these recordings cannot distinguish, with their probabilities."""
+    lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, found.groups)]
+    sets = likely(found)
+    if len(sets) > 1:
+        names = "; ".join(f"{together(one.effects)} ({chance(one.probability)})" for one in sets)
+        lines.append(f"These recordings cannot tell apart: {names}")
+    return lines
+
+
+def next_test_lines(found: Diagnosis) -> list[str]:
+    """Return sentences on the proposed test and the information expected from it, or on why none is proposed."""
+    test = found.next_test
+    if test is None:
+        return _no_test(found)
+    bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
+    gain = f"It is expected to give {bits}"
+    return [test.text, gain] if test.possible > 0 else [test.text]
+
+
+def _no_test(found: Diagnosis) -> list[str]:
+    """Return why no test is proposed although there are rivals; nothing where the search did not end by itself."""
+    if not found.rivals or found.searched.ended != "nothing left":
+        return []
+    known = [one for one in (found.models[0].effects, *found.rivals) if UNKNOWN not in one]
+    if len(known) < 2:
+        return ["No test is proposed: of unknown physics nothing can be predicted"]
+    return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
+
+
+def searched_lines(found: Diagnosis) -> list[str]:
+    """Return sentences on the number of fitted models, whether others matter, and models that could not be solved."""
+    if found.verdict == "faulty_data":
+        return []
+    searched = found.searched
+    count = len(searched.trials)
+    if not count:
+        return []
+    fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
+    why = {
+        "nothing left": "",
+        "budget": ": the time limit was reached",
+        "interrupted": ": the search was interrupted",
+    }.get(searched.ended, "")
+    lines = [
+        f"{fitted}, the others predicted; fitting these too could shift {chance(searched.left)} of the probability{why}"
+    ]
+    if searched.lost:
+        lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
+    return lines
+
+
+def channel_label(channel: DiagnosedChannel) -> str:
+    """Return the name of a channel, with "(held out)" where it applies."""
+    return f"{channel.name} (held out)" if channel.held_out else channel.name
+
+
+def ended(lines: Iterable[str]) -> list[str]:
+    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]
+
+
+def law_title(name: str) -> str:
+    """Return the name of a law as in the literature: "Mooney-Rivlin", "neo-Hookean"."""
+    return "-".join(part if part == "neo" else part.capitalize() for part in name.split("_"))
+
+
+def together(names: Sequence[str], none: str = "no effect") -> str:
+    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset".
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of effects, with their rigs.
+    none : str
+        Words for an empty set.
+    """
+    first, *others = [phrase(name) for name in names] or [none]
+    return f"{first} with {listed(others)}" if others else first
+
+
+def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
+    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
+
+    Parameters
+    ----------
+    law : str
+        Name of the law.
+    names : sequence of str
+        Names of effects, with their rigs.
+    variants : mapping of str to str, optional
+        Effect -> what distinguishes it from the same effect in another model: "viscoelasticity, 2 branches".
+    """
+    if not names:
+        return f"{law_title(law)} alone"
+    known = variants or {}
+    parts = [f"{phrase(name)} ({known[name]})" if known.get(name) else phrase(name) for name in names]
+    return " + ".join((law_title(law), *parts))
+
+
+def chance(probability: float) -> str:
+    """Return a probability in words: "97 %", "more than 99 %", "less than 1 %"; never 0 or 100 %."""
+    return short_chance(probability).replace(">", "more than").replace("<", "less than")
+
+
+def short_chance(probability: float) -> str:
+    """Return a probability for a table: "97 %", "> 99 %", "< 1 %"; a dash for nan."""
+    if probability != probability:
+        return "-"
+    if probability < _ALMOST_NEVER:
+        return "< 1 %"
+    return "> 99 %" if probability > _ALMOST_CERTAIN else f"{100 * probability:.0f} %"
+
+
+def unlikely(found: Diagnosis, limit: float) -> list[str]:
+    """Return the effects that are less probable than a limit and that these recordings could show.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1.
+
+    Returns
+    -------
+    list of str
+        Names, the most probable first; unknown physics and `nothing` are among them.
+    """
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    return [name for name, p in ranked if p < limit and name not in found.searched.untestable]
+
+
+def undetectable(found: Diagnosis, limit: float) -> list[str]:
+    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1; an effect that reaches it beside another effect is left out.
+
+    Returns
+    -------
+    list of str
+        Names, in the order of the search.
+    """
+    return [name for name in found.searched.untestable if found.probability.get(name, 0.0) < limit]

@@ -1,0 +1,313 @@
+"""A direct prediction -> its document: stiffness, misfit, six motions, contact, and how it was solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.report.conditions import conditions
+from bushcli.report.cycles import response_histories, with_hysteresis
+from bushcli.report.document import (
+    Document,
+    Picture,
+    Row,
+    Section,
+    Table,
+    of_kind,
+    paragraphs,
+)
+from bushcli.report.quantity import (
+    FORCE_UNITS,
+    MOTION_UNITS,
+    largest_reactions,
+    number,
+    percent,
+    quantities,
+    shown_motion,
+)
+from bushcli.report.verdict import judge
+from bushcli.report.views.cycles import history_section
+from bushcli.report.views.fit import fit_section
+from bushcli.report.views.mesh import measure_table
+from bushcli.runtime.condition import Condition
+from cases.six import MOTIONS, REACTIONS
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.six import SixCurve
+
+Array = NDArray[np.float64]
+
+# Rows of a printed path: its ends and states between them.
+_ROWS = 9
+# Values below this share of the largest one of the same kind are rounding errors and are printed as zero.
+_NOTHING = 1e-6
+
+
+def direct_document(
+    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, pictures: Sequence[Picture] = ()
+) -> Document:
+    """Return the document of a direct prediction.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    pictures : sequence of Picture
+        For the page.
+    """
+    verdict, shape = judge(response, misfits), response.case.geometry
+    checked = [channel for channel in response.channels if channel.mesh_error is not None]
+    errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
+    error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
+    read = [*paragraphs(shape.notes), measure_table(shape), *of_kind(pictures, "geometry")]
+    sections = [
+        Section("Channels", [channel_table(response, misfits), *paragraphs([error], kind="note")]),
+        Section(f"Simulated {'and recorded ' if misfits else ''}curves", of_kind(pictures, "curve")),
+        Section("Six motions", [*six_tables(response), *of_kind(pictures, "six")]),
+        history_section(response_histories(response, misfits), pictures),
+        *([] if fit is None else [fit_section(fit, pictures)]),
+        Section("Contact", [contact_table(response)]),
+        Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
+        Section("Deformed shape at the largest displacement", of_kind(pictures, "deformed")),
+        Section("Mesh and solution", [solution_table(response), *of_kind(pictures, "mesh")], on="page"),
+    ]
+    return Document(
+        verdict.headline,
+        verdict.lines,
+        {True: "good", False: "bad", None: "plain"}[verdict.within],  # type: ignore[arg-type]
+        sections,
+        problems_of(response, misfits, fit),
+        conditions(response.case, response.material),
+        ends_with_verdict=True,
+    )
+
+
+def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
+    """Return the conditions of a direct prediction.
+
+    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
+    that are not simulated.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    """
+    left = tuple(
+        Condition(
+            "not_compared",
+            f"{channel.name}: the simulation ended before the recording could be compared with it",
+            "see why the simulation stopped",
+        )
+        for channel in response.channels
+        if channel.recording is not None and channel.name not in misfits
+    )
+    # What is unusual about the case is said by the fit to its coupons and by the simulation.
+    known = tuple(dict.fromkeys((*(fit.conditions if fit else ()), *response.conditions, *left)))
+    return with_hysteresis(known, response_histories(response, misfits))
+
+
+def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+    """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    """
+    return _compared(response, misfits) if misfits else _simulated(response)
+
+
+def _simulated(response: Response) -> Table:
+    heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
+    rows: list[Row] = []
+    for channel in response.channels:
+        shown = quantities(channel.mode)
+        ends = [shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))]
+        leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
+        rows.append(
+            (
+                f"{channel.name}{leads}",
+                shown.stiffness_unit,
+                number(shown.stiffness(channel.curve.initial_stiffness())),
+                number(shown.stiffness(channel.curve.secant_stiffness())),
+                *(number(end) for end in ends),
+                shown.displacement_unit,
+            )
+        )
+    return Table("Simulated stiffness", heads, tuple(rows), left=2)
+
+
+def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+    heads = (
+        *("channel", "stiffness", "simulated", "measured", "sim/meas"),
+        *("rms", "peak", "noise", f"within {response.case.tolerance.text}"),
+    )
+    rows = []
+    for channel in response.channels:
+        shown, found = quantities(channel.mode), misfits.get(channel.name)
+        unit = shown.stiffness_unit
+        if found is None:
+            secant = number(shown.stiffness(channel.curve.secant_stiffness()))
+            rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
+            continue
+        for name, ours, theirs, rest in (
+            (
+                "secant",
+                found.predicted.secant,
+                found.measured.secant,
+                (
+                    percent(found.rms_percent),
+                    percent(found.peak_percent),
+                    percent(found.noise_percent),
+                    "yes" if found.within else "no",
+                ),
+            ),
+            ("initial", found.predicted.initial, found.measured.initial, ("", "", "", "")),
+        ):
+            rows.append(
+                (
+                    channel.name if name == "secant" else "",
+                    f"{name}, {unit}",
+                    number(shown.stiffness(ours)),
+                    number(shown.stiffness(theirs)),
+                    f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-",
+                    *rest,
+                )
+            )
+    return Table("Simulated against measured", heads, tuple(rows), left=2)
+
+
+def solution_table(response: Response) -> Table:
+    """Return the numbers of the solution of each channel."""
+    rows = []
+    for channel in response.channels:
+        rejected = sum(not attempt.accepted for attempt in channel.attempts)
+        low, high = channel.strained.range
+        rows.append(
+            (
+                channel.name,
+                str(channel.unknowns),
+                str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else ""),
+                str(channel.newton),
+                f"{low:.2f} to {high:.2f}",
+                percent(100 * channel.strained.unstable) if channel.strained.unstable else "none",
+                "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
+                f"{sum(channel.seconds.values()):.2f} s",
+                "yes" if not channel.stopped else f"stopped: {channel.stopped}",
+            )
+        )
+    heads = (
+        *("channel", "unknowns", "steps", "Newton", "stretches*"),
+        *("unstable states", "mesh error", "time", "complete"),
+    )
+    return Table(
+        "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)",
+        heads,
+        tuple(rows),
+    )
+
+
+def contact_table(response: Response) -> Table:
+    """Return where surfaces met; without rows where none did.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    """
+    rows = []
+    for channel in response.channels:
+        shown = quantities(channel.mode)
+        unit = "s" if channel.in_time else shown.displacement_unit
+        for one in channel.touched:
+            first, at = ((q if channel.in_time else shown.at(q)) for q in (one.first, one.at))
+            between = one.surfaces[0] + (
+                " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
+            )
+            rows.append(
+                (
+                    channel.name,
+                    between.replace("_", " "),
+                    f"{number(first)} {unit}",
+                    f"{number(one.force)} N",
+                    f"{number(at)} {unit}",
+                    f"{number(one.radius)} mm",
+                    f"{number(one.height)} mm",
+                )
+            )
+    heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")
+    title = (
+        "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
+    )
+    return Table(title, heads, tuple(rows), left=2)
+
+
+def six_tables(response: Response) -> Iterator[Table]:
+    """Yield the tables of a prediction's paths and stiffness matrices."""
+    for channel in response.channels:
+        if channel.six is not None and len(channel.six.time):
+            yield _path_table(channel.name, channel.six)
+        for state, (displacement, matrix) in (channel.stiffness or {}).items():
+            yield _matrix_table(channel, state, displacement, matrix)
+
+
+def _path_table(name: str, six: SixCurve) -> Table:
+    chosen = np.unique(np.linspace(0, len(six.time) - 1, min(_ROWS, len(six.time))).round().astype(int))
+    motion = shown_motion(six)
+    moving = [k for k in range(6) if k in six.free or np.any(motion[:, k])]
+    heads = ["time, s"]
+    heads += [f"{MOTIONS[k]}{' (free)' if k in six.free else ''}, {MOTION_UNITS[k]}" for k in moving]
+    heads += [f"{force}, {unit}" for force, unit in zip(REACTIONS, FORCE_UNITS, strict=True)]
+    largest = largest_reactions(six.force)
+    widest = [float(np.abs(motion[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]
+    rows: list[Row] = []
+    for i in chosen:
+        forces = [_force(six.force[i, k], largest[k // 3]) for k in range(6)]
+        moved = [_force(motion[i, k], widest[k // 3]) for k in moving]
+        rows.append((number(six.time[i]), *moved, *forces))
+    title = f"{name}: motions of the inner sleeve, and the reactions (moments about its centre)"
+    return Table(title, tuple(heads), tuple(rows), left=0)
+
+
+def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+    heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
+    diagonal = np.sqrt(np.abs(np.diag(matrix)))
+    rows = []
+    for k, name in enumerate(REACTIONS):
+        row = [_force(matrix[k, m], float(diagonal[k] * diagonal[m])) for m in range(6)]
+        rows.append((f"{name}, {FORCE_UNITS[k]}", *row))
+    where = {"start": "at the start", "end": "at the end"}.get(at, "")
+    unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
+    place = (
+        f"{where} ({number(displacement_at(channel, displacement))} {unit})"
+        if where
+        else (f"at {number(displacement_at(channel, displacement))} {unit}")
+    )
+    state = f"; {channel.state}" if channel.state else ""
+    return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1)
+
+
+def displacement_at(channel: Simulated, displacement: float) -> float:
+    """Return a displacement of a channel in mm or degrees; on a path of six motions it is a time in s."""
+    return displacement if channel.in_time else quantities(channel.mode).at(displacement)
+
+
+def _force(value: float, largest: float) -> str:
+    return "0" if abs(value) <= _NOTHING * largest else number(value, 4)

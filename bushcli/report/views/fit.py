@@ -1,0 +1,175 @@
+"""An identified law -> its document: parameters, misfit by test, range in which the law is stable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.recording import branches
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Paragraph, Picture, Section, Table, note, of_kind, paragraphs
+from bushcli.report.quantity import Quantities, number, percent, quantities, with_std
+from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.inverse import Fit
+
+_NOTE = (
+    "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
+    "Standard errors are estimated from the remaining misfit."
+)
+
+
+def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Document:
+    """Return the document of an identified law.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    pictures : sequence of Picture
+        Pictures of the fit, for the page.
+    """
+    worst = max(curve.rms_percent for curve in fit.curves)
+    return Document(
+        f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better",
+        [] if fit.converged else ["The fit did not converge."],
+        "plain",
+        [fit_section(fit, pictures)],
+        fit.conditions,
+        conditions(case, fit.material),
+        ends_with_verdict=True,
+    )
+
+
+def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
+    """Return the section on a law fitted to coupon tests.
+
+    Parameters
+    ----------
+    fit : Fit
+    pictures : sequence of Picture
+        Those of other kinds are left out.
+    """
+    solved = (
+        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
+        f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
+    )
+    blocks = [
+        parameter_table(fit),
+        fitted_table(fit),
+        *paragraphs(fit_lines(fit)),
+        Paragraph(solved, "note"),
+        note(_NOTE),
+        *of_kind(pictures, "coupons"),
+    ]
+    return Section(f"Law identified from {curves_of(fit)}", blocks)
+
+
+def parameter_table(fit: Fit) -> Table:
+    """Return the parameters of the identified law."""
+    # Imported only if there is a fit, because it loads PETSc and DOLFINx.
+    from bushcli.inverse.file_units import parameter_unit
+
+    rows = [
+        (
+            name,
+            number(estimate.value, 4),
+            number(estimate.std, 2),
+            "-" if parameter_unit(fit, name) == "1" else parameter_unit(fit, name),
+            f"{number(estimate.lower)} to {number(estimate.upper)}"
+            + (" (at bound)" if estimate.at_bound else ""),
+        )
+        for name, estimate in fit.parameters.items()
+    ]
+    return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
+
+
+def fitted_table(fit: Fit) -> Table:
+    """Return the curves of a fit: misfit, range tested, range in which the law is stable."""
+    rows = []
+    for curve in fit.curves:
+        mode, shown = curve.recording.mode, quantities(curve.recording.mode)
+        low, high = (
+            shown.at(q) for q in (curve.recording.displacement.min(), curve.recording.displacement.max())
+        )
+        # Simple shear reaches the states of a planar test.
+        limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
+        rows.append(
+            (
+                f"{curve.name} (held out)" if curve.held_out else curve.name,
+                mode,
+                percent(curve.rms_percent),
+                _range(low, high, shown),
+                "-" if limits is None else _interval(*limits),
+            )
+        )
+    heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
+    weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
+    return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
+
+
+def fit_lines(fit: Fit) -> list[str]:
+    """Return sentences on the branches of the coupons that were fitted, and on where the bulk modulus comes from."""
+    lines = []
+    for curve in fit.curves:
+        if curve.branch:
+            of = f"{curve.samples} of {len(curve.recording.force)} samples"
+            which = (
+                "loading and unloading together" if curve.branch == "both" else f"{curve.branch} alone ({of})"
+            )
+            count = len({branch.cycle for branch in branches(curve.recording)})
+            cycles = f", of all {count} cycles (cycles chooses among them)" if count > 1 else ""
+            other = {"loading": "unloading", "unloading": "loading"}.get(curve.branch, "loading")
+            lines.append(
+                f'{curve.name}: fitted to {which}{cycles}; --branch {other} or branch = "{other}" changes it'
+            )
+    bulk, std = fit.material.bulk_modulus, bulk_modulus_std(fit)
+    if not _all_coupons(fit):
+        return lines
+    if std is not None:
+        lines.append(f"bulk modulus {with_std(bulk, std)} MPa, identified from the volumetric tests")
+    else:
+        value = "incompressible" if np.isinf(bulk) else f"bulk modulus {number(bulk, 4)} MPa"
+        lines.append(
+            f"{value}, as the case gives it: no coupon test here can identify it, a volumetric one would"
+        )
+    return lines
+
+
+def curves_of(fit: Fit) -> str:
+    """Return the data to which a law was fitted, in words: "3 coupon tests"."""
+    count = sum(not curve.held_out for curve in fit.curves)
+    return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
+
+
+def bulk_modulus_std(fit: Fit) -> float | None:
+    """Return the standard error of an identified bulk modulus, MPa; None where it was not identified."""
+    found = fit.parameters.get("compliance")
+    return None if found is None or not found.value > 0 else found.std / found.value**2
+
+
+def _all_coupons(fit: Fit) -> bool:
+    return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
+
+
+def _range(low: float, high: float, shown: Quantities) -> str:
+    unit = shown.displacement_unit
+    return (
+        f"{number(low)} to {number(high)} {unit}"
+        if unit
+        else f"{shown.displacement} {number(low)} to {number(high)}"
+    )
+
+
+def _interval(low: float, high: float) -> str:
+    if low <= 0 and not np.isfinite(high):
+        return "all"
+    if low <= 0:
+        return f"below {high:.2f}"
+    return f"above {low:.2f}" if not np.isfinite(high) else f"{low:.2f} to {high:.2f}"

@@ -1,0 +1,366 @@
+"""Identified laws -> their document: parameters, curves before and after, and what the curves determine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.case import Case
+from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.inverse import Estimate, Fit, FittedCurve
+from bushcli.inverse.certainty import UNDETERMINED
+from bushcli.inverse.file_units import in_file_units, parameter_unit
+from bushcli.inverse.result import POOR
+from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
+from bushcli.report.conditions import conditions
+from bushcli.report.cycles import fit_histories, with_hysteresis
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
+from bushcli.report.quantity import listed, number, percent, with_std
+from bushcli.report.ranking import information_criterion
+from bushcli.report.verdict import faulty_data
+from bushcli.report.views.cycles import history_section
+from bushcli.report.views.fit import curves_of
+
+# A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
+MET = 1.3
+# Largest number of parameters in the headline; more would obscure it.
+_IN_HEADLINE = 3
+# What limits an interval, other than the misfit.
+_LIMITED = {"stability": "the law's stability", "unsolvable": "failed simulations", "bound": "the bound"}
+_ERRORS = (
+    "Standard errors follow from the remaining misfit, its autocorrelation included; the 95 % interval is given where "
+    "a parameter is poorly determined, from its profile."
+)
+_RANKING = (
+    "BIC above the smallest one: 6 or more is clearly worse. Where a channel was held out, its prediction decides: the "
+    "identification has not seen it."
+)
+
+
+def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture] = ()) -> Document:
+    """Return the document of identified laws; all but the ranking describes the best of them.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the recordings.
+    fits : sequence of Fit
+        The best first.
+    pictures : sequence of Picture
+        For the page.
+    """
+    fits = [in_file_units(fit) for fit in fits]
+    best = fits[0]
+    found, histories = answer(best), fit_histories(best)
+    ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
+    sections = [
+        Section("Laws compared", ranking if len(fits) > 1 else []),
+        Section(
+            f"Parameters identified from {curves_of(best)}",
+            [estimate_table(best), note(_ERRORS)],
+        ),
+        Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
+        history_section(histories, pictures),
+        Section(
+            "What the curves determine",
+            [
+                correlation_table(best),
+                leverage_table(best),
+                *paragraphs(determined(best)),
+                *paragraphs((f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined), "page"),
+                *of_kind(pictures, "certainty", "profiles"),
+            ],
+        ),
+        Section(
+            "The search",
+            [*paragraphs(search(best), kind="note"), *of_kind(pictures, "convergence", "starts")],
+        ),
+    ]
+    return Document(
+        found.headline,
+        found.lines,
+        found.tone,
+        sections,
+        with_hysteresis(best.conditions, histories),
+        conditions(case, best.material, "recordings"),
+        ends_with_verdict=True,
+    )
+
+
+@dataclass(frozen=True)
+class IdentificationVerdict:
+    """The verdict on an identification.
+
+    Attributes
+    ----------
+    headline : str
+        One clear sentence, without its full stop.
+    lines : tuple of str
+        Sentences with its consequences.
+    tone : {"good", "bad", "plain"}
+        Curves met to their noise, not met, in between.
+    """
+
+    headline: str
+    lines: tuple[str, ...]
+    tone: Tone
+
+
+def answer(fit: Fit) -> IdentificationVerdict:
+    """Return the verdict on an identification in words."""
+    fitted = [curve for curve in fit.curves if not curve.held_out]
+    values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
+    misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
+    them = "The curve is" if len(fitted) == 1 else "The curves are"
+    tone: Tone
+    if any(fault.fatal for fault in fit.faults):
+        # Neither the misfit nor the standard errors say anything about the rubber.
+        told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
+        return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
+    if not fitted:
+        met, tone = "There is no fitted curve", "bad"
+    elif not fit.converged:
+        met, tone = (
+            f"The search did not converge; the best point so far reproduces the curves to {misfits} rms",
+            "bad",
+        )
+    elif all(is_met(curve) for curve in fitted):
+        noise = "its noise" if len(fitted) == 1 else "their noise"
+        met, tone = f"{them} reproduced to within {noise} ({misfits})", "good"
+    elif any(is_poor(curve) for curve in fitted):
+        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
+        met, tone = f"{them} not reproduced ({'; '.join(off)})", "bad"
+    else:
+        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
+        met, tone = (
+            f"{them} reproduced closely, not to within {'its' if len(fitted) == 1 else 'their'} noise "
+            f"({'; '.join(off)})",
+            "plain",
+        )
+    if len(fit.parameters) > _IN_HEADLINE:
+        return IdentificationVerdict(met, (f"{values}.", *_lines(fit)), tone)
+    return IdentificationVerdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+
+
+def is_met(curve: FittedCurve) -> bool:
+    """Whether the noise explains the misfit."""
+    return bool(curve.rms_percent <= MET * max(np.nan_to_num(curve.noise_percent), 100 * NOISE_FLOOR))
+
+
+def is_poor(curve: FittedCurve) -> bool:
+    """Whether the misfit is so large that the law does not describe the curve."""
+    return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * np.nan_to_num(
+        curve.noise_percent
+    )
+
+
+def is_uncertain(estimate: Estimate) -> bool:
+    """Whether the standard error is so large that the value is poorly determined."""
+    return not estimate.std <= POOR * abs(estimate.value)
+
+
+def with_error(fit: Fit, name: str) -> str:
+    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa".
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    name : str
+        Full name of the parameter.
+    """
+    estimate = fit.parameters[name]
+    unit = parameter_unit(fit, name)
+    tail = "" if unit == "1" else f" {unit}"
+    return f"{with_std(estimate.value, estimate.std)}{tail}"
+
+
+def _lines(fit: Fit) -> list[str]:
+    lines = []
+    poor = [name for name, estimate in fit.parameters.items() if is_uncertain(estimate)]
+    if poor and fit.converged:
+        lines.append(
+            f"{listed(poor)} {'is' if len(poor) == 1 else 'are'} poorly determined: the standard error exceeds "
+            f"{100 * POOR:.0f} % of the value."
+        )
+    for curve in fit.curves:
+        if curve.held_out:
+            good = curve.rms_percent <= PREDICTED
+            lines.append(
+                f"{curve.name}, held out, is {'' if good else 'not '}predicted: {percent(curve.rms_percent)} rms "
+                f"(noise {percent(curve.noise_percent)})."
+            )
+    if "compliance" in fit.parameters:
+        bulk = bulk_modulus(fit)
+        lines.append(
+            f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, from the identified compliance."
+        )
+    return lines
+
+
+def bulk_modulus(fit: Fit) -> str:
+    """Return the identified bulk modulus, MPa; its lower limit if the rubber may be incompressible."""
+    found = fit.parameters["compliance"]
+    if found.value > 2 * found.std:
+        return number(1 / found.value, 3)
+    limit = found.value + 2 * found.std
+    return f"above {number(1 / limit, 2)}" if limit > 0 else "not determined"
+
+
+def determined(fit: Fit) -> list[str]:
+    """Return a sentence on what the curves determine, judged by the singular values."""
+    values = np.asarray(fit.singular_values)
+    if not len(values):
+        return []
+    good = int(np.sum(values >= UNDETERMINED))
+    shown = ", ".join(number(float(value), 2) for value in values)
+    of = len(values)
+    what = (
+        f"{'Both' if of == 2 else f'All {of}'} combinations of the parameters are determined"
+        if good == of and of > 1
+        else "The parameter is determined"
+        if good == of
+        else f"{good} of {of} combinations of the parameters are determined"
+    )
+    return [f"{what} (relative singular values {shown}; below {UNDETERMINED:g} a combination is left open)."]
+
+
+def search(fit: Fit) -> list[str]:
+    """Return a line on how the result was found."""
+    failed = f" ({fit.failed_solves} failed)" if fit.failed_solves else ""
+    starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
+    return [
+        f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
+        f"{fit.sweeps} evaluations{failed}, {fit.forward_solves} simulations of one channel, {fit.seconds:.1f} s"
+        + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message and not fit.converged else "")
+    ]
+
+
+def estimate_table(fit: Fit) -> Table:
+    """Return the parameters with standard error, 95 % interval, bounds and doubts."""
+    rows: list[Row] = []
+    for name, estimate in fit.parameters.items():
+        unit = parameter_unit(fit, name)
+        rows.append(
+            (
+                name,
+                "-" if unit == "1" else unit,
+                number(estimate.value, 4),
+                number(estimate.std, 2),
+                _interval(estimate),
+                f"{number(estimate.lower)} to {number(estimate.upper)}",
+                _flags(estimate),
+            )
+        )
+    if "compliance" in fit.parameters:
+        rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
+    heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
+    return Table(f"Law {fit.material.law}", heads, tuple(rows), left=2)
+
+
+def _interval(estimate: Estimate) -> str:
+    if estimate.range95 is None:
+        return "-"
+    low, high = estimate.range95
+    # Two digits of the width, so that the ends of a narrow interval differ.
+    width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
+    narrow = math.isfinite(width) and 0 < width < size
+    digits = 2 + math.ceil(math.log10(size / width)) if narrow else 3
+    low_shown, high_shown = (number(value, max(3, digits)) for value in (low, high))
+    if not math.isfinite(low):
+        return f"below {high_shown}"
+    return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
+
+
+def _flags(estimate: Estimate) -> str:
+    flags = []
+    if estimate.at_bound:
+        flags.append("at bound")
+    if is_uncertain(estimate):
+        flags.append("poorly determined")
+    if estimate.interval is not None:
+        for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
+            if limit in _LIMITED:
+                flags.append(f"{end} end: limited by {_LIMITED[limit]}")
+    return ", ".join(flags)
+
+
+def curve_table(fit: Fit) -> Table:
+    """Return the misfit of each channel before and after the identification."""
+    rows = [
+        (
+            curve.name,
+            curve.recording.mode,
+            "predicted (held out)" if curve.held_out else "fitted",
+            percent(curve.started_percent),
+            percent(curve.rms_percent),
+            percent(curve.noise_percent),
+            "yes" if is_met(curve) else "no",
+        )
+        for curve in fit.curves
+    ]
+    heads = ("channel", "mode", "", "rms before", "rms after", "noise", "within noise")
+    return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
+
+
+def correlation_table(fit: Fit) -> Table:
+    """Return the correlation of the parameters' errors."""
+    names = tuple(fit.parameters)
+    rows = [
+        (
+            name,
+            *(f"{fit.correlation[i, j]:+.2f}" if j < i else "1" if j == i else "" for j in range(len(names))),
+        )
+        for i, name in enumerate(names)
+    ]
+    return Table("Correlation", ("", *names), tuple(rows) if len(names) > 1 else (), on="terminal")
+
+
+def leverage_table(fit: Fit) -> Table:
+    """Return the effect of an error of 1 % in the force of one channel on the parameters."""
+    names = tuple(fit.parameters)
+    rows = [
+        (channel, *(_change(fit.parameters[name], changes.get(name, math.nan)) for name in names))
+        for channel, changes in fit.leverage.items()
+    ]
+    title = "Change of the parameters if the force of a channel were 1 % larger"
+    return Table(title, ("channel", *names), tuple(rows), on="page")
+
+
+def _change(estimate: Estimate, relative: float) -> str:
+    # A value on its bound does not change as the linear theory predicts.
+    return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
+
+
+def model_table(fits: Sequence[Fit]) -> Table:
+    """Return the laws, the best first, with their criterion relative to the smallest one."""
+    names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
+    held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
+    order = [name for name in names if name not in held] + [name for name in names if name in held]
+    scores = [information_criterion(fit) for fit in fits]
+    least = min((score for score in scores if math.isfinite(score)), default=0.0)
+    rows = []
+    for fit, score in zip(fits, scores, strict=True):
+        rms = {curve.name: curve.rms_percent for curve in fit.curves}
+        rows.append(
+            (
+                fit.material.law,
+                str(len(fit.parameters)),
+                *(percent(rms[name]) if name in rms else "not solved" for name in order),
+                number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-",
+                f"{score - least:+.0f}",
+                "yes" if fit.converged else "no",
+                ", ".join(dict.fromkeys(c.name for c in fit.conditions)),
+            )
+        )
+    heads = (
+        "law",
+        "parameters",
+        *(f"{name} (held out)" if name in held else name for name in order),
+        *("misfit/noise", "BIC", "converged", "problems"),
+    )
+    by = "prediction of what was held out" if held else "BIC"
+    return Table(f"Laws, best first by {by}", heads, tuple(rows))

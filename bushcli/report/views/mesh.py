@@ -1,0 +1,54 @@
+"""The meshes of a case -> their document."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bushcli.case import Case
+from bushcli.case.typical import unusual
+from bushcli.report.document import Document, Section, Table, paragraphs
+
+if TYPE_CHECKING:
+    from bushcli.simulate.meshes import Meshed
+    from geometry.shape import Shape
+
+
+def mesh_document(case: Case, meshes: Sequence[Meshed]) -> Document:
+    """Return the document of the meshes of a case, with the interpretation of a geometry file.
+
+    Parameters
+    ----------
+    case : Case
+    meshes : sequence of Meshed
+        The meshes that were built.
+    """
+    shape = case.geometry
+    wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
+    size = "" if shape.overall is None else f"Size in mm: {shape.overall:.4g} overall{wall}"
+    rows = tuple(
+        (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
+        for mesh in meshes
+    )
+    heads = ("mesh", "for", "boundaries", "elements", "nodes")
+    sections = [
+        notes_section(shape),
+        Section("Volumes and areas", [measure_table(shape)] if shape.notes else []),
+        Section("", paragraphs([size])),
+        Section("Meshes", [Table("Meshes", heads, rows, left=3)]),
+    ]
+    return Document("", (), "plain", sections, unusual(case, case.material))
+
+
+def notes_section(shape: Shape) -> Section:
+    """Return how a geometry file was interpreted; without blocks for a shape that is given by its dimensions."""
+    return Section("How the file was interpreted", paragraphs(shape.notes))
+
+
+def measure_table(shape: Shape) -> Table:
+    """Return the volumes of the bodies and the areas of the bonds."""
+    rows = tuple(
+        (name.replace("_bond", " bond"), f"{value:.6g}", "mm2" if name.endswith("_bond") else "mm3")
+        for name, value in shape.measures().items()
+    )
+    return Table("Volumes and areas", ("", "", ""), rows, left=1)

@@ -1,0 +1,158 @@
+"""A study of many designs -> its document: answers, worst cases, influences, failures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind
+from bushcli.report.quantity import number
+from bushcli.study.study import Study
+
+#: Names of the ways to choose designs.
+NAMES = {
+    "grid": "grid",
+    "list": "list",
+    "lhs": "Latin hypercube",
+    "sobol": "Sobol sequence",
+    "random": "random sample",
+    "saltelli": "Saltelli design",
+    "corners": "nominal design and corners",
+}
+# A rank correlation is stated in a sentence if it exceeds this value and this number of standard deviations
+# 1 / sqrt(n - 1), which unrelated columns exceed once in twenty times.
+_WEAK, _CHANCE = 0.1, 1.96
+_ANSWERS = (
+    "Quantiles are of the designs that have a result. initial is the stiffness at rest, secant that from one end of "
+    "the curve to the other."
+)
+_WORST = (
+    "Among the designs that were simulated; design is their number in designs.parquet, from 0. A sample seldom reaches "
+    "all limits at once; --sampling corners does."
+)
+_ALONE = (
+    "At 5 % and at 95 %: the change of the answer from its mean when the key goes to that quantile and the others "
+    "stay, by linear regression on all keys. Correlations are of values and of their ranks."
+)
+_SOBOL = (
+    " Sobol indices are shares of the variance, of the key alone (first) and with all its interactions (total); ± is "
+    "the half width of the 95 % interval."
+)
+
+
+def study_document(found: Study, pictures: Sequence[Picture] = ()) -> Document:
+    """Return the document of a study.
+
+    Parameters
+    ----------
+    found : Study
+    pictures : sequence of Picture
+        For the page.
+    """
+    indices = _SOBOL if found.plan.sampling == "saltelli" else ""
+    explained = [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
+    sections = [
+        Section("What matters", of_kind(pictures, "tornado")),
+        Section("Curves of all designs", of_kind(pictures, "band")),
+        Section("Answers against the varied keys", of_kind(pictures, "scatter")),
+        Section("Spread of the answers", of_kind(pictures, "histogram")),
+        *(Section(table.title, [table, note(text)]) for table, text in explained),
+        Section("Designs without a result", [_failures(found)]),
+    ]
+    worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
+    tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
+    seen = conditions(found.case, found.task.material)
+    return Document(headline(found), lines(found), tone, sections, found.conditions, seen)
+
+
+def headline(found: Study) -> str:
+    """Return the result in one sentence: the yield where there are limits, else the number of designs."""
+    total = len(found.plan.rows)
+    of = f"{total} design{'s' if total != 1 else ''} ({NAMES[found.plan.sampling]})"
+    shares = {name: one.limits.share for name, one in found.summaries.items() if one.limits is not None}
+    if shares:
+        worst = min(shares, key=lambda name: shares[name])
+        one = found.summaries[worst]
+        whole = f" with a result, of {total}" if one.count < total else ""
+        sample = f"{one.count} designs{whole} ({NAMES[found.plan.sampling]})"
+        return f"{100 * shares[worst]:.1f} % of {sample} are within the limits of {worst}"
+    if found.failed:
+        return f"{total - found.failed} of {of} have a result"
+    return f"{of}, all with a result"
+
+
+def lines(found: Study) -> list[str]:
+    """Return sentences on the varied keys and the strongest influences, or the answers of a single design."""
+    said = [f"{one.key} = {one.spec}" for one in found.plan.variables]
+    text = [f"Varied: {'; '.join(said)}."]
+    for name, one in found.summaries.items():
+        chance = _CHANCE / math.sqrt(max(one.count - 1, 1))
+        strongest = max(one.influences.items(), key=lambda pair: abs(pair[1].spearman), default=None)
+        if strongest is not None and abs(strongest[1].spearman) > max(_WEAK, chance):
+            key, influence = strongest
+            grows = "grows" if influence.spearman > 0 else "falls"
+            text.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
+    if not found.summaries:
+        for answer in found.task.answers:
+            value = next(iter(found.samples.get(answer.name, ())), None)
+            if isinstance(value, float):
+                text.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
+    return text
+
+
+def _answers(found: Study) -> Table:
+    limited = any(one.limits for one in found.summaries.values())
+    heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
+    heads += ("limits", "within", "95 % interval") if limited else ()
+    units = {one.name: one.unit for one in found.task.answers}
+    rows: list[Row] = []
+    for name, one in found.summaries.items():
+        row: Row = (name, units[name], str(one.count), number(one.mean, 4), number(one.std, 3))
+        row += tuple(number(value, 4) for value in one.quantiles)
+        if limited and one.limits is not None:
+            low, high = one.limits.interval
+            row += (
+                f"{number(one.limits.low, 4)} to {number(one.limits.high, 4)}",
+                f"{100 * one.limits.share:.1f} %",
+            )
+            row += (f"{100 * low:.1f} to {100 * high:.1f} %",)
+        elif limited:
+            row += ("-", "-", "-")
+        rows.append(row)
+    return Table("Answers", heads, tuple(rows), left=2)
+
+
+def _worst(found: Study) -> Table:
+    rows: list[Row] = []
+    for name, one in found.summaries.items():
+        for what, extreme in (("lowest", one.lowest), ("highest", one.highest)):
+            at = tuple(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
+            rows.append((name, what, number(extreme.value, 4), str(extreme.design), *at))
+    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2)
+
+
+def _influences(found: Study) -> Table:
+    indices = found.plan.sampling == "saltelli"
+    heads: Row = ("answer", "key", "correlation", "of ranks", "at 5 %", "at 95 %")
+    heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()
+    rows = []
+    for name, one in found.summaries.items():
+        ordered = sorted(one.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
+        for key, influence in ordered:
+            row: Row = (name, key, f"{influence.pearson:.2f}", f"{influence.spearman:.2f}")
+            row += tuple(f"{'+' if change > 0 else ''}{number(change, 3)}" for change in influence.swing)
+            if indices:
+                values = (influence.first, influence.first_error, influence.total, influence.total_error)
+                row += tuple("-" if math.isnan(value) else f"{value:.2f}" for value in values)
+            rows.append(row)
+    return Table("Effect of each key alone", heads, tuple(rows), left=2)
+
+
+def _failures(found: Study) -> Table:
+    rows: list[Row] = []
+    for one in found.failures:
+        designs = ", ".join(map(str, one.designs)) + (", ..." if one.count > len(one.designs) else "")
+        rows.append((one.kind.replace("_", " "), one.reason, designs, str(one.count)))
+    heads = ("kind", "reason, of the first", "designs", "number")
+    return Table("Designs without a result", heads, tuple(rows), left=3)

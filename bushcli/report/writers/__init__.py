@@ -1,0 +1,1 @@
+"""Documents and results -> the terminal, a page, the files of a folder."""

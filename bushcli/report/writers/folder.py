@@ -1,0 +1,479 @@
+"""The folder of results: which files in it belong to bushcli, where a result goes, and writing files into it.
+
+`result.json` lists the files that bushcli wrote; no other file is replaced, moved or removed, and no symbolic link is
+followed. Every file is written in the folder `STAGING` and then renamed, so that nobody reads an incomplete file. The
+numbers are on disk before anything is drawn.
+
+One folder may be given to many runs. The result of the same question (command, case, data, options, program) is
+replaced by the new one. Any other result is kept in a folder of its own, `earlier-COMMAND`, and the unfinished result
+of an interrupted run never replaces a finished one: it goes to `unfinished-COMMAND`. What a run writes while it
+calculates goes to `STAGING`, so that until it ends nothing in the folder changes.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.bounded import read_bounded
+from bushcli.runtime.claims import claimed, release
+from bushcli.runtime.interrupt import let_go
+
+RESULT = "result.json"
+#: Key of `result.json` with the names of all files that bushcli wrote into the folder.
+FILES = "files"
+#: Key of `result.json` with the digest of the question that it answers.
+QUESTION = "question"
+#: Folder of the files that a run writes while it calculates, inside the folder of results.
+STAGING = ".bushcli-run"
+#: Bytes of a result.json; larger ones are not bushcli's.
+_LARGEST = 200_000_000
+_FOLDER = "a folder for the results"
+
+Content = Callable[[Path], None] | Mapping[str, Any]
+"""A function that writes a file at a path, or the result, which becomes JSON."""
+
+
+class NotDrawn(Exception):
+    """A result is written, but its pictures and page are not; the cause is the exception's.
+
+    Parameters
+    ----------
+    place : Path
+        The folder that holds the result.
+    cause : BaseException
+        An interruption, too.
+    """
+
+    def __init__(self, place: Path, cause: BaseException) -> None:
+        self.place, self.cause = place, cause
+        super().__init__(str(place), cause)
+
+
+def check_folder(directory: Path) -> None:
+    """Refuse a folder that cannot be created or written to.
+
+    Raises
+    ------
+    InputError
+        The path is a file, lies below one, has a name that the file system does not accept, or is not writable.
+    """
+    import tempfile  # here, because it adds 8 ms to a start-up
+
+    try:
+        existing = next(path for path in (directory, *directory.absolute().parents) if _is_there(path))
+        if existing.is_dir():
+            # Tested with a temporary file: permissions alone do not reveal a full disk or /proc.
+            with tempfile.TemporaryFile(dir=existing) as probe:
+                probe.write(b"x")
+            return
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}"
+        raise InputError(Problem(str(directory), what, "", "give another -o")) from None
+    raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a path exists; `Path.exists` also denies a name that is too long, from Python 3.14 on."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
+
+
+# -- whose files they are ----------------------------------------------------------------------------------------------
+
+
+def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:
+    """Refuse to replace inputs of the case, links, folders, write-protected files, or files that no run wrote.
+
+    Parameters
+    ----------
+    directory : Path
+    names : iterable of str
+        Files to be written.
+    inputs : collection of Path
+        Files that the case reads.
+
+    Raises
+    ------
+    InputError
+    """
+    findings = _not_replaced(directory, names, inputs)
+    if findings:
+        raise InputError(*findings.values())
+
+
+def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> dict[str, Problem]:
+    """Return the names of files that must not be replaced, with the reason."""
+    there = [name for name in names if os.path.lexists(directory / name)]
+    if not there:
+        return {}
+    read = {path.resolve() for path in inputs}
+    own = owned(directory)
+    found = {}
+    for name in there:
+        path = directory / name
+        what = ""
+        if path.is_symlink():
+            what = "is a symbolic link, which is not followed"
+        elif path.resolve() in read:
+            what = "is an input of the case, and a result would replace it"
+        elif path.is_dir():
+            what = "is a folder, where a file of the result belongs"
+        elif _is_protected(path):
+            what = "is write-protected"
+        elif own is None:
+            what = (
+                "exists already and was not written by an earlier run "
+                f"(the folder has no {RESULT} in which bushcli lists its files)"
+            )
+        elif name not in own:
+            what = f"exists already and was not written by an earlier run ({RESULT} does not list it)"
+        if what:
+            found[name] = Problem(str(path), what, "", "give another -o")
+    return found
+
+
+def owned(directory: Path) -> frozenset[str] | None:
+    """Return the files that bushcli wrote into a folder; None if it wrote none."""
+    found, noted = earlier_result(directory), claimed(directory)
+    if found is None:
+        return noted or None
+    return noted | {name for name in found[FILES] if Path(name).name == name} | {RESULT}
+
+
+def earlier_result(directory: Path) -> dict[str, Any] | None:
+    """Return the result that a run has written into a folder; None without one that lists its files."""
+    file = directory / RESULT
+    try:
+        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
+        return None
+    listed = found.get(FILES)
+    return found if isinstance(listed, list) and all(isinstance(name, str) for name in listed) else None
+
+
+def _is_protected(path: Path) -> bool:
+    """Whether nobody may write a file; its owner could still replace it, but has said that nobody should."""
+    return not path.stat().st_mode & 0o222
+
+
+# -- one run at a time -----------------------------------------------------------------------------------------------
+
+
+def occupy(directory: Path) -> Callable[[], None]:
+    """Lock a folder of results, creating it if necessary, and return the function that gives it back.
+
+    The operating system releases the lock when the process ends, in whatever way. File systems without locks, as some
+    in a network, are used without one.
+
+    Parameters
+    ----------
+    directory : Path
+
+    Raises
+    ------
+    InputError
+        Another run writes into the folder.
+    """
+    is_new = not directory.exists()
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        return lambda: None  # writing will fail and say why
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        what = "is in use: another run of bushcli writes into this folder"
+        raise InputError(
+            Problem(str(directory), what, "", "wait until it has ended, or give another -o")
+        ) from None
+    except OSError:
+        pass
+
+    def leave() -> None:
+        if is_new:
+            with suppress(OSError):  # it is not empty: a result is in it
+                directory.rmdir()
+        os.close(handle)
+
+    return leave
+
+
+# -- where a result goes -----------------------------------------------------------------------------------------------
+
+
+def is_finished(result: Mapping[str, Any]) -> bool:
+    """Whether a run has ended by itself, and not by an interruption."""
+    problems = result.get("problems") or ()
+    return not any(isinstance(one, Mapping) and one.get("name") == "interrupted" for one in problems)
+
+
+def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] | None:
+    """Return the command whose result a folder holds, and where that result goes when another one is finished.
+
+    Parameters
+    ----------
+    directory : Path
+    command, question : str
+        Of the new result.
+
+    Returns
+    -------
+    tuple of str and Path, or None
+        None if there is no result, or one of the same question, which the new one replaces.
+    """
+    found = earlier_result(directory)
+    if found is None or (found["command"], found.get(QUESTION, "")) == (command, question):
+        return None
+    before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
+    # A result that was moved before and calculated again is there already.
+    places = _numbered(directory / f"earlier-{before}")
+    return before, next(one for one in places if not os.path.lexists(one) or _is_same(found, one))
+
+
+def _is_same(result: Mapping[str, Any], folder: Path) -> bool:
+    """Whether a folder holds a finished result of the same question."""
+    there = None if folder.is_symlink() else earlier_result(folder)
+    return there is not None and is_finished(there) and there.get(QUESTION, "") == result.get(QUESTION)
+
+
+def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
+    """Return the folder for a result: the given one, or one inside it for an unfinished result beside a finished one.
+
+    Parameters
+    ----------
+    directory : Path
+    result : mapping of str to object
+    """
+    found = earlier_result(directory)
+    if found is None or is_finished(result) or not is_finished(found):
+        return directory
+    for one in _numbered(directory / f"unfinished-{result['command']}"):
+        if not os.path.lexists(one):
+            return one
+        there = None if one.is_symlink() else earlier_result(one)
+        if there is not None and not is_finished(there):
+            return one
+    raise AssertionError("there is always a free name")
+
+
+def _numbered(path: Path) -> Iterator[Path]:
+    """Yield a path, and the path with -2, -3 and so on behind it."""
+    return (path if n == 1 else path.with_name(f"{path.name}-{n}") for n in count(1))
+
+
+@contextmanager
+def staging(directory: Path) -> Iterator[Path]:
+    """Make the folder for what a run writes while it calculates, and remove it with all that is left in it.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder of results, which no other run uses (`occupy`).
+
+    Raises
+    ------
+    InputError
+        Something that is no folder of bushcli has its name.
+    """
+    folder = directory / STAGING
+    if folder.is_symlink() or (os.path.lexists(folder) and not folder.is_dir()):
+        raise InputError(
+            Problem(str(folder), "is not a folder of bushcli", "", "remove it, or give another -o")
+        )
+    try:
+        shutil.rmtree(folder, ignore_errors=True)  # of a run that was killed
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(directory, error) from None
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+# -- writing -----------------------------------------------------------------------------------------------------------
+
+
+def write_files(
+    directory: Path,
+    files: Mapping[str, Content],
+    inputs: Collection[Path],
+    beside: Iterable[str] = (),
+    drawn: Callable[[], Mapping[str, Content]] | None = None,
+) -> tuple[Path, ...]:
+    """Write files into a folder, which is created if necessary; first the numbers, then what is drawn.
+
+    Parameters
+    ----------
+    directory : Path
+    files : mapping of str to Content
+        By name; result.json first, so that after a failure half way the files beside it are recognised as bushcli's.
+    inputs : collection of Path
+        Files that the case reads.
+    beside : iterable of str
+        Names of files that were written already, such as fields, into the folder or into its `STAGING`.
+    drawn : callable or None
+        Returns the pictures and the page; called when the other files are on disk. Interruptions that were held back
+        (`bushcli.runtime.interrupt.hold`) are raised before.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
+    NotDrawn
+        Everything is written but the pictures and the page.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise InputError(Problem(str(directory), "is a file", "", _FOLDER))
+    content = files.get(RESULT)
+    result = content if isinstance(content, Mapping) else None
+    place = directory if result is None else place_of(directory, result)
+    parts = directory / STAGING
+    staged = {name: parts / name for name in beside if (parts / name).is_file()}
+    refuse_others(place, (*files, *staged), inputs)
+    try:
+        parts.mkdir(parents=True, exist_ok=True)
+        place.mkdir(exist_ok=True)
+        kept, obsolete = _set_aside(place, result, parts)
+        listed = {*kept, *obsolete, *files, *staged, *(name for name in beside if (place / name).is_file())}
+        _write_all(place, files, listed, parts)
+        for name, file in staged.items():
+            file.replace(place / name)
+        for name in obsolete - {*files, *staged}:
+            (place / name).unlink(missing_ok=True)
+        if result is not None:
+            release(place)
+        written = tuple(place / name for name in (*files, *staged))
+        return written if drawn is None else (*written, *_drawn(place, files, inputs, listed, drawn, parts))
+    except OSError as error:
+        raise _unwritable(place, error) from None
+    finally:
+        with suppress(OSError):  # the run has files of its own in it
+            parts.rmdir()
+
+
+def _drawn(
+    place: Path,
+    files: Mapping[str, Content],
+    inputs: Collection[Path],
+    listed: set[str],
+    drawn: Callable[[], Mapping[str, Content]],
+    parts: Path,
+) -> tuple[Path, ...]:
+    """Draw and write pictures and page beside the result, which lists them from now on."""
+    index = {RESULT: files[RESULT]}
+    try:
+        let_go()
+        pictures = drawn()
+        refused = _not_replaced(place, pictures, inputs)
+        mine = {name: content for name, content in pictures.items() if name not in refused}
+        # Listed before they are there, so that a run that is killed leaves none that nobody knows.
+        listed |= mine.keys()
+        _write_all(place, index | mine, listed, parts)
+        if refused:
+            raise InputError(*refused.values())
+    except BaseException as error:
+        with suppress(OSError):
+            _write_all(place, index, {name for name in listed if os.path.lexists(place / name)}, parts)
+        raise NotDrawn(place, error) from error
+    return tuple(place / name for name in mine)
+
+
+def _set_aside(
+    place: Path, result: Mapping[str, Any] | None, parts: Path
+) -> tuple[frozenset[str], frozenset[str]]:
+    """Copy the result of another question to a folder of its own; it is complete there before it changes here.
+
+    Parameters
+    ----------
+    place : Path
+    result : mapping of str to object or None
+        The new result; None if there is none, and all files of an earlier run stay.
+    parts : Path
+        Folder for the copy until it is complete.
+
+    Returns
+    -------
+    tuple of two sets of str
+        The names of an earlier run's files that stay, and those that the new result replaces or removes.
+    """
+    if result is None:
+        return frozenset(), frozenset()
+    before = earlier_result(place)
+    own = frozenset(
+        name
+        for name in owned(place) or ()
+        if (place / name).is_file() and not (place / name).is_symlink() and not _is_protected(place / name)
+    )
+    aside = moves_to(place, str(result.get("command", "")), str(result.get(QUESTION, "")))
+    if before is None or aside is None:
+        # The pictures of the same question stay until they are drawn again, unless they are those of a part of it.
+        return (own, frozenset()) if before is None or is_finished(before) else (frozenset(), own)
+    if aside[1].exists():
+        return frozenset(), own
+    copy = parts / "earlier"
+    shutil.rmtree(copy, ignore_errors=True)
+    copy.mkdir()
+    try:
+        for name in own:
+            try:
+                os.link(place / name, copy / name)
+            except OSError:  # a file system without hard links
+                shutil.copy2(place / name, copy / name)
+        copy.rename(aside[1])
+    finally:
+        shutil.rmtree(copy, ignore_errors=True)
+    return frozenset(), own
+
+
+def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str], parts: Path) -> None:
+    for name, content in files.items():
+        part = parts / f"{name}.part"
+        part.unlink(missing_ok=True)
+        # Created exclusively, in case somebody has placed a link of this name.
+        os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666))
+        try:
+            _writer(content, sorted(listed))(part)
+            part.replace(place / name)
+        finally:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+
+
+def _writer(content: Content, listed: list[str]) -> Callable[[Path], None]:
+    if not isinstance(content, Mapping):
+        return content
+    text = json.dumps({**content, FILES: listed}, indent=2, allow_nan=False) + "\n"
+
+    def write(path: Path) -> None:
+        path.write_text(text, encoding="utf-8")
+
+    return write
+
+
+def _unwritable(directory: Path, error: OSError) -> InputError:
+    what = f"cannot be written: {error.strerror or error}"
+    return InputError(
+        Problem(str(error.filename or directory), what, "", "free some space, or give another -o")
+    )

@@ -1,0 +1,259 @@
+"""Tables of dynamic stiffness as rigs and laboratories write them."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from bushcli.errors import RecordingError
+from bushcli.recording.dynamic.read import read_dynamic
+from bushcli.recording.dynamic.source import DynamicSource
+
+#: |K*| in N/mm and loss angle in degrees at 1, 10 and 50 Hz.
+FREQUENCY = np.array([1.0, 10.0, 50.0])
+STIFFNESS, ANGLE = np.array([500.0, 550.0, 600.0]), np.radians([5.0, 7.0, 9.0])
+STORAGE, LOSS = STIFFNESS * np.cos(ANGLE), STIFFNESS * np.sin(ANGLE)
+#: Each quantity as a column: its name, and its values in the unit of the name.
+COLUMNS = {
+    "stiffness": ("Kdyn [kN/m]", STIFFNESS),
+    "storage": ("K' (N/m)", 1e3 * STORAGE),
+    "loss": ("K'' [N/mm]", LOSS),
+    "loss_angle": ("Verlustwinkel in °", np.degrees(ANGLE)),
+    "radians": ("delta [rad]", ANGLE),
+    "tan_delta": ("tan δ", np.tan(ANGLE)),
+    "percent": ("loss factor [%]", 100.0 * np.tan(ANGLE)),
+    "damping": ("damping_Ns_per_mm", LOSS / (2.0 * np.pi * FREQUENCY)),
+}
+_SAME = {"radians": "loss_angle", "percent": "tan_delta"}
+PAIRS = [
+    pair
+    for pair in itertools.combinations(COLUMNS, 2)
+    if _SAME.get(pair[0], pair[0]) != _SAME.get(pair[1], pair[1])
+    # Loss and damping are the same quantity, and so are the angle and its tangent.
+    and set(pair) != {"loss", "damping"}
+    and not set(pair) <= {"loss_angle", "radians", "tan_delta", "percent"}
+]
+
+
+def read(folder, text, mode="radial", **given):
+    path = folder / "table.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_dynamic(DynamicSource(mode, (path,), **given))
+
+
+def refused(folder, text, mode="radial", **given):
+    with pytest.raises(RecordingError) as error:
+        read(folder, text, mode, **given)
+    return str(error.value)
+
+
+def rows(*columns):
+    return "\n".join(",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)) + "\n"
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
+def test_any_two_quantities_give_storage_and_loss(tmp_path, pair):
+    (first, one), (second, other) = (COLUMNS[key] for key in pair)
+    table = read(tmp_path, f"frequency_Hz,{first},{second}\n" + rows(FREQUENCY, one, other))
+    # The difference of |K*| and K' has five of the six digits that are written, the others lose none.
+    accuracy = 1e-2 if set(pair) == {"stiffness", "storage"} else 1e-4
+    np.testing.assert_allclose(table.storage, STORAGE, rtol=1e-4)
+    np.testing.assert_allclose(table.loss, LOSS, rtol=accuracy)
+    assert np.isnan(table.amplitude).all()
+
+
+def test_conditions_are_columns_lines_above_or_keys(tmp_path):
+    text = "Vorlast: 500 N\nTemperatur;40;°C\nf;Amplitude [±µm];Cdyn [N/mm];Phase [°]\nHz;;;\n1;50;500;5\n10;50;550;7\n"
+    table = read(tmp_path, text)
+    np.testing.assert_allclose(table.amplitude, 0.05)
+    assert (table.preload_force == 500.0).all()
+    assert (table.temperature == 40.0).all()
+    kelvin = "freq [rad/s],T [K],K* [N/mm],delta [deg]\n6.283185,296.15,500,5\n62.83185,296.15,550,7\n"
+    table = read(tmp_path, kelvin, preload=-2.0, amplitude=0.2, amplitude_is="double")
+    np.testing.assert_allclose(table.frequency, [1.0, 10.0], rtol=1e-6)
+    np.testing.assert_allclose(table.temperature, 23.0)
+    np.testing.assert_allclose([table.preload[0], table.amplitude[0]], [-2.0, 0.1])
+
+
+def test_a_wide_table_has_its_conditions_in_the_names(tmp_path):
+    head = "f [Hz],Kdyn @ ±0.1 mm [N/mm],delta @ ±0.1 mm [deg],Kdyn @ ±0.5 mm [N/mm],delta @ ±0.5 mm [deg]\n"
+    table = read(tmp_path, head + "1,500,5,400,6\n10,550,7,450,8\n")
+    np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.5, 0.5])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 400, 450])
+    np.testing.assert_allclose(table.frequency, [1, 10, 1, 10])
+    assert len(table.conditions()) == 2
+    over_amplitude = read(
+        tmp_path,
+        "A pp [mm],K* 1 Hz [N/mm],δ 1 Hz [°],K* 10 Hz [N/mm],δ 10 Hz [°]\n"
+        "0.2,500,5,550,6\n1,400,7,450,8\n2,300,7,350,8\n",
+    )
+    np.testing.assert_allclose(over_amplitude.frequency, [1, 1, 1, 10, 10, 10])
+    np.testing.assert_allclose(over_amplitude.amplitude, [0.1, 0.5, 1, 0.1, 0.5, 1])
+    assert not over_amplitude.over_frequency
+
+
+def test_blocks_beside_each_other_have_their_conditions_above(tmp_path):
+    text = ";0.1 mm;;0.5 mm;\nf [Hz];K* [N/mm];delta [deg];K* [N/mm];delta [deg]\n"
+    text += "1;500;5;400;6\n10;550;7;450;8\n50;600;8;;\n"
+    assert 'across = "amplitude"' in refused(tmp_path, text)
+    table = read(tmp_path, text, across="amplitude", amplitude_is="peak")
+    np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.1, 0.5, 0.5])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 600, 400, 450])
+
+
+def test_one_file_for_each_condition_is_one_table(tmp_path):
+    for force in (0, 500):
+        text = f"Preload = {force} N\nfrequency_Hz,stiffness_N_per_mm,loss_angle_deg\n"
+        text += f"1,{500 + force},5\n10,{550 + force},6\n"
+        (tmp_path / f"r{force}.csv").write_text(text)
+    table = read_dynamic(DynamicSource("radial", (tmp_path / "r0.csv", tmp_path / "r500.csv")))
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    assert [len(rows) for rows in table.conditions()] == [2, 2]
+
+
+def test_a_rotation_has_moments_per_angle(tmp_path):
+    text = "Frequency [Hz],Rotation amplitude p-p [deg],Kdyn [Nm/deg],loss angle [deg]\n1,2,10,5\n10,2,11,6\n"
+    table = read(tmp_path, text, "torsional")
+    np.testing.assert_allclose(table.amplitude, np.radians(1.0))
+    np.testing.assert_allclose(table.stiffness, np.array([1e4, 1.1e4]) * 180.0 / np.pi)
+
+
+@pytest.mark.parametrize(("name", "mode", "quantity"), [("E", "uniaxial", "E"), ("G", "simple_shear", "G")])
+def test_a_coupon_has_a_modulus(tmp_path, name, mode, quantity):
+    text = f"T(C)\tFreq(Hz)\tStrain\t{name}'(Pa)\t{name}''(Pa)\n20\t1\t0.01\t17e6\t2e6\n20\t1\t1\t10e6\t3e6\n"
+    asked = refused(tmp_path, text, mode)
+    assert 'units = {amplitude = "percent"}' in asked
+    assert 'amplitude_is = "peak"' in asked
+    table = read(tmp_path, text, mode, units={"amplitude": "percent"}, amplitude_is="peak")
+    assert table.quantity == quantity
+    np.testing.assert_allclose(table.amplitude, [1e-4, 1e-2])
+    np.testing.assert_allclose(table.storage, [17.0, 10.0])
+
+
+_OF_FREQUENCY, _OF_ANGLE, _OF_STORAGE = (
+    {"units": {key: unit}}
+    for key, unit in (("frequency", "rad/s"), ("loss_angle", "deg"), ("storage", "N/mm"))
+)
+ASKED = {
+    "frequency": ("frequency,K' [N/mm],K'' [N/mm]", 'units = {frequency = "Hz"} or "rad/s"', _OF_FREQUENCY),
+    "small angles": ("f [Hz],K* [N/mm],delta", 'units = {loss_angle = "deg"}', _OF_ANGLE),
+    "amplitude": (
+        "f [Hz],A [mm],K' [N/mm],K'' [N/mm]",
+        'amplitude_is = "peak" or "double"',
+        {"amplitude_is": "double"},
+    ),
+    "name": (
+        "f [Hz],Stiffness [N/mm],delta [deg]",
+        'stiffness_is = "magnitude"',
+        {"stiffness_is": "storage"},
+    ),
+    "stiffness": ("f [Hz],K',K'' [N/mm]", 'units = {storage = "N/mm"}', _OF_STORAGE),
+}
+
+
+@pytest.mark.parametrize("case", ASKED)
+def test_what_is_not_said_is_asked_with_the_key_that_answers(tmp_path, case):
+    head, key, answer = ASKED[case]
+    values = {3: "1,50,1\n10,55,1.2\n", 4: "1,0.1,500,50\n10,0.1,550,60\n"}[head.count(",") + 1]
+    assert key in refused(tmp_path, f"{head}\n{values}")
+    assert len(read(tmp_path, f"{head}\n{values}", **answer)) == 2
+
+
+def test_a_modulus_of_a_coupon_without_a_symbol_is_asked_for(tmp_path):
+    text = "frequency_Hz,storage_MPa,loss_MPa\n1,5,1\n10,6,1\n"
+    assert 'quantity = "E" or "G"' in refused(tmp_path, text, "uniaxial")
+    assert read(tmp_path, text, "uniaxial", quantity="E").quantity == "E"
+
+
+def test_degrees_are_recognised_by_their_size(tmp_path):
+    table = read(tmp_path, "f [Hz],K* [N/mm],delta\n1,500,5\n10,550,7\n")
+    np.testing.assert_allclose(table.loss_angle, np.radians([5.0, 7.0]))
+    assert "in degrees" in table.remarks[0]
+
+
+def test_a_stiffness_is_named_by_the_others(tmp_path):
+    head = "f [Hz],Stiffness [N/mm],K'' [N/mm],delta [deg]\n"
+    table = read(tmp_path, head + rows(FREQUENCY, STIFFNESS, LOSS, np.degrees(ANGLE)))
+    np.testing.assert_allclose(table.storage, STORAGE, rtol=1e-4)
+    big = np.radians([20.0, 25.0, 30.0])
+    table = read(tmp_path, head + rows(FREQUENCY, STORAGE, STORAGE * np.tan(big), np.degrees(big)))
+    np.testing.assert_allclose(table.storage, STORAGE, rtol=1e-4)
+
+
+CONTRADICTIONS = {
+    "complement": (STORAGE, LOSS, 90.0 - np.degrees(ANGLE), 'loss_angle_is = "complement"'),
+    "radians": (STORAGE, LOSS, ANGLE, 'units = {loss_angle = "rad"}'),
+    "exchanged": (LOSS, STORAGE, np.degrees(ANGLE), "K' and K'' are exchanged"),
+}
+
+
+@pytest.mark.parametrize("case", CONTRADICTIONS)
+def test_what_contradicts_itself_is_named_with_the_remedy(tmp_path, case):
+    storage, loss, angle, remedy = CONTRADICTIONS[case]
+    text = "f [Hz],K' [N/mm],K'' [N/mm],delta [deg]\n" + rows(FREQUENCY, storage, loss, angle)
+    assert remedy in refused(tmp_path, text)
+    answers = {
+        "complement": {"loss_angle_is": "complement"},
+        "radians": {"units": {"loss_angle": "rad"}},
+        "exchanged": {"columns": {"storage": 3, "loss": 2}},
+    }
+    np.testing.assert_allclose(read(tmp_path, text, **answers[case]).storage, STORAGE, rtol=1e-4)
+
+
+def test_a_single_contradiction_is_found_in_its_row(tmp_path):
+    angle = np.degrees(ANGLE) + np.array([0.0, 4.0, 0.0])
+    text = "f [Hz],K' [N/mm],K'' [N/mm],delta [deg]\n" + rows(FREQUENCY, STORAGE, LOSS, angle)
+    said = refused(tmp_path, text)
+    assert "table.csv:3:" in said
+    assert "11, and storage and loss give 7" in said
+
+
+def test_ninety_degrees_minus_the_angle_is_asked_for_where_only_the_magnitude_is_given(tmp_path):
+    text = "f [Hz],K* [N/mm],delta [deg]\n" + rows(FREQUENCY, STIFFNESS, 90.0 - np.degrees(ANGLE))
+    assert 'loss_angle_is = "complement"' in refused(tmp_path, text)
+    np.testing.assert_allclose(read(tmp_path, text, loss_angle_is="complement").loss, LOSS, rtol=1e-4)
+    assert (read(tmp_path, text, loss_angle_is="loss").loss_angle > 1.4).all()
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("0,0.1,500,5", "a frequency of 0 Hz"),
+        ("-1,0.1,500,5", "a frequency of -1 Hz"),
+        ("1,0,500,5", "an amplitude of 0"),
+        ("1,0.1,-500,5", "|K*| = -500 is not possible"),
+        ("1,0.1,500,95", "a loss angle of 95 degrees"),
+        ("1,0.1,500,x", "is not a number"),
+    ],
+)
+def test_impossible_rows_are_refused_with_their_line(tmp_path, row, said):
+    text = f"frequency_Hz,amplitude_mm,stiffness_N_per_mm,loss_angle_deg\n2,0.1,500,5\n{row}\n5,0.1,520,5\n"
+    message = refused(tmp_path, text, amplitude_is="peak")
+    assert said in message
+    assert "table.csv:3" in message
+
+
+def test_a_negative_storage_stiffness_names_the_inertia(tmp_path):
+    said = refused(tmp_path, "f [Hz],K' [N/mm],K'' [N/mm]\n1,500,50\n900,-20,60\n")
+    assert "K' = -20 is not possible" in said
+    assert "inertia" in said
+
+
+def test_one_measured_column_is_not_enough(tmp_path):
+    assert "need two of |K*|, K', K''" in refused(
+        tmp_path, "frequency_Hz,stiffness_N_per_mm\n1,500\n10,520\n"
+    )
+
+
+def test_a_set_value_is_not_the_measured_one(tmp_path):
+    text = "f [Hz],Amplitude target peak [mm],Amplitude actual peak [mm],K' [N/mm],K'' [N/mm]\n"
+    text += "1,0.1,0.09,500,50\n2,0.1,0.09,500,50\n"
+    np.testing.assert_allclose(read(tmp_path, text).amplitude, 0.09)
+
+
+def test_two_columns_of_one_quantity_are_asked_for(tmp_path):
+    text = "f [Hz],K' [N/mm],K' corrected [N/mm],K'' [N/mm]\n1,500,510,50\n10,520,530,60\n"
+    assert "columns = {storage = ...}" in refused(tmp_path, text)
+    np.testing.assert_allclose(read(tmp_path, text, columns={"storage": 3}).storage, [510, 530])

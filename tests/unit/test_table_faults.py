@@ -1,0 +1,69 @@
+"""Faults that a table of dynamic stiffness shows by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bushcli.faults.dynamic import table_faults
+from bushcli.recording.dynamic.table import DynamicTable
+from geometry.shape import shapes
+
+PLAIN = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+
+
+def sweeps(temperatures, scale=1.0, noise=0.002, quantity="E", mode="uniaxial"):
+    """Return amplitude sweeps of a filled rubber, whose stiffness falls with temperature and amplitude."""
+    rng = np.random.default_rng(3)
+    strain, temperature = (a.ravel() for a in np.meshgrid(np.geomspace(1e-4, 0.2, 20), temperatures))
+    size = scale * (3.0 + 12.0 * np.exp(-temperature / 25.0) / (1.0 + (strain / 0.01) ** 0.6))
+    storage = size * (1.0 + noise * rng.normal(size=size.size))
+    unknown = np.full(size.size, np.nan)
+    return DynamicTable(
+        name="sweep", mode=mode, quantity=quantity, frequency=np.ones(size.size), storage=storage, loss=0.15 * storage,
+        amplitude=strain, preload=unknown, preload_force=unknown, temperature=temperature, storage_error=unknown,
+        loss_error=unknown, third_harmonic=unknown, places=tuple(f"a.csv:{i + 2}" for i in range(size.size)),
+    )  # fmt: skip
+
+
+def kinds(table):
+    return [fault.kind for fault in table_faults(PLAIN, [table])]
+
+
+@pytest.mark.parametrize("temperatures", [[23.0], [0.0, 10.0, 30.0, 50.0], [-20.0, 0.0, 20.0, 60.0, 80.0]])
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.01])
+def test_a_sound_table_has_none(temperatures, noise):
+    assert kinds(sweeps(temperatures, noise=noise)) == []
+
+
+@pytest.mark.parametrize(("scale", "meant"), [(1e-6, "MPa"), (1e6, "Pa")])
+def test_moduli_of_no_elastomer_are_a_wrong_unit(scale, meant):
+    (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
+    assert (fault.kind, fault.fatal) == ("unit", True)
+    assert f'storage = "{meant}"' in fault.remedy
+    assert kinds(replace(sweeps([20.0], scale), accept=("unit",))) == []
+
+
+def test_the_stiffness_of_a_bushing_is_judged_by_its_shape():
+    # An axial stiffness of 2 pi L G / ln(b/a) = 415 N/mm for G = 1 MPa.
+    assert kinds(sweeps([20.0], 100.0, quantity="stiffness", mode="axial")) == []
+    assert kinds(sweeps([20.0], 1e-3, quantity="stiffness", mode="axial")) == ["unit"]
+
+
+def test_a_row_of_another_sweep_is_found_with_that_sweep():
+    table = sweeps([0.0, 20.0])
+    table.storage[5], table.loss[5] = table.storage[25], table.loss[25]
+    (fault,) = table_faults(PLAIN, [table])
+    assert (fault.kind, list(np.flatnonzero(fault.samples))) == ("spikes", [5])
+    assert "a.csv:7" in fault.where
+    assert "20 degrees C" in fault.where
+
+
+@pytest.mark.parametrize("at", [1, 2, 3])
+def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
+    table = sweeps([0.0, 15.0, 30.0, 45.0])
+    same, before = slice(20 * at, 20 * at + 20), slice(20 * at - 20, 20 * at)
+    table.storage[same], table.loss[same] = 1.002 * table.storage[before], 1.002 * table.loss[before]
+    assert "temperature" in kinds(table)
