@@ -71,10 +71,14 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     section : str
         The section as the message names it, such as ``[mesh]``.
     """
-    known = tuple(known)
+    known, key = tuple(known), str(keys[-1])
+    what = f"{dotted(keys)} is not a key of {section}"
+    radius = key.replace("diameter", "radius")
+    if radius != key and radius in known:
+        return Finding(keys, what, expected=f"give {radius}, half the diameter, in mm")
     return Finding(
         keys,
-        f"{dotted(keys)} is not a key of {section}",
+        what,
         expected=", ".join(known) if known else f"{section} takes no keys",
         among=known,
     )

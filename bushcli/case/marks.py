@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from bushcli.recording.text.decode import text_of
 from bushcli.runtime.condition import Condition
 
 _MARK = re.compile(r"#\s*<--")
@@ -19,7 +20,9 @@ def unedited(path: Path) -> tuple[Condition, ...]:
     """
     if path.suffix != ".toml" or not path.is_file():
         return ()
-    lines = [i for i, line in enumerate(path.read_text("utf-8").splitlines(), start=1) if _MARK.search(line)]
+    lines = [
+        i for i, line in enumerate(text_of(path.read_bytes()).splitlines(), start=1) if _MARK.search(line)
+    ]
     if not lines:
         return ()
     places = f"{'line' if len(lines) == 1 else 'lines'} {', '.join(map(str, lines))}"
