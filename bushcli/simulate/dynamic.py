@@ -233,7 +233,8 @@ class _Run:
         curves = tuple(self.curves)
         found = [*self._conditions, *(one for curve in curves for one in _doubts(curve))]
         if interrupted:
-            what = f"interrupted after {len(curves)} of {sum(len(one.preload) for one in self._case.vibrations)} preloads"
+            total = sum(len(one.preload) for one in self._case.vibrations)
+            what = f"interrupted after {len(curves)} of {total} preloads"
             found.append(Condition("interrupted", what, "run it again"))
         done = self._complete and not interrupted
         return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
