@@ -14,6 +14,8 @@ from geometry.shape import Shape
 
 #: Bytes of a case file. The largest in use has some ten thousand.
 LARGEST_CASE = 1_000_000
+#: Bytes of a result; one of many long recordings has some tens of MB.
+LARGEST_RESULT = 500_000_000
 #: Tables in tables; the deepest key of a case file has four.
 DEEPEST = 20
 #: Largest numbers of entries in a list of tables, and of problems that are listed.

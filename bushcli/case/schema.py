@@ -71,6 +71,9 @@ class MaterialTable(CaseTable):
     density: float = Field(
         default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); of vibrations only"
     )
+    hardness: float | None = Field(
+        default=None, description="Shore A, for a law without parameters where nothing else is known"
+    )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
     )
@@ -169,6 +172,7 @@ class DynamicTable(CaseTable):
     """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
+    preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
     amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"

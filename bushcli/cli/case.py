@@ -30,6 +30,7 @@ def check(run: Run, strict: bool) -> int:
     """
     from bushcli import report
     from bushcli.case import load_case_names
+    from bushcli.case.hardness import known_from_hardness
     from bushcli.case.marks import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
@@ -67,7 +68,12 @@ def check(run: Run, strict: bool) -> int:
     forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
     moved = [one for one in programs if one is not None and one.name not in forced]
     odd = unusual(case, case.material, (*records, *materials, *moved))
-    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
+    found = (
+        *unedited(case.path),
+        *known_from_hardness(case.material),
+        *untried_dolfinx(installed_dolfinx()),
+        *odd,
+    )
     tests = protocol(case, curves, coupons, moved)
     checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
     run.deliver(

@@ -158,9 +158,9 @@ def _plan(
 
 
 def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
+    from bushcli.case.hardness import HARDNESS
     from bushcli.report import described
     from bushcli.study.answers import answer, default_answers
-    from bushcli.study.hardness import HARDNESS
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:

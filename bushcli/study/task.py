@@ -13,6 +13,7 @@ from typing import Any
 from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
+from bushcli.case.hardness import HARDNESS, hardened
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.kept import PredictionCache
@@ -20,7 +21,6 @@ from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Asked, NoAnswer, answered, quantity_unit
 from bushcli.study.cache import DesignCache
-from bushcli.study.hardness import HARDNESS, hardened
 from bushcli.study.variable import Value
 from cases.mode import modes
 from geometry.errors import GeometryError

@@ -111,15 +111,6 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     Of consecutive samples in one column of pixels the first, the last, the lowest and the highest remain (Jugel et al.,
     M4, https://doi.org/10.14778/2732951.2732953). Passes of a loop over pixels that were drawn before are left
     out, but for the lowest and the highest point of each column.
-
-    Parameters
-    ----------
-    x, y : (n,) arrays
-        In any units; NaN interrupts the curve.
-    most : int
-        Number of points.
-    dots : bool
-        Whether the points are not joined by lines.
     """
     points = np.stack([x, y], axis=1)
     good = np.isfinite(points).all(axis=1)

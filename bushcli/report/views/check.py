@@ -83,8 +83,9 @@ def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
 
     def row(name: str, test: DynamicTest) -> Row:
         shown = quantities(test.mode)
-        preload = ", ".join(number(shown.at(q)) for q in test.preload)
-        preloads = ("the end of its path", "") if test.six else (preload, shown.displacement_unit)
+        preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
+        unit = shown.force_unit if test.by_force else shown.displacement_unit
+        preloads = ("the end of its path", "") if test.six else (preload, unit)
         ends = (f"{end(test.frequency):g}" for end in (min, max))
         return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
 

@@ -43,6 +43,7 @@ _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
     "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
 )
+_UNIFORM = "All effects had the same prior odds (--uniform-odds), however common they are in bushings."
 _VALUES = (
     "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "
     "value lies at least as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
@@ -74,6 +75,7 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
             "How probable each effect is",
             [
                 *paragraphs(words.ended(words.rival_lines(found))),
+                *paragraphs([_UNIFORM] if found.uniform_odds and found.models else []),
                 probability_table(found),
                 *of_kind(pictures, "probabilities"),
             ],
