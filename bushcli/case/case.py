@@ -129,6 +129,8 @@ class Case:
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     dynamic : tuple of DynamicSource
         Tables of dynamic stiffness, of the bushing and of coupons.
+    specimens : tuple of Source
+        Recordings of several parts of one drawing, for `bushcli batch`.
     effects : tuple of ActiveEffect
         Effects that are added to the plain model, each once, or once in each rig; parameters that are not given have
         no value.
@@ -148,6 +150,7 @@ class Case:
     load_cases: tuple[LoadCase, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
+    specimens: tuple[Source, ...] = ()
     dynamic: tuple[DynamicSource, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
@@ -166,7 +169,7 @@ class Case:
         """Files that the case reads, besides the case file itself."""
         part = getattr(self.geometry, "file", None)
         programs = (load.source for load in self.load_cases if load.source is not None)
-        sources = (*self.recordings, *self.coupons, *programs)
+        sources = (*self.recordings, *self.specimens, *self.coupons, *programs)
         tables = (file for table in self.dynamic for file in table.files)
         return (*(source.file for source in sources), *tables, *([Path(part)] if part else []))
 
@@ -224,30 +227,38 @@ def resolved(case: Case) -> dict[str, Any]:
     stands for.
     """
     folder = case.path.parent
-    return {
-        "title": case.title,
-        "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
-        "path": str(case.path),
-        "geometry": _geometry(case.geometry, folder),
-        "mesh": {
-            "elements_across": case.mesh.elements_across,
-            "elements_along": case.mesh.elements_along,
-            "elements_around": case.mesh.elements_around,
-        },
-        "material": {
-            "law": case.material.law,
-            "bulk_modulus": case.material.bulk_modulus
-            if math.isfinite(case.material.bulk_modulus)
-            else "inf",
-            "parameters": dict(case.material.parameters),
-            "terms": case.material.terms,
-            "hardness": case.material.hardness,
-        },
-        "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
-        "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
-        "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
-        "effects": [_effect(active, case) for active in case.effects],
-    } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
+    return (
+        {
+            "title": case.title,
+            "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
+            "path": str(case.path),
+            "geometry": _geometry(case.geometry, folder),
+            "mesh": {
+                "elements_across": case.mesh.elements_across,
+                "elements_along": case.mesh.elements_along,
+                "elements_around": case.mesh.elements_around,
+            },
+            "material": {
+                "law": case.material.law,
+                "bulk_modulus": case.material.bulk_modulus
+                if math.isfinite(case.material.bulk_modulus)
+                else "inf",
+                "parameters": dict(case.material.parameters),
+                "terms": case.material.terms,
+                "hardness": case.material.hardness,
+            },
+            "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
+            "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
+            "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
+            "effects": [_effect(active, case) for active in case.effects],
+        }
+        | ({"specimens": [_source(one, folder) for one in case.specimens]} if case.specimens else {})
+        | (
+            {"toleranced": {key: vars(one) for key, one in case.toleranced.items()}}
+            if case.toleranced
+            else {}
+        )
+    )
 
 
 def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:

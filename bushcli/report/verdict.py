@@ -202,8 +202,8 @@ def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> Chann
     unit, ratio = shown.stiffness_unit, found.stiffness_ratio
     predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
     text = (
-        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: {stiffer(ratio, found.tolerance.percent)}; "
-        f"{_band(found)}"
+        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
+        f"{stiffer(ratio, found.tolerance.percent)}; {_band(found)}"
     )
     if found.compared < 1.0:
         text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
