@@ -240,7 +240,11 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
         )
         for i, part in enumerate(parts)
     ]
-    parts += [replace(_fitted(one, mean), outlier=("data",)) for one in group if one.name in faulty]
+    parts += [
+        replace(_fitted(one, mean), deviation=float("nan"), outlier=("data",))
+        for one in group
+        if one.name in faulty
+    ]
     factors = np.log([part.factor for part in parts if not part.outlier])
     scatter = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
     k = tolerance_factor(len(factors))

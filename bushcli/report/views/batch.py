@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -78,7 +79,7 @@ def _parts(found: Batch) -> Table:
             one.name,
             one.mode,
             with_std(one.factor, one.std),
-            f"{one.deviation:+.1f}",
+            "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}",
             number(stiffness(one)),
             quantities(one.mode).stiffness_unit,
             percent(one.rms_percent),
