@@ -18,7 +18,7 @@ from cases.metal import MetalAtPoints
 from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points
-from forms import gradients
+from forms import answers, gradients
 from forms.setting import SETTINGS
 
 Array = NDArray[np.float64]
@@ -150,6 +150,16 @@ class MaterialCells:
         """Compute `A` at the state of `look`."""
         self.material.answer(moduli=True)
         self._moduli()
+
+    def resting_moduli(self) -> Array:
+        """Return what `A` is of a spring of unit modulus that is at rest at the state of `look` (`resting_answer`)."""
+        strain = self.material.strain
+        spring = kernel(answers.resting_answer(self._setting))(
+            len(strain), {"strain": strain, "rest": strain}
+        )
+        return kernel(gradients.moduli(self._name, self._setting))(
+            len(strain), {"gradients": self.g, "answer": spring}
+        )
 
     def contracted(self, change: Array) -> Array:
         """Return the product of `A` and a change of the gradients."""

@@ -172,6 +172,25 @@ class Motion:
             return self.over_all(moved @ self.twists(q))
         return self.over_all(self._along_sleeve(self._setting.rate, q))
 
+    def rigid(self, x: Array, q: float) -> Array:
+        """Rigid motions of the whole body as it is deformed, in the directions in which the sleeve can move.
+
+        Parameters
+        ----------
+        x
+            Where its points are now, shape (d, n), mm.
+        q
+            mm or rad; s of a path of six motions.
+
+        Returns
+        -------
+        shape (m, components, n)
+            Per mm or rad: one motion, or all six.
+        """
+        if self.six is not None:
+            return twists(x - self.pose(q)[:3, None], np.zeros(6))
+        return np.asarray(self._setting.rate(x, 0.0))[None]
+
     # -- with six motions ----------------------------------------------------------------------------------------
 
     def take(self, free: Array) -> None:

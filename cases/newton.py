@@ -88,7 +88,14 @@ def bends(model: FiniteElementModel, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
         return False
     ksp.setOperators(matrix)
     ksp.setUp()
+    return negative_eigenvalues(ksp) > model.system.free_pressures
+
+
+def negative_eigenvalues(ksp: PETSc.KSP) -> int:
+    """Return how many negative eigenvalues the factorised tangent has, on all ranks together."""
+    if ksp.getPC().getType() == PETSc.PC.Type.PYTHON:
+        context: Small = ksp.getPC().getPythonContext()
+        return context.negative_eigenvalues()
     factor = ksp.getPC().getFactorMatrix()
     mumps = ksp.getPC().getFactorSolverType() == "mumps"
-    negative = factor.getMumpsInfog(NEGATIVE) if mumps else factor.getInertia()[0]
-    return bool(negative > model.system.free_pressures)
+    return int(factor.getMumpsInfog(NEGATIVE) if mumps else factor.getInertia()[0])

@@ -167,6 +167,32 @@ class Points:
         x, r = pointer(directions), pointer(forces)
         loops().lib.action(self._group.struct, pointer(A), count, size, x, r)
 
+    def add_inertia(self, x: Array, directions: Array, forces: Array) -> None:
+        """Add the products of the mass of a body of unit density and some directions, at a state.
+
+        Parameters
+        ----------
+        x : Array
+            This rank's unknowns, shape (m,): where the body is.
+        directions : Array
+            Vectors over this rank's unknowns, shape (k, m).
+        forces : Array
+            The same shape; changed in place.
+        """
+        weight = np.broadcast_to(
+            self.weight[:, None], (len(self.cells), self.setting.components, self.shape[1])
+        )
+        if "radius_d0" in self._names:
+            # The second component is an angle: its mass is a moment of inertia about the axis.
+            lever = np.ones_like(weight)
+            lever[:, 1] = (self._radius + self.displacements(x)[..., 0]) ** 2
+            weight = weight * lever
+        displaced = self.unknowns.displaced
+        for direction, force in zip(directions, forces, strict=True):
+            moved = np.einsum("cip,pn,cin->cip", weight, self._N, direction[displaced], optimize=True)
+            local = np.einsum("cip,pn->cin", moved, self._N, optimize=True)
+            force += np.bincount(displaced.ravel(), local.ravel(), minlength=len(force))
+
     def integral(self, density: Array) -> float:
         """Integrate a density per volume of the stress-free body, shape (number,)."""
         return float(self.weight.reshape(-1) @ density)

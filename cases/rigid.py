@@ -109,7 +109,7 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
     work = twist[:, owned] @ forces[:, owned].T + pull[:, owned] @ answers[:, owned].T
     model.system.residual(b)
     stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
-    arms = _turned(model, b, q)
+    arms = turned(model, b, q)
     stiffness[3:, 3:] += arms
     moment = reactions(model, b, q)[3:]
     b.destroy()
@@ -207,8 +207,14 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     return found
 
 
-def _turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
-    """Work of the present forces on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
+def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
+    """Work of the present forces on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3).
+
+    Parameters
+    ----------
+    model, residual, q
+        As in `reactions`; q in s.
+    """
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
     force, arms = residual.array_r[c.dofs[owned]], model.motion.arms(q)[:, owned]

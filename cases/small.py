@@ -44,3 +44,7 @@ class Small:
             x.array_w[:] = np.linalg.solve(self._matrix, b.array_r)
         except np.linalg.LinAlgError:
             x.set(np.nan)
+
+    def negative_eigenvalues(self) -> int:
+        """Return how many negative eigenvalues the symmetric matrix has."""
+        return int(np.count_nonzero(np.linalg.eigvalsh(self._matrix) < 0.0))

@@ -54,6 +54,10 @@ class Sleeve(BaseModel):
     thickness: float = Field(gt=0, description="radial thickness, mm")
     youngs_modulus: float = Field(default=70000.0, gt=0, description="Young's modulus, MPa (aluminium)")
     poissons_ratio: float = Field(default=0.33, ge=0, lt=0.5, description="Poisson's ratio (aluminium)")
+    # Wrought aluminium alloys: 2,660 to 2,810 kg/m3 (EN 573-3; EN AW-6082 2,700).
+    density: float = Field(
+        default=2700.0, ge=500, le=25000, description="kg/m3 (aluminium); of vibrations only"
+    )
     grip: Literal["surface", "ends"] = Field(
         default="surface",
         description="where the rig holds the sleeve: over its free cylinder (bolt in the bore, pressed into an eye), "

@@ -4,12 +4,13 @@
 Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
 """
 
-from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names, resolved
+from bushcli.case.case import Case, DynamicTest, LoadCase, Material, MeshOptions, load_case_names, resolved
 from bushcli.case.load import load_case, load_part, shape_of_part
 from bushcli.case.starter import starter_case
 
 __all__ = [
     "Case",
+    "DynamicTest",
     "LoadCase",
     "Material",
     "MeshOptions",

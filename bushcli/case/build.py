@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -11,7 +12,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bushcli.case import checks, six
-from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.case import (
+    DENSITY,
+    Case,
+    DynamicTest,
+    LoadCase,
+    Material,
+    MeshOptions,
+    load_case_names,
+)
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.hardness import from_hardness
@@ -82,15 +91,16 @@ class Builder:
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
+        loads = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material)
-            for table, keys in self._list(data, "load_cases", LoadCaseTable)
+            self._load_case(table, keys, shape, material) for table, keys in loads if table.dynamic is None
         ]
+        tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
         specimens = self._sources(data, "specimens", shape, material)
         coupons = self._sources(data, "coupons", None, material)
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, recordings, shape)
+        active = self._effects(data, load_cases, tests, recordings, shape)
         if (
             material
             and not material.parameters
@@ -109,7 +119,7 @@ class Builder:
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in load_cases if load] + [
+        used = [load.mode for load in (*load_cases, *tests) if load] + [
             source.mode for source in (*recordings, *specimens)
         ]
         self.findings += mesh_size(shape, options, used)
@@ -122,6 +132,7 @@ class Builder:
             mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
+            vibrations=tuple(item for item in tests if item),
             recordings=recordings,
             specimens=specimens,
             coupons=coupons,
@@ -206,11 +217,13 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
+        self.findings += checks.density(table.density)
+        density = DENSITY * table.density
         if table.hardness is not None:
             others = [name for name in ("parameters", "terms") if getattr(table, name)]
             self.findings += checks.hardness(table.hardness, others, bool(data.get("coupons")))
-            return from_hardness(table.law, table.hardness, table.bulk_modulus)
-        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
+            return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
+        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
         return material
 
@@ -278,6 +291,17 @@ class Builder:
             self.findings += checks.travel(key, load_case, shape)
         return load_case
 
+    def _vibrations(
+        self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
+    ) -> DynamicTest | None:
+        if not self._mode(keys, table.mode, shape, None, material):
+            return None
+        from bushcli.case import vibrations  # few cases have a dynamic test
+
+        found, findings = vibrations.test(table, keys, shape, self._validated)
+        self.findings += findings
+        return found
+
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
@@ -334,6 +358,7 @@ class Builder:
         self,
         data: dict[str, Any],
         load_cases: Sequence[LoadCase | None],
+        tests: Sequence[DynamicTest | None],
         recordings: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
@@ -356,6 +381,12 @@ class Builder:
             for i, (name, load) in enumerate(named)
         ]
         channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        vibrating = [test for test in tests if test is not None]
+        channels += [
+            effects.DeclaredChannel(name, test.mode)
+            for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
+            if name not in {channel.name for channel in channels}
+        ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)

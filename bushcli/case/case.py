@@ -25,6 +25,9 @@ from cases.six import MOTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
+#: kg/m3 in t/mm^3, the unit of density beside N, mm, MPa and s.
+DENSITY = 1e-12
+
 
 @dataclass(frozen=True)
 class MeshOptions:
@@ -54,6 +57,8 @@ class Material:
         By name, within the law's bounds; empty when the law is to be identified.
     terms : int, optional
         Number of terms to identify of a law that has optional ones.
+    density : float
+        t/mm^3; of vibrations only.
     hardness : float, optional
         Shore A from which the parameters were taken, because nothing else is known.
     """
@@ -62,6 +67,7 @@ class Material:
     bulk_modulus: float = math.inf
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
+    density: float = 1.1e-9
     hardness: float | None = None
 
     @property
@@ -112,6 +118,43 @@ class LoadCase:
 
 
 @dataclass(frozen=True)
+class DynamicTest:
+    """Small vibrations about preloads.
+
+    Attributes
+    ----------
+    mode : str
+    frequency : tuple of float
+        Hz.
+    preload : tuple of float
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
+        with ``six``.
+    by_force : bool
+        Whether the preloads are forces.
+    amplitude : float, optional
+        Peak, mm or rad; None = small.
+    transfer : bool
+        Whether the force is taken at the held sleeve; else where the bushing is driven.
+    steps : int
+        Steps to the furthest preload.
+    six : SixPath, optional
+        Path to a pose, which is then the preload.
+    motion : int
+        Number of the motion that vibrates there (`cases.six.MOTIONS`).
+    """
+
+    mode: str
+    frequency: tuple[float, ...]
+    preload: tuple[float, ...] = (0.0,)
+    by_force: bool = False
+    amplitude: float | None = None
+    transfer: bool = True
+    steps: int = 20
+    six: SixPath | None = None
+    motion: int = 0
+
+
+@dataclass(frozen=True)
 class Case:
     """The contents of a case file.
 
@@ -125,6 +168,8 @@ class Case:
     mesh : MeshOptions
     material : Material
     load_cases : tuple of LoadCase
+    vibrations : tuple of DynamicTest
+        Load cases with ``[load_cases.dynamic]``, which are not among the former.
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     dynamic : tuple of DynamicSource
@@ -148,6 +193,7 @@ class Case:
     mesh: MeshOptions
     material: Material
     load_cases: tuple[LoadCase, ...] = ()
+    vibrations: tuple[DynamicTest, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     specimens: tuple[Source, ...] = ()
@@ -187,7 +233,9 @@ class Case:
         return not self.material.parameters
 
 
-def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
+def load_case_names(
+    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source]
+) -> tuple[str, ...]:
     """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
 
     Parameters
@@ -227,38 +275,39 @@ def resolved(case: Case) -> dict[str, Any]:
     stands for.
     """
     folder = case.path.parent
-    return (
-        {
-            "title": case.title,
-            "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
-            "path": str(case.path),
-            "geometry": _geometry(case.geometry, folder),
-            "mesh": {
-                "elements_across": case.mesh.elements_across,
-                "elements_along": case.mesh.elements_along,
-                "elements_around": case.mesh.elements_around,
-            },
-            "material": {
-                "law": case.material.law,
-                "bulk_modulus": case.material.bulk_modulus
-                if math.isfinite(case.material.bulk_modulus)
-                else "inf",
-                "parameters": dict(case.material.parameters),
-                "terms": case.material.terms,
-                "hardness": case.material.hardness,
-            },
-            "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
-            "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
-            "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
-            "effects": [_effect(active, case) for active in case.effects],
-        }
-        | ({"specimens": [_source(one, folder) for one in case.specimens]} if case.specimens else {})
-        | (
-            {"toleranced": {key: vars(one) for key, one in case.toleranced.items()}}
-            if case.toleranced
-            else {}
-        )
-    )
+    shown = {
+        "title": case.title,
+        "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
+        "path": str(case.path),
+        "geometry": _geometry(case.geometry, folder),
+        "mesh": {
+            "elements_across": case.mesh.elements_across,
+            "elements_along": case.mesh.elements_along,
+            "elements_around": case.mesh.elements_around,
+        },
+        "material": {
+            "law": case.material.law,
+            "bulk_modulus": case.material.bulk_modulus
+            if math.isfinite(case.material.bulk_modulus)
+            else "inf",
+            "parameters": dict(case.material.parameters),
+            "terms": case.material.terms,
+            "density": float(f"{case.material.density / DENSITY:.12g}"),
+            "hardness": case.material.hardness,
+        },
+        "load_cases": [
+            *(_load_case(load_case, folder) for load_case in case.load_cases),
+            *map(_vibrations, case.vibrations),
+        ],
+        "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
+        "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
+        "effects": [_effect(active, case) for active in case.effects],
+    }
+    if case.specimens:
+        shown["specimens"] = [_source(one, folder) for one in case.specimens]
+    if case.toleranced:
+        shown["toleranced"] = {key: vars(one) for key, one in case.toleranced.items()}
+    return shown
 
 
 def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:
@@ -285,6 +334,25 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     return shown | {"path": path, "rate": rate}
 
 
+def _vibrations(test: DynamicTest) -> dict[str, Any]:
+    unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
+    shown: dict[str, Any] = {
+        "amplitude": None if test.amplitude is None else float(f"{unit * test.amplitude:.12g}"),
+        "frequency": list(test.frequency),
+        "point": "transfer" if test.transfer else "driving",
+    }
+    if test.six is not None:
+        turned = test.motion >= 3 and test.amplitude is not None
+        shown |= {"motion": MOTIONS[test.motion]}
+        shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
+        return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
+    if test.by_force:
+        shown["preload_force"] = list(test.preload)
+    else:
+        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
+
+
 def _six(path: SixPath) -> dict[str, Any]:
     shown: dict[str, Any] = {"time": path.time.tolist()}
     for k, name in enumerate(MOTIONS):
@@ -295,7 +363,9 @@ def _six(path: SixPath) -> dict[str, Any]:
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
+    channels = (*case.channels, *tests)
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
     return {
         "name": active.effect.name,
         "parameters": {

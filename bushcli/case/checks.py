@@ -21,6 +21,8 @@ from geometry.size import LARGEST
 _PARAMETERS: Keys = ("material", "parameters")
 # MPa; four decades beyond any rubber on both sides, so that residuals and tolerances stay well above rounding.
 SHEAR = (1e-5, 1e5)
+# kg/m3: cellular rubber, and rubber filled with lead.
+DENSITIES = (100.0, 5000.0)
 # Bulk over shear modulus at a Poisson's ratio of zero.
 LEAST_BULK = 2.0 / 3.0
 # mm: if the largest dimension is below this, the dimensions are in metres.
@@ -29,6 +31,14 @@ SMALLEST_SHAPE = 0.5
 SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
 # mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
 SMALLEST_TRAVEL = 1e-6
+
+
+def density(value: float) -> Iterator[Finding]:
+    """Check that a density in kg/m3 can be that of a rubber."""
+    if not DENSITIES[0] <= value <= DENSITIES[1]:
+        what = f"material.density = {value:g} kg/m3 is not that of a rubber"
+        expected = f"{DENSITIES[0]:g} to {DENSITIES[1]:g} kg/m3; a density in g/cm3 is multiplied by 1000"
+        yield Finding(("material", "density"), what, expected=expected)
 
 
 def parameters(material: Material) -> Iterator[Finding]:

@@ -25,6 +25,7 @@ from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.compare import compare
 from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
+from bushcli.cli.dynamic import dynamic
 from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import EXIT_CODES, INTERRUPTED, WRONG_INPUT, mistaken, unwritable
@@ -186,6 +187,7 @@ for _command in (
     mesh,
     fit,
     direct,
+    dynamic,
     inverse,
     batch,
     compare,

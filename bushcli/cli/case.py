@@ -174,7 +174,7 @@ def direct(
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
     if not case.recordings and not case.load_cases:
-        expected = "[[recordings]] or [[load_cases]]"
+        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 def compare(run: Run, before: tuple[Path, ...]) -> int:
     """Put results or cases beside each other, two or more, and compare them with the first.
 
-    Each is a folder that a command wrote with -o, or a case file, which is simulated as by `bushcli direct`. The result has the
-    keys of the cases and the numbers that differ, and the curves over each other.
+    Each is a folder that a command wrote with -o, or a case file, which is simulated as by `bushcli direct`. The result
+    has the keys of the cases and the numbers that differ, and the curves over each other.
     """
     from bushcli import report
     from bushcli.study.compare import compare as compared

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss, Method
+    from bushcli.report.document import Document, Picture
     from bushcli.runtime.executor import Pool
 
 weighted = click.option(
@@ -55,16 +56,39 @@ def fit(
     branch: Literal["loading", "unloading", "both"] | None,
     strict: bool,
 ) -> int:
-    """Identify the law of CASE from its coupon tests, and the bulk modulus from volumetric ones."""
+    """Identify the law of CASE from its coupon tests, and the bulk modulus from volumetric ones.
+
+    Coupons' tables of dynamic moduli give relaxation spectra, the shift of their times with temperature, and a lag of
+    the rig.
+    """
     from bushcli import report
+    from bushcli.inverse.coupon_tables import fit_tables
+    from bushcli.report.json.spectrum import spectra_json, tables_json
+    from bushcli.report.views.spectrum import spectra_sections, tables_document
 
     case = run.load()
+    with run.timed("spectra"):
+        spectra, problems = fit_tables(case, run.tables)
+    if spectra and not case.coupons:
+        run.deliver(
+            lambda: tables_json(case, spectra, problems, run.timings()),
+            lambda _=(): tables_document(case, spectra, problems),
+            lambda: report.Files(case),
+        )
+        return NEGATIVE if strict and problems else DONE
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
     found = fit_to_coupons(run, case, model, weighting)
+    found = replace(found, conditions=(*found.conditions, *problems))
+    further = {"dynamic": spectra_json(spectra)} if spectra else {}
+
+    def document(pictures: Sequence[Picture] = ()) -> Document:
+        law = report.fit_document(case, found, pictures)
+        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
+
     run.deliver(
-        lambda: report.fit_json(case, found, run.timings()),
-        lambda pictures=(): report.fit_document(case, found, pictures),
+        lambda: report.fit_json(case, found, run.timings()) | further,
+        document,
         lambda: report.fit_files(case, found),
     )
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))

@@ -26,9 +26,9 @@ from bushcli.recording.dynamic.table import DynamicTable
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: Terms of the series per decade of omega: two resolve a spectrum to 1 % of the modulus, because the loss of a single
-#: term is 1.14 decades wide at half its height.
-_PER_DECADE = 2.0
+#: Terms of the series per decade of omega. Measured on a rubber of one term per decade without noise: two leave 2.7 %
+#: of the loss, three and more 0.4 %.
+_PER_DECADE = 3.0
 #: Decades beyond the data: slower and faster terms act on the ends of the data.
 _BEYOND = 0.5
 #: Weights of the penalty that are tried.

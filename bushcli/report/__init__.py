@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bushcli.report.json.design import design_json
     from bushcli.report.json.diagnosis import diagnosis_json
     from bushcli.report.json.direct import direct_json
+    from bushcli.report.json.dynamic import dynamic_json
     from bushcli.report.json.fit import fit_json
     from bushcli.report.json.inverse import inverse_json
     from bushcli.report.json.mesh import mesh_json
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from bushcli.report.views.design import design_document
     from bushcli.report.views.diagnosis.document import diagnosis_document
     from bushcli.report.views.direct import direct_document
+    from bushcli.report.views.dynamic import dynamic_document
     from bushcli.report.views.fit import fit_document
     from bushcli.report.views.inverse import inverse_document
     from bushcli.report.views.mesh import mesh_document
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
         compare_files,
         diagnosis_files,
         direct_files,
+        dynamic_files,
         fit_files,
         inverse_files,
         mesh_files,
@@ -50,8 +53,15 @@ if TYPE_CHECKING:
         write_refused,
         write_starter_case,
     )
-    from bushcli.report.writers.folder import QUESTION, STAGING, NotDrawn, earlier_result, moves_to, staging
-    from bushcli.report.writers.occupied import occupy
+    from bushcli.report.writers.folder import (
+        QUESTION,
+        STAGING,
+        NotDrawn,
+        earlier_result,
+        moves_to,
+        occupy,
+        staging,
+    )
     from bushcli.report.writers.terminal import terminal_text
 
 __all__ = [
@@ -80,6 +90,9 @@ __all__ = [
     "direct_document",
     "direct_files",
     "direct_json",
+    "dynamic_document",
+    "dynamic_files",
+    "dynamic_json",
     "earlier_result",
     "fit_document",
     "fit_files",
@@ -113,6 +126,7 @@ _MODULES = {
     "json.design": ("design_json",),
     "json.diagnosis": ("diagnosis_json",),
     "json.direct": ("direct_json",),
+    "json.dynamic": ("dynamic_json",),
     "json.fit": ("fit_json",),
     "json.inverse": ("inverse_json",),
     "json.mesh": ("mesh_json",),
@@ -125,6 +139,7 @@ _MODULES = {
     "views.design": ("design_document",),
     "views.diagnosis.document": ("diagnosis_document",),
     "views.direct": ("direct_document",),
+    "views.dynamic": ("dynamic_document",),
     "views.fit": ("fit_document",),
     "views.inverse": ("inverse_document",),
     "views.mesh": ("mesh_document",),
@@ -138,6 +153,7 @@ _MODULES = {
         "compare_files",
         "diagnosis_files",
         "direct_files",
+        "dynamic_files",
         "fit_files",
         "inverse_files",
         "mesh_files",
@@ -147,8 +163,7 @@ _MODULES = {
         "write_refused",
         "write_starter_case",
     ),
-    "writers.folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "staging"),
-    "writers.occupied": ("occupy",),
+    "writers.folder": ("QUESTION", "STAGING", "NotDrawn", "earlier_result", "moves_to", "occupy", "staging"),
     "writers.terminal": ("terminal_text",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

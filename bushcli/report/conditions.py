@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bushcli.case.case import DENSITY
 from bushcli.case.unit import outside, turning, unit
 from bushcli.report.quantity import number
 from forms.law import laws
@@ -54,6 +55,8 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
         parameters += f" (identified from the {source or 'coupon tests'})"
     rows.append(("law", f"{used.law}: {parameters}"))
     rows.append(("bulk modulus", _bulk(used)))
+    if case.vibrations:
+        rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     return rows + _effects(case) + _limits(case)
 
 

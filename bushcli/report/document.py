@@ -217,6 +217,7 @@ class Picture:
     png: bytes = field(repr=False)
     svg: bytes = field(repr=False)
     panels: Panels | None = None
+    on: Literal["page"] = field(default="page", init=False)
 
 
 @dataclass(frozen=True)
@@ -234,6 +235,11 @@ class Paragraph:
     text: str
     kind: Literal["plain", "note"] = "plain"
     on: On = "both"
+
+    @property
+    def explains(self) -> bool:
+        """Whether it explains on the page what stands beside it."""
+        return self.kind == "note" and self.on == "page"
 
 
 @dataclass(frozen=True)
@@ -285,7 +291,7 @@ Block = Paragraph | Table | Picture
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a document; one without blocks is left out.
+    """A part of a document; one without blocks, or with explanations of the page alone, is left out.
 
     Attributes
     ----------
@@ -345,21 +351,21 @@ def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[
     where : {"page", "terminal"}
     sections : iterable of Section
     """
-    found = []
-    for section in sections:
-        if section.on not in ("both", where):
-            continue
-        blocks = [block for block in section.blocks if _is_on(where, block)]
-        folded = section.folded if where == "page" else ()
-        if blocks or folded:
-            found.append(replace(section, blocks=blocks, folded=folded))
-    return found
 
+    def kept(blocks: Iterable[Block]) -> list[Block]:
+        here = [
+            one
+            for one in blocks
+            if one.on in ("both", where) and not (isinstance(one, Table) and not one.rows)
+        ]
+        return here if any(not (isinstance(one, Paragraph) and one.explains) for one in here) else []
 
-def _is_on(where: str, block: Block) -> bool:
-    if isinstance(block, Table) and not block.rows:
-        return False
-    return where == "page" if isinstance(block, Picture) else block.on in ("both", where)
+    found = [
+        replace(one, blocks=kept(one.blocks), folded=kept(one.folded) if where == "page" else ())
+        for one in sections
+        if one.on in ("both", where)
+    ]
+    return [one for one in found if one.blocks or one.folded]
 
 
 def paragraphs(
@@ -374,6 +380,11 @@ def paragraphs(
     kind : {"plain", "note"}
     """
     return [Paragraph(line, kind, on) for line in lines if line]
+
+
+def note(text: str) -> Paragraph:
+    """Return an explanation in small print, for the page only."""
+    return Paragraph(text, "note", "page")
 
 
 def of_kind(pictures: Iterable[Picture], *kinds: str) -> list[Block]:

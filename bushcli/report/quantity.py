@@ -73,8 +73,6 @@ _ROTATION = Quantities(
 _COUPON = Quantities(
     "stretch", "", "nominal stress", "MPa", "MPa", 1.0, 1.0, ("stretch", "nominal_stress_MPa")
 )
-
-
 _SHEARED = Quantities(
     "amount of shear", "", "shear stress", "MPa", "MPa", csv_names=("shear_strain", "shear_stress_MPa")
 )

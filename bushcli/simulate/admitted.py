@@ -27,7 +27,7 @@ def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tu
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
+        wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
     channels = [

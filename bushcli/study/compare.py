@@ -16,8 +16,8 @@ Array = NDArray[np.float64]
 
 # Entries of a result that say how it was computed, not what it is; problems have an entry of their own.
 _HOW = ("case", "versions", "timings_s", "problems", "files", "question", "command", "data_faults")
-# Numbers that differ by less than this share of the larger one are equal: local strains of equal designs differ by up to
-# some 1e-7, the tolerance of a march being 1e-8 of the reactions.
+# Numbers that differ by less than this share of the larger one are equal: local strains of equal designs differ by up
+# to some 1e-7, the tolerance of a march being 1e-8 of the reactions.
 EQUAL = 1e-6
 
 

@@ -16,6 +16,7 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.text.rows import Rows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -303,4 +304,5 @@ def with_values(table: Table, group: Group) -> Table:
     kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
     if len(kept) == len(table):
         return table
-    return replace(table, rows=[table.rows[row] for row in kept], lines=[table.lines[row] for row in kept])
+    fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
+    return replace(table, parts=(Rows(fields, [table.line(row) for row in kept]),))

@@ -39,17 +39,7 @@ _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
 
 
 def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Figure:
-    """Draw a geometry with its faces coloured by their interpretation.
-
-    Parameters
-    ----------
-    view
-        Triangles with names.
-    title
-        Title above the picture.
-    measures
-        Volumes (mm^3) and areas (mm^2) by name, bonds as "inner_bond".
-    """
+    """Draw a geometry with its faces coloured by their interpretation."""
     with style():
         figure = new_figure(6.4 if view.flat else 8.6, 5.2)
         if view.flat:
@@ -160,11 +150,7 @@ def _crossed(triangles: Array, level: float) -> Array:
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:
     toward = np.array(
-        [
-            np.cos(_ELEVATION) * np.cos(_AZIMUTH),
-            np.cos(_ELEVATION) * np.sin(_AZIMUTH),
-            np.sin(_ELEVATION),
-        ]
+        [np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)]
     )
     right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
     up = np.cross(toward, right)

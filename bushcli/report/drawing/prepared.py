@@ -111,28 +111,19 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     Of consecutive samples in one column of pixels the first, the last, the lowest and the highest remain (Jugel et al.,
     M4, https://doi.org/10.14778/2732951.2732953). Passes of a loop over pixels that were drawn before are left
     out, but for the lowest and the highest point of each column.
-
-    Parameters
-    ----------
-    x, y : (n,) arrays
-        In any units; NaN interrupts the curve.
-    most : int
-        Number of points.
-    dots : bool
-        Whether the points are not joined by lines.
     """
     points = np.stack([x, y], axis=1)
     good = np.isfinite(points).all(axis=1)
     if not good.any():
         return x[:1], y[:1]
     share = (points - points[good].min(axis=0)) / _size(points[good])
-    at = np.arange(len(x))
+    at: NDArray[np.intp] = np.arange(len(x))
     for columns in _COLUMNS:
         column, row = np.where(good, share.T * (columns - 1e-6), -1).astype(np.int16)
         if not dots:
             # The extremes of a column are among those of its halves.
             at = at[_extremes(column[at], y[at])]
-        drawn = at
+        drawn: NDArray[np.intp] = at
         if len(at) > most:
             new = np.zeros(len(at), dtype=bool)
             new[_envelope(column[at], y[at])] = True

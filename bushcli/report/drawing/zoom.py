@@ -66,14 +66,7 @@ def figure(picture: Picture) -> Markup:
 
 
 def svg(plot: Plot, prefix: str = "") -> Markup:
-    """Return one plot with its legend; all text is escaped.
-
-    Parameters
-    ----------
-    plot : Plot
-    prefix : str
-        Put before its name, which is unique on the page.
-    """
+    """Return one plot with its legend; all text is escaped."""
     plot = prepared(plot)
     left, top, width, height = pane(plot)
     assert plot.x is not None
@@ -118,17 +111,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
 
 
 def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
-    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, in the unit of the axis.
-    most : int
-        Largest number of intervals.
-    logarithmic : bool
-        Whether the axis is logarithmic; it has powers of ten only where it spans more than 50 times.
-    """
+    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
     if logarithmic:
         factors = (1, 2, 5) if high < 50 * low else (1,)
         powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)

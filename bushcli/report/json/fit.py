@@ -45,7 +45,9 @@ def fit_part(fit: Fit) -> dict[str, Any]:
         "parameters": {
             name: {
                 **part(estimate, "value std lower upper at_bound"),
-                "interval": _interval(estimate.range95),
+                # An end that was not found is None.
+                "interval": estimate.range95
+                and [end if math.isfinite(end) else None for end in estimate.range95],
                 "unit": parameter_unit(fit, name),
             }
             for name, estimate in fit.parameters.items()
@@ -73,11 +75,6 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             ],
         },
     }
-
-
-def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
-    """Return an interval, with None for an end that was not found."""
-    return None if found is None else [end if math.isfinite(end) else None for end in found]
 
 
 def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -48,15 +47,13 @@ def _answer(found: Summary, unit: str) -> dict[str, Any]:
         **{f"p{level:02d}": value for level, value in zip((5, 50, 95), found.quantiles, strict=True)},
         "worst": {"lowest": vars(found.lowest), "highest": vars(found.highest)},
         "linear_share": found.linear,
-        "influences": {key: _influence(vars(one)) for key, one in found.influences.items()},
+        # Sobol indices that were not calculated are nan.
+        "influences": {
+            key: {k: v for k, v in vars(one).items() if v == v} for key, one in found.influences.items()
+        },
     }
     if found.limits is not None:
         limits = found.limits
         document["limits"] = {"low": limits.low, "high": limits.high}
         document["yield"] = {"share": limits.share, "lower": limits.interval[0], "upper": limits.interval[1]}
     return document
-
-
-def _influence(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an influence, with Sobol indices only if there are any."""
-    return {k: v for k, v in values.items() if not (isinstance(v, float) and math.isnan(v))}

@@ -8,8 +8,8 @@ from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.study.compare import Comparison
 
-# Looks of the curves, in order; further ones begin anew.
-_KEYS = ("recorded", "after", "before", "left_out", "bar_good", "level")
+# Colours of lines, after which they begin again.
+_COLOURS = 10
 
 
 def compare_panels(found: Comparison) -> list[Panels]:
@@ -20,7 +20,7 @@ def compare_panels(found: Comparison) -> list[Panels]:
         shown = quantities(drawn[0][1].curves[channel].mode)
         series = [
             Series(
-                _KEYS[i % len(_KEYS)],
+                f"line-{i % _COLOURS}",
                 item.name,
                 shown.shown(item.curves[channel].displacement),
                 item.curves[channel].force,

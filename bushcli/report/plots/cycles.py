@@ -26,15 +26,7 @@ _SAME = 1e-5
 
 
 def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> list[Panels]:
-    """Return the loops of each channel, and its holds where the recording has time.
-
-    Parameters
-    ----------
-    histories : sequence of ChannelHistory
-        Channels with cycles or holds.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return the loops of each channel, and its holds where the recording has time."""
     found = []
     for history in histories:
         found.append(cycle_panels(history, names[history.name]))
@@ -44,14 +36,7 @@ def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]
 
 
 def cycle_panels(history: ChannelHistory, file: str) -> Panels:
-    """Return the loops; beside them energy and secant stiffness of each cycle.
-
-    Parameters
-    ----------
-    history : ChannelHistory
-    file : str
-        Name of the channel's files.
-    """
+    """Return the loops; beside them energy and secant stiffness of each cycle."""
     name, shown = capital(history.name), quantities(history.mode)
     unit, std, parts = energy_unit(history.mode), 0.0, []
     for what, cycles in (("recorded", history.recorded), ("simulated", history.simulated)):

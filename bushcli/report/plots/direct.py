@@ -70,16 +70,7 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
 
 
 def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
-    """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit.
-
-    Parameters
-    ----------
-    channel : Simulated
-    found : Misfit or None
-        None where nothing was compared.
-    file : str
-        Name of the channel's files.
-    """
+    """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit."""
     shown = quantities(channel.mode)
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, shown)]
@@ -163,16 +154,7 @@ def _difference(channel: Simulated, found: Misfit, shown: Quantities, span: tupl
 
 
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:
-    """Return motions and reactions of a path, translations and forces on the left, rotations and moments on the right.
-
-    Parameters
-    ----------
-    name : str
-        Name of the channel.
-    six : SixCurve
-    file : str
-        Name of the channel's files.
-    """
+    """Return motions and reactions of a path: translations and forces left, rotations and moments right."""
     motion, largest = shown_motion(six), largest_reactions(six.force)
     title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
     above, below = [], []

@@ -64,15 +64,7 @@ def _coupon(curve: FittedCurve, stable: tuple[float, float] | None, index: int) 
 
 
 def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels]:
-    """Return curves, search and certainty and, for several laws, their ranking.
-
-    Parameters
-    ----------
-    fits : sequence of Fit
-        The best first; all pictures except the ranking show the best law.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return curves, search and certainty and, for several laws, their ranking."""
     best = fits[0]
     found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
     if len(fits) > 1:
@@ -91,14 +83,7 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
-    """Return recording, start and fit; below them the remaining misfit with the noise.
-
-    Parameters
-    ----------
-    curve : FittedCurve
-    file : str
-        Name of the channel's files.
-    """
+    """Return recording, start and fit; below them the remaining misfit with the noise."""
     name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
@@ -126,13 +111,7 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
 
 
 def force_limits(near: Array, far: Array) -> tuple[float, float]:
-    """Return the limits around curves that are close to each other; a distant one leaves the picture.
-
-    Parameters
-    ----------
-    near, far : (n,) arrays
-        Forces, N or N mm.
-    """
+    """Return the limits around curves that are close to each other; a distant one leaves the picture."""
     low, high = float(np.nanmin(near)), float(np.nanmax(near))
     reach, margin = LEAVES * (high - low), 0.06 * (high - low) or 1.0
     bottom, top = max(low - reach, float(np.nanmin(far))), min(high + reach, float(np.nanmax(far)))

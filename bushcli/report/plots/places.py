@@ -27,15 +27,7 @@ _NAMED = 30
 
 
 def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
-    """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    channel : DiagnosedChannel
-    file : str
-        Name of the channel's files.
-    """
+    """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model."""
     rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
     after = [one for one in found.remaining.bins if one.channel == channel.name]
     if after and changed(channel):
@@ -113,15 +105,7 @@ def _cells(
 
 
 def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile], file: str) -> Panels:
-    """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty.
-
-    Parameters
-    ----------
-    channel : DiagnosedChannel
-    profiles : sequence of MissingProfile
-    file : str
-        Name of the channel's files.
-    """
+    """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty."""
     kinds = [
         along
         for along in ("displacement", "time", "cycle", "rate")
@@ -169,13 +153,7 @@ def _missing(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
 
 
 def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
-    """Return the program of the proposed test: displacement over time.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    test : NextTest
-    """
+    """Return the program of the proposed test: displacement over time."""
     mode = {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
     units = quantities(mode)
     time, q = program(test)

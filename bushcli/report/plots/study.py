@@ -74,14 +74,7 @@ def _tornado(found: Summary, label: str, index: int) -> Plot:
 
 
 def band_panels(found: Study, one: CurveBand) -> Panels:
-    """Return the median curve, and the bands that contain 90 % of the curves and all of them.
-
-    Parameters
-    ----------
-    found : Study
-    one : Band
-        Band of one channel; mm or degrees, N or N mm.
-    """
+    """Return the median curve, and the bands that contain 90 % of the curves and all of them."""
     shown = quantities(dict(found.case.channels)[one.channel])
     q, (least, low, middle, high, most) = one.displacement, one.force
     # A loop is drawn in parts: between its turning points the displacement is monotonic.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case, LoadCase, load_case_names
+from bushcli.case import Case, DynamicTest, LoadCase, load_case_names
 from bushcli.faults import DataFault, condition
 from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.recording.dynamic.table import DynamicTable
@@ -68,12 +68,29 @@ def check_document(found: Checked) -> Document:
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
+        Section("Vibrations", [_dynamic_table(case.vibrations)]),
         Section("Recordings", [recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
         *([dynamic_tables_section(found.tables)] if found.tables else []),
         *protocol_sections(found.tests),
     ]
     return Document("", (), "plain", sections, found.conditions, seen)
+
+
+def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
+    """Return a row for each dynamic test: frequencies and preloads."""
+    heads = ("vibration", "mode", "preload", "", "frequencies", "from", "to", "")
+
+    def row(name: str, test: DynamicTest) -> Row:
+        shown = quantities(test.mode)
+        preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
+        unit = shown.force_unit if test.by_force else shown.displacement_unit
+        preloads = ("the end of its path", "") if test.six else (preload, unit)
+        ends = (f"{end(test.frequency):g}" for end in (min, max))
+        return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
+
+    rows = map(row, load_case_names(tests, ()), tests)
+    return Table("Vibrations", heads, tuple(rows), left=3)
 
 
 def recording_table(title: str, curves: Sequence[Recording]) -> Table:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
-from bushcli.report.document import Paragraph, Picture, Row, Section, Table, of_kind
+from bushcli.report.document import Picture, Row, Section, Table, note, of_kind
 from bushcli.report.quantity import number, quantities, with_std
 
 # Largest number of rows on the terminal.
@@ -35,10 +35,7 @@ def history_section(histories: Sequence[ChannelHistory], pictures: Sequence[Pict
         tables.append(cycle_table(history))
         if history.holds:
             tables.append(hold_table(history))
-    if not tables:
-        return Section("Cycles and holds", ())
-    note = Paragraph(_NOTE, "note", "page")
-    return Section("Cycles and holds", [*tables, note, *of_kind(pictures, "cycles", "holds")])
+    return Section("Cycles and holds", [*tables, note(_NOTE), *of_kind(pictures, "cycles", "holds")])
 
 
 def cycle_table(history: ChannelHistory) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Row, Section, Table, paragraphs
+from bushcli.report.document import Document, Paragraph, Row, Section, Table, note
 from bushcli.report.quantity import number
 from bushcli.study.design import Design
 
@@ -20,11 +20,9 @@ def design_document(found: Design) -> Document:
     """Return the document of a design."""
     began = "The conditions above are those of the case file, where the search began."
     sections = [
-        Section("", [Paragraph(began, "note", "page")]),
+        Section("", [Paragraph(began, on="page")]),
         *(Section(table.title, [table]) for table in (_targets(found), _keys(found), _slopes(found))),
-        Section(
-            _SPREAD, [*(spreads := _spreads(found)), *paragraphs([_NOTE] if spreads else [], "page", "note")]
-        ),
+        Section(_SPREAD, [_spreads(found), note(_NOTE)]),
     ]
     met = all(one.met for one in found.targets)
     lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(found))]
@@ -78,22 +76,23 @@ def _keys(found: Design) -> Table:
 
 def _slopes(found: Design) -> Table:
     keys = list(found.targets[0].slopes)
-    rows: tuple[Row, ...] = tuple(
+    rows = [
         (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
         for one in found.targets
-    )
-    return Table("Derivatives, per unit of each key", ("target", "", *keys), rows, left=2)
+    ]
+    return Table("Derivatives, per unit of each key", ("target", "", *keys), tuple(rows), left=2)
 
 
-def _spreads(found: Design) -> list[Table]:
-    with_spread = [(one, one.spread) for one in found.targets if one.spread is not None]
-    if not with_spread:
-        return []
-    keys = list(with_spread[0][1].contributions)
+def _spreads(found: Design) -> Table:
+    keys: tuple[str, ...] = ()
     rows: list[Row] = []
-    for one, spread in with_spread:
-        row: Row = (one.target.name, one.target.unit, *(number(spread.contributions[key], 3) for key in keys))
-        share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
-        rows.append((*row, number(spread.worst, 3), number(spread.std, 3), share))
+    for one in found.targets:
+        if (spread := one.spread) is not None:
+            keys = tuple(spread.contributions)
+            share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
+            values = [
+                number(value, 3) for value in (*spread.contributions.values(), spread.worst, spread.std)
+            ]
+            rows.append((one.target.name, one.target.unit, *values, share))
     heads = ("target", "", *keys, "worst case", "std", "within allowed")
-    return [Table(_SPREAD, heads, tuple(rows), left=2)]
+    return Table(_SPREAD, heads, tuple(rows), left=2)

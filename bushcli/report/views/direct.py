@@ -45,8 +45,6 @@ Array = NDArray[np.float64]
 
 # Rows of a printed path: its ends and states between them.
 _ROWS = 9
-
-
 # Values below this share of the largest one of the same kind are rounding errors and are printed as zero.
 _NOTHING = 1e-6
 

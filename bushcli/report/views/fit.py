@@ -9,7 +9,7 @@ import numpy as np
 
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Section, Table, of_kind, paragraphs
+from bushcli.report.document import Document, Paragraph, Picture, Section, Table, note, of_kind, paragraphs
 from bushcli.report.quantity import Quantities, number, percent, quantities, with_std
 from cases.mode import modes
 
@@ -65,7 +65,7 @@ def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
         fitted_table(fit),
         *paragraphs(fit_lines(fit)),
         Paragraph(solved, "note"),
-        Paragraph(_NOTE, "note", "page"),
+        note(_NOTE),
         *of_kind(pictures, "coupons"),
     ]
     return Section(f"Law identified from {curves_of(fit)}", blocks)

@@ -17,17 +17,7 @@ from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
-from bushcli.report.document import (
-    Document,
-    Paragraph,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Tone,
-    of_kind,
-    paragraphs,
-)
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
 from bushcli.report.quantity import listed, number, percent, with_std
 from bushcli.report.ranking import information_criterion
 from bushcli.report.verdict import faulty_data
@@ -36,16 +26,10 @@ from bushcli.report.views.fit import curves_of
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
-
-
 # Largest number of parameters in the headline; more would obscure it.
 _IN_HEADLINE = 3
-
-
 # What limits an interval, other than the misfit.
 _LIMITED = {"stability": "the law's stability", "unsolvable": "failed simulations", "bound": "the bound"}
-
-
 _ERRORS = (
     "Standard errors follow from the remaining misfit, its autocorrelation included; the 95 % interval is given where "
     "a parameter is poorly determined, from its profile."
@@ -71,12 +55,12 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     found, histories = answer(best), fit_histories(best)
-    ranking = [model_table(fits), Paragraph(_RANKING, "note", "page"), *of_kind(pictures, "ranking")]
+    ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
     sections = [
         Section("Laws compared", ranking if len(fits) > 1 else []),
         Section(
             f"Parameters identified from {curves_of(best)}",
-            [estimate_table(best), Paragraph(_ERRORS, "note", "page")],
+            [estimate_table(best), note(_ERRORS)],
         ),
         Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
         history_section(histories, pictures),

@@ -6,18 +6,14 @@ from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.document import Section, paragraphs
 from bushcli.report.quantity import listed, number, quantities
-from bushcli.standards import Clause, Lack, Observed
+from bushcli.standards import Clause, Observed
 from bushcli.standards.protocol import Protocol
 from cases.mode import modes
 
 #: What a coupon's columns are called.
 _COUPON = {"displacement": "strain", "force": "stress"}
-
-
 #: Most unused columns that are listed.
 _MOST = 8
-
-
 _MARKS = {True: "yes", False: "no", None: "not known"}
 
 
@@ -25,6 +21,10 @@ def protocol_sections(found: Protocol) -> list[Section]:
     """Return the sections that describe the tests of a case."""
     said = [f"{channel}: {text}" for channel, text in found.remarks]
     tests = [_line(one) for one in (*found.recordings, *found.coupons)]
+    lacks = [
+        f"{one.question} ({', '.join(one.channels)}): {one.why}. To answer it, {one.remedy}."
+        for one in found.lacks
+    ]
     return [
         Section("How the files were read", paragraphs([*map(_file, found.files), *said])),
         Section("What the tests are", paragraphs(tests)),
@@ -32,7 +32,7 @@ def protocol_sections(found: Protocol) -> list[Section]:
             Section(f"{channel} and {name}", paragraphs(map(_clause, asked)))
             for channel, name, asked in found.judged
         ),
-        Section("What the recordings leave open", paragraphs(map(_lack, found.lacks))),
+        Section("What the recordings leave open", paragraphs(lacks)),
     ]
 
 
@@ -88,7 +88,3 @@ def _line(one: Observed) -> str:
 def _clause(clause: Clause) -> str:
     asked = "good practice, " if clause.practice else ""
     return f"{_MARKS[clause.met]}: {asked}{clause.text} (found: {clause.found})"
-
-
-def _lack(lack: Lack) -> str:
-    return f"{lack.question} ({', '.join(lack.channels)}): {lack.why}. To answer it, {lack.remedy}."

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, Tone, of_kind
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind
 from bushcli.report.quantity import number
-from bushcli.study.analysis import Failure, Limits
 from bushcli.study.study import Study
 
 #: Names of the ways to choose designs.
@@ -21,13 +20,9 @@ NAMES = {
     "saltelli": "Saltelli design",
     "corners": "nominal design and corners",
 }
-
-
 # A rank correlation is stated in a sentence if it exceeds this value and this number of standard deviations
 # 1 / sqrt(n - 1), which unrelated columns exceed once in twenty times.
 _WEAK, _CHANCE = 0.1, 1.96
-
-
 _ANSWERS = (
     "Quantiles are of the designs that have a result. initial is the stiffness at rest, secant that from one end of "
     "the curve to the other."
@@ -56,27 +51,19 @@ def study_document(found: Study, pictures: Sequence[Picture] = ()) -> Document:
         For the page.
     """
     indices = _SOBOL if found.plan.sampling == "saltelli" else ""
+    explained = [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
     sections = [
         Section("What matters", of_kind(pictures, "tornado")),
         Section("Curves of all designs", of_kind(pictures, "band")),
         Section("Answers against the varied keys", of_kind(pictures, "scatter")),
         Section("Spread of the answers", of_kind(pictures, "histogram")),
-        *_noted(
-            [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
-        ),
+        *(Section(table.title, [table, note(text)]) for table, text in explained),
         Section("Designs without a result", [_failures(found)]),
     ]
     worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
     tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
     seen = conditions(found.case, found.task.material)
     return Document(headline(found), lines(found), tone, sections, found.conditions, seen)
-
-
-def _noted(tables: Iterable[tuple[Table, str]]) -> list[Section]:
-    """Return a section for each table that has rows, with its note."""
-    return [
-        Section(table.title, [table, Paragraph(note, "note", "page")]) for table, note in tables if table.rows
-    ]
 
 
 def headline(found: Study) -> str:
@@ -125,7 +112,10 @@ def _answers(found: Study) -> Table:
         row += tuple(number(value, 4) for value in one.quantiles)
         if limited and one.limits is not None:
             low, high = one.limits.interval
-            row += (f"{number(one.limits.low, 4)} to {number(one.limits.high, 4)}", _share(one.limits))
+            row += (
+                f"{number(one.limits.low, 4)} to {number(one.limits.high, 4)}",
+                f"{100 * one.limits.share:.1f} %",
+            )
             row += (f"{100 * low:.1f} to {100 * high:.1f} %",)
         elif limited:
             row += ("-", "-", "-")
@@ -160,18 +150,9 @@ def _influences(found: Study) -> Table:
 
 
 def _failures(found: Study) -> Table:
-    rows = tuple(
-        (one.kind.replace("_", " "), one.reason, _few(one), str(one.count)) for one in found.failures
-    )
-    return Table(
-        "Designs without a result", ("kind", "reason, of the first", "designs", "number"), rows, left=3
-    )
-
-
-def _few(one: Failure) -> str:
-    more = ", ..." if one.count > len(one.designs) else ""
-    return ", ".join(map(str, one.designs)) + more
-
-
-def _share(limits: Limits) -> str:
-    return f"{100 * limits.share:.1f} %"
+    rows: list[Row] = []
+    for one in found.failures:
+        designs = ", ".join(map(str, one.designs)) + (", ..." if one.count > len(one.designs) else "")
+        rows.append((one.kind.replace("_", " "), one.reason, designs, str(one.count)))
+    heads = ("kind", "reason, of the first", "designs", "number")
+    return Table("Designs without a result", heads, tuple(rows), left=3)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import resolved
+from bushcli.case import load_case_names, resolved
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
@@ -36,10 +36,11 @@ from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+    from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
     from bushcli.mismatch.maps import LocalMap
     from bushcli.report.document import Document, Picture
+    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -66,17 +67,14 @@ FIELDS = (".xdmf", ".h5")
 
 # Options that change how a command works, but not what it finds.
 _HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
-
-
 # Ending of the name of a curve's file, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
     "fit": ("-fit",),
     "inverse": ("-identified",),
     "diagnose": ("-diagnosis",),
+    "dynamic": ("-dynamic",),
 }
-
-
 # VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
 _VTK = {
     ("simplex", 3): (5, (0, 1, 2)),
@@ -146,7 +144,7 @@ def write(
         if files.has_page:
             from bushcli.report.writers.page import page
 
-            made[REPORT] = text_file(page(document(pictures), result))
+            made[REPORT] = text_file(page(document(pictures), result, inputs_of(files.case)))
         return made
 
     contents: dict[str, Content] = {}
@@ -159,6 +157,13 @@ def write(
     )
 
 
+def _drawing() -> Any:
+    """Return the module that draws, which loads Matplotlib."""
+    from bushcli.report.drawing import results
+
+    return results
+
+
 def check_files(case: Case) -> Files:
     """Return the files of a checked case: result.json alone."""
     return Files(case, has_page=False)
@@ -169,11 +174,9 @@ def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
     shape = case.geometry
 
     def pictures() -> list[Picture]:
-        from bushcli.report.drawing.results import INTERPRETED, geometry_picture, mesh_figures
-
-        seen = shape.view
-        shown = [] if seen is None else [geometry_picture(seen, INTERPRETED, shape.measures())]
-        return [*shown, *mesh_figures(meshes)]
+        draw, seen = _drawing(), shape.view
+        shown = [] if seen is None else [draw.geometry_picture(seen, draw.INTERPRETED, shape.measures())]
+        return [*shown, *draw.mesh_figures(meshes)]
 
     # A part has no case file: the one that is written to start from is not an input.
     fields = [f"mesh-{one.name}{end}" for one in meshes for end in FIELDS]
@@ -192,17 +195,17 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
     contents: dict[str, Content] = {}
     for channel in response.channels:
         name = names[channel.name]
-        contents[f"{name}.csv"] = curve_table(channel)
-        if channel.name in misfits:
-            contents[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
-
-    def pictures() -> Sequence[Picture]:
-        from bushcli.report.drawing.results import direct_figures
-
-        return direct_figures(response, misfits, fit, names)
-
+        contents[f"{name}.csv"] = _curve(channel)
+        if (found := misfits.get(channel.name)) is not None:
+            # At the recorded displacements, in the order of the recording.
+            forces = {"recorded": found.simulated - found.difference, "simulated": found.simulated}
+            contents[f"{name}-comparison.csv"] = number_table(
+                *_forces(channel.mode, found.displacement, forces)
+            )
     fields = [f"{name}{end}" for name in names.values() for end in FIELDS]
-    return Files(response.case, contents, fields, pictures)
+    return Files(
+        response.case, contents, fields, lambda: _drawing().direct_figures(response, misfits, fit, names)
+    )
 
 
 def fit_files(case: Case, fit: Fit) -> Files:
@@ -216,19 +219,10 @@ def fit_files(case: Case, fit: Fit) -> Files:
     names = file_names([curve.name for curve in fit.curves])
     contents: dict[str, Content] = {}
     for curve in fit.curves:
-        shown = quantities(curve.recording.mode)
-        q, force = shown.csv_names
-        contents[f"{names[curve.name]}-fit.csv"] = number_table(
-            (q, f"recorded_{force}", f"fitted_{force}"),
-            (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
-        )
-
-    def pictures() -> Sequence[Picture]:
-        from bushcli.report.drawing.results import fit_figures
-
-        return fit_figures(fit)
-
-    return Files(case, contents, pictures=pictures)
+        forces = {"recorded": curve.recording.force, "fitted": curve.fitted.force}
+        columns = _forces(curve.recording.mode, curve.recording.displacement, forces)
+        contents[f"{names[curve.name]}-fit.csv"] = number_table(*columns)
+    return Files(case, contents, pictures=lambda: _drawing().fit_figures(fit))
 
 
 def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
@@ -247,20 +241,18 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
     names = file_names([curve.name for curve in best.curves])
     contents: dict[str, Content] = {}
     for curve in best.curves:
-        shown = quantities(curve.recording.mode)
-        q, force = shown.csv_names
-        heads = [q, f"recorded_{force}", f"{'predicted' if curve.held_out else 'fitted'}_{force}"]
-        columns = [shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force]
+        found = "predicted" if curve.held_out else "fitted"
+        forces = {"recorded": curve.recording.force, found: curve.fitted.force}
         if curve.started is not None:
-            heads.append(f"started_{force}")
-            columns.append(curve.started.force)
-        contents[f"{names[curve.name]}-identified.csv"] = number_table(heads, columns)
+            forces["started"] = curve.started.force
+        columns = _forces(curve.recording.mode, curve.recording.displacement, forces)
+        contents[f"{names[curve.name]}-identified.csv"] = number_table(*columns)
 
     def pictures() -> Sequence[Picture]:
         from bushcli.report.cycles import fit_histories
-        from bushcli.report.drawing.results import history_figures, inverse_figures
 
-        return (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
+        loops = _drawing().history_figures(fit_histories(best), names)
+        return (*_drawing().inverse_figures(fits, names), *loops)
 
     return Files(case, contents, pictures=pictures)
 
@@ -270,17 +262,31 @@ def diagnosis_files(found: Diagnosis) -> Files:
     names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
     contents: dict[str, Content] = {}
     for channel in found.channels:
+        forces = {"recorded": channel.recording.force, "plain": channel.before, "final": channel.after}
         missing = None if found.missing is None else found.missing.force.get(channel.name)
-        contents[f"{names[channel.name]}-diagnosis.csv"] = diagnosed_table(channel, missing)
-    for one in found.maps:
-        contents[f"{names[one.name]}-bushing-map.vtu"] = text_file(map_vtu(one))
+        if missing is not None:
+            forces["missing"] = missing
+        one = channel.recording
+        heads, columns = _forces(one.mode, one.displacement, forces)
+        heads, columns = [*heads, "faulty"], [*columns, channel.faulty.astype(float)]
+        if one.time is not None:
+            heads, columns = ["time_s", *heads], [one.time, *columns]
+        contents[f"{names[channel.name]}-diagnosis.csv"] = number_table(heads, columns)
+    for found_map in found.maps:
+        contents[f"{names[found_map.name]}-bushing-map.vtu"] = text_file(map_vtu(found_map))
 
-    def pictures() -> Sequence[Picture]:
-        from bushcli.report.drawing.results import diagnosis_figures
+    return Files(found.case, contents, pictures=lambda: _drawing().diagnosis_figures(found, names))
 
-        return diagnosis_figures(found, names)
 
-    return Files(found.case, contents, pictures=pictures)
+def dynamic_files(response: DynamicResponse) -> Files:
+    """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
+    names = file_names(dict.fromkeys(curve.name for curve in response.curves))
+    contents: dict[str, Content] = {
+        f"{file}-dynamic.csv": dynamic_table([one for one in response.curves if one.name == name])
+        for name, file in names.items()
+    }
+
+    return Files(response.case, contents, pictures=lambda: _drawing().dynamic_figures(response, names))
 
 
 def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
@@ -292,13 +298,7 @@ def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
     rows : callable
         Writes the designs at a path.
     """
-
-    def pictures() -> Sequence[Picture]:
-        from bushcli.report.drawing.results import study_figures
-
-        return study_figures(found)
-
-    return Files(found.case, {DESIGNS: rows}, pictures=pictures)
+    return Files(found.case, {DESIGNS: rows}, pictures=lambda: _drawing().study_figures(found))
 
 
 def batch_files(found: Batch) -> Files:
@@ -378,9 +378,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         return ()
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
-    from bushcli.report.drawing.results import geometry_picture
-
-    pictures = drawn([geometry_picture(error.view, str(error), {})])
+    pictures = drawn([_drawing().geometry_picture(error.view, str(error), {})])
     refuse_others(directory, pictures, [])
     with suppress(OSError):  # `write_files` says why
         claim(directory, pictures)
@@ -429,6 +427,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     channels = [source.label for source in (case.coupons if command == "fit" else case.recordings)]
     if command == "direct":
         channels = [name for name, _ in case.channels]
+    if command == "dynamic":
+        channels = list(load_case_names(case.vibrations, ()))
     endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
     endings += [".xdmf", ".h5"] if command == "direct" else []
     curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
@@ -488,63 +488,43 @@ def data_file(content: bytes) -> Callable[[Path], None]:
     return write
 
 
-def curve_table(channel: Simulated) -> Callable[[Path], None]:
-    """Return the simulated curve of a channel as CSV; for a path of six motions, all motions and reactions."""
+def _curve(channel: Simulated) -> Content:
+    """Return the simulated curve of a channel; for a path of six motions, all motions and reactions."""
     six = channel.six
-    if six is not None:
-        # Named as in recordings.
-        units = (unit.replace(" ", "") for unit in (*MOTION_UNITS, *FORCE_UNITS))
-        names = [f"{name}_{unit}" for name, unit in zip((*MOTIONS, *REACTIONS), units, strict=True)]
-        return number_table(["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T])
-    return lambda path: write_curve_csv(path, channel.curve)
+    if six is None:
+        return lambda path: write_curve_csv(path, channel.curve)
+    # Named as in recordings.
+    units = (unit.replace(" ", "") for unit in (*MOTION_UNITS, *FORCE_UNITS))
+    names = [f"{name}_{unit}" for name, unit in zip((*MOTIONS, *REACTIONS), units, strict=True)]
+    return number_table(["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T])
 
 
-def comparison_table(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
-    """Return recorded and simulated force at the recorded displacements, in the order of the recording.
-
-    Parameters
-    ----------
-    channel : Simulated
-        The simulated channel.
-    found : Misfit
-        Its misfit.
-    """
-    shown = quantities(channel.mode)
+def _forces(mode: str, displacement: Array, forces: Mapping[str, Array]) -> tuple[list[str], list[Array]]:
+    """Return names and columns of forces over a displacement; a word, the quantity and its unit name a force."""
+    shown = quantities(mode)
     q, force = shown.csv_names
-    return number_table(
-        (q, f"recorded_{force}", f"simulated_{force}"),
-        (shown.shown(found.displacement), found.simulated - found.difference, found.simulated),
-    )
+    return [q, *(f"{word}_{force}" for word in forces)], [shown.shown(displacement), *forces.values()]
 
 
-def diagnosed_table(
-    channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
-) -> Callable[[Path], None]:
-    """Return recorded force, forces of plain law and most probable model, missing force, and a mark of faulty samples.
-
-    The first column is the time, if the recording has time.
-
-    Parameters
-    ----------
-    channel : DiagnosedChannel
-        The diagnosed channel.
-    missing : (n,) array or None
-        Force that no known effect explains, N or N mm.
-    """
-    shown = quantities(channel.mode)
-    q, force = shown.csv_names
-    recorded = channel.recording
-    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}"]
-    columns = [shown.shown(recorded.displacement), recorded.force, channel.before, channel.after]
-    if missing is not None:
-        names, columns = [*names, f"missing_{force}"], [*columns, missing]
-    names, columns = [*names, "faulty"], [*columns, channel.faulty.astype(float)]
-    if recorded.time is not None:
-        names, columns = ["time_s", *names], [recorded.time, *columns]
-    return number_table(names, columns)
+def dynamic_table(curves: Sequence[DynamicCurve]) -> Callable[[Path], None]:
+    """Return the dynamic stiffness of a load case, with the columns of a rig's table."""
+    shown = quantities(curves[0].mode)
+    travel, force = shown.csv_names
+    kind = "MPa" if shown.force_unit == "MPa" else "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
+    preloads = (f"preload_{name.split('_', 1)[1]}" for name in (travel, force) if "_" in name)
+    names = ["frequency_Hz", *preloads, *moduli, "loss_angle_deg"]
+    rows = []
+    for curve in curves:
+        K, count = curve.stiffness, len(curve.frequency)
+        preload = np.broadcast_to([shown.at(curve.preload), curve.force], (count, 2))
+        kept = [name for name in (travel, force) if "_" in name]
+        held = preload[:, [(travel, force).index(name) for name in kept]]
+        rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
+    return number_table(names, list(np.vstack(rows).T))
 
 
-def number_table(names: Sequence[str], columns: Sequence[np.ndarray[Any, Any]]) -> Callable[[Path], None]:
+def number_table(names: Sequence[str], columns: Sequence[Array]) -> Callable[[Path], None]:
     """Return a table as CSV, with twelve significant digits.
 
     Parameters

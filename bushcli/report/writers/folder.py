@@ -12,6 +12,7 @@ calculates goes to `STAGING`, so that until it ends nothing in the folder change
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import shutil
@@ -169,6 +170,50 @@ def _is_protected(path: Path) -> bool:
     return not path.stat().st_mode & 0o222
 
 
+# -- one run at a time -----------------------------------------------------------------------------------------------
+
+
+def occupy(directory: Path) -> Callable[[], None]:
+    """Lock a folder of results, creating it if necessary, and return the function that gives it back.
+
+    The operating system releases the lock when the process ends, in whatever way. File systems without locks, as some
+    in a network, are used without one.
+
+    Parameters
+    ----------
+    directory : Path
+
+    Raises
+    ------
+    InputError
+        Another run writes into the folder.
+    """
+    is_new = not directory.exists()
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        return lambda: None  # writing will fail and say why
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        what = "is in use: another run of bushcli writes into this folder"
+        raise InputError(
+            Problem(str(directory), what, "", "wait until it has ended, or give another -o")
+        ) from None
+    except OSError:
+        pass
+
+    def leave() -> None:
+        if is_new:
+            with suppress(OSError):  # it is not empty: a result is in it
+                directory.rmdir()
+        os.close(handle)
+
+    return leave
+
+
 # -- where a result goes -----------------------------------------------------------------------------------------------
 
 
@@ -239,7 +284,7 @@ def staging(directory: Path) -> Iterator[Path]:
     Parameters
     ----------
     directory : Path
-        Folder of results, which no other run uses (`bushcli.report.writers.occupied`).
+        Folder of results, which no other run uses (`occupy`).
 
     Raises
     ------

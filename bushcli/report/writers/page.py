@@ -9,9 +9,11 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
 from functools import cache
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -19,12 +21,13 @@ import jinja2
 from bushcli.report.document import Block, Document, Picture, Table, on
 from bushcli.report.drawing.looks import style_sheet
 from bushcli.report.drawing.zoom import figure, script
+from bushcli.report.views.terms import terms
 
 # Largest number of rows of a table that may be long; result.json has all.
 _MOST = 100
 
 
-def page(document: Document, result: Mapping[str, Any]) -> str:
+def page(document: Document, result: Mapping[str, Any], inputs: Sequence[Path] = ()) -> str:
     """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
 
     Parameters
@@ -32,6 +35,8 @@ def page(document: Document, result: Mapping[str, Any]) -> str:
     document : Document
     result : mapping of str to object
         The result as JSON-ready data, of which the page has the origin.
+    inputs : sequence of Path
+        The files that the case reads, of which the page has the checksums.
     """
     sections = on("page", document.sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
@@ -47,9 +52,21 @@ def page(document: Document, result: Mapping[str, Any]) -> str:
             plot_style=style_sheet(),
             digest=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
             result=result,
+            terms=terms([document.headline, *document.lines]),
+            inputs=[(path, digest) for path in inputs if (digest := _checksum(path))],
+            date=datetime.now().astimezone(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
         )
     )
+
+
+def _checksum(path: Path) -> str:
+    """Return the SHA-256 digest of a file; empty if it cannot be read any more."""
+    try:
+        with path.open("rb") as opened:
+            return hashlib.file_digest(opened, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def _grouped(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:

@@ -12,12 +12,12 @@ from bushcli.report.writers.folder import (
     STAGING,
     NotDrawn,
     check_folder,
+    occupy,
     owned,
     refuse_others,
     staging,
     write_files,
 )
-from bushcli.report.writers.occupied import occupy
 from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 

@@ -18,63 +18,37 @@ from bushcli.report.document import (
     Row,
     Section,
     Table,
+    note,
     of_kind,
     paragraphs,
 )
 from bushcli.report.quantity import listed, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
-from bushcli.report.views.diagnosis.paragraph import paragraph
+from bushcli.report.views.diagnosis import words
+from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
-from bushcli.report.views.diagnosis.words import (
-    chance,
-    channel_label,
-    effect_names,
-    ended,
-    form_error_line,
-    headline,
-    is_missing,
-    law_title,
-    missing_lines,
-    model_title,
-    next_test_lines,
-    rival_lines,
-    searched_lines,
-    short_chance,
-    tone,
-    undetectable,
-    unlikely,
-)
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
-
-
 _BAR, _EIGHTHS = 24, " ▏▎▍▌▋▊▉"
 # Rows of the table of models on the terminal.
 _MODELS = 6
-
-
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
-    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name to "
-    "hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
+    "simulation is too stiff or too high, purple where it is too soft or too low. Click a number to go there, a name "
+    "to hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked. "
     "Below: simulated minus recorded force over time; the grey band is the noise, two standard deviations either way."
 )
-
-
 _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
     "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
 )
-
-
+_UNIFORM = "All effects had the same prior odds (--uniform-odds), however common they are in bushings."
 _VALUES = (
     "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "
     "value lies at least as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
     "same model without the effect."
 )
-
-
 _RECORD = (
     "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple where "
     "it is too small. The places are described beside the curves, under the same numbers."
@@ -100,37 +74,45 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
         Section(
             "How probable each effect is",
             [
-                *paragraphs(ended(rival_lines(found))),
+                *paragraphs(words.ended(words.rival_lines(found))),
+                *paragraphs([_UNIFORM] if found.uniform_odds and found.models else []),
                 probability_table(found),
                 *of_kind(pictures, "probabilities"),
             ],
         ),
         Section(
             "The most probable models",
-            [model_table(found), *paragraphs([_PROBABILITIES] if found.models else [], "page", "note")],
+            [model_table(found), note(_PROBABILITIES)],
         ),
-        *([missing] if is_missing(found) else []),
+        *([missing] if words.is_missing(found) else []),
         _left_out(found, pictures),
-        Section("Before and after", [misfit_table(found), *paragraphs(ended([form_error_line(found)]))]),
+        Section(
+            "Before and after",
+            [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
+        ),
         _curves(found, pictures),
-        *([] if is_missing(found) else [missing]),
+        *([] if words.is_missing(found) else [missing]),
         _record(found, pictures),
         Section(
-            "Where in the bushing", [*paragraphs(ended(map_lines(found))), *of_kind(pictures, "bushing_map")]
+            "Where in the bushing",
+            [*paragraphs(words.ended(map_lines(found))), *of_kind(pictures, "bushing_map")],
         ),
         Section(
             "Parameters",
             [parameter_table(found), *([] if is_faulty else [Paragraph(_law_values(found), on="terminal")])],
         ),
-        Section("Next test", [*paragraphs(ended(next_test_lines(found))), *of_kind(pictures, "next_test")]),
+        Section(
+            "Next test",
+            [*paragraphs(words.ended(words.next_test_lines(found))), *of_kind(pictures, "next_test")],
+        ),
         _search(found),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
     faults = [] if is_faulty else fault_lines(found.faults)
     return Document(
-        headline(found),
-        [paragraph(found)],
-        tone(found),
+        words.headline(found),
+        short_paragraphs(found),
+        words.tone(found),
         sections,
         # The faults of the data are in the warning.
         [one for one in found.conditions if one.name not in FAULTS],
@@ -150,15 +132,13 @@ def _curves(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
     if found.verdict == "faulty_data":
         return Section("Recorded curves", curves)
     left = any(one.faulty.any() for one in found.channels)
-    note = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if left else "")
-    return Section(
-        "Recorded and simulated curves", [*curves, *paragraphs([note] if curves else [], "page", "note")]
-    )
+    how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if left else "")
+    return Section("Recorded and simulated curves", [*curves, note(how)])
 
 
 def _left_out(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
     blocks: list[Block] = [*paragraphs(effect_lines(found)), effect_table(found)]
-    blocks += [Paragraph(_VALUES, "note", "page"), *of_kind(pictures, "priors")]
+    blocks += [note(_VALUES), *of_kind(pictures, "priors")]
     fold, folded = "Where the priors come from", [source_table(found)]
     return (
         Section("What was left out", blocks, fold=fold, folded=folded) if found.effects else Section("", ())
@@ -167,15 +147,15 @@ def _left_out(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
 
 def _missing(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
-    note = "Recorded minus simulated force of the most probable model, without noise"
-    note += ": the force that the unknown physics adds." if is_missing(found) else "."
+    what = "Recorded minus simulated force of the most probable model, without noise"
+    what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
     shapes = of_kind(pictures, "missing")
     blocks = [
-        *paragraphs(ended(missing_lines(found))),
-        *paragraphs([note] if shapes else [], "page", "note"),
+        *paragraphs(words.ended(words.missing_lines(found))),
+        *([note(what)] if shapes else []),
         *shapes,
     ]
-    if is_missing(found):
+    if words.is_missing(found):
         return Section("What is missing", blocks)
     return Section("Misfit that the most probable model leaves", blocks, on="page")
 
@@ -187,25 +167,24 @@ def _record(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
     places = points(sentences(found.location))
     blocks = paragraphs(places, "terminal" if found.location.mismatch else "both")
     if found.remaining.mismatch and found.effects:
-        blocks += paragraphs(["After the most probable model:", *ended(points(sentences(found.remaining)))])
-    note = [_RECORD] if found.location.mismatch else []
-    return Section(
-        "Where in the record", [*blocks, *paragraphs(note, "page", "note"), *of_kind(pictures, "record_map")]
-    )
+        blocks += paragraphs(
+            ["After the most probable model:", *words.ended(points(sentences(found.remaining)))]
+        )
+    explained = [note(_RECORD)] if found.location.mismatch else []
+    return Section("Where in the record", [*blocks, *explained, *of_kind(pictures, "record_map")])
 
 
 def _search(found: Diagnosis) -> Section:
     failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
     solved = f"{found.forward_solves} simulations of one channel, {failed}, {found.seconds:.0f} s"
-    trials = trial_table(found)
     blocks = [
-        *paragraphs(ended(searched_lines(found))),
-        *paragraphs(ended(untestable_lines(found)), "terminal"),
+        *paragraphs(words.ended(words.searched_lines(found))),
+        *paragraphs(words.ended(untestable_lines(found)), "terminal"),
         untestable_table(found),
-        *paragraphs([_TRIALS] if trials.rows else [], "page", "note"),
         *paragraphs([solved] if found.verdict != "faulty_data" else [], kind="note"),
     ]
-    return Section("How far the search went", blocks, fold="The models that were fitted", folded=[trials])
+    folded: list[Block] = [trial_table(found), note(_TRIALS)]
+    return Section("How far the search went", blocks, fold="The models that were fitted", folded=folded)
 
 
 def effect_lines(found: Diagnosis) -> list[str]:
@@ -213,9 +192,9 @@ def effect_lines(found: Diagnosis) -> list[str]:
     lines = []
     for effect in found.effects:
         doubt = "" if effect.plausible else " Hardly plausible."
-        remark = f" {ended([effect.remark])[0]}" if effect.remark else ""
+        remark = f" {words.ended([effect.remark])[0]}" if effect.remark else ""
         lines.append(
-            f"{effect.label} ({chance(effect.probability)}): {ended([effect.summary])[0]}{doubt}{remark}"
+            f"{effect.label} ({words.chance(effect.probability)}): {words.ended([effect.summary])[0]}{doubt}{remark}"
         )
     return lines
 
@@ -228,8 +207,8 @@ def map_lines(found: Diagnosis) -> list[str]:
         where = f"In the rubber ({listed(list(one.channels))}{both}): " if len(found.channels) > 1 else ""
         lines.append(f"{where}{one.text}")
     cause = {
-        "missing_physics": listed(effect_names(found)),
-        "law_too_poor": f"that the {law_title(found.plain.law)} law is too poor",
+        "missing_physics": listed(words.effect_names(found)),
+        "law_too_poor": f"that the {words.law_title(found.plain.law)} law is too poor",
     }.get(found.verdict)
     if lines and cause and any(one.helps_locally for one in found.maps):
         lines.append(f"The map shows the misfit of the plain law; the most probable cause is {cause}.")
@@ -253,7 +232,7 @@ def _law_values(found: Diagnosis) -> str:
     else:
         values = ", ".join(f"{name} {number(value, 4)}" for name, value in found.material.parameters.items())
     fixed = f" (fixed, from the {found.law_from})" if found.law_fixed else ""
-    return f"{law_title(found.material.law)} law: {values}{fixed}"
+    return f"{words.law_title(found.material.law)} law: {values}{fixed}"
 
 
 def points(lines: Sequence[str]) -> list[str]:
@@ -264,15 +243,15 @@ def points(lines: Sequence[str]) -> list[str]:
 def probability_table(found: Diagnosis) -> Table:
     """Return the probability of each effect as a bar, the most probable one first; no rows without models."""
     ranked = sorted(found.probability.items() if found.models else (), key=lambda one: -one[1])
-    rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
+    rows: list[Row] = [(title(name), bar(p), words.short_chance(p)) for name, p in ranked if p >= SMALL]
     name = "Probability that the effect is present"
     if not rows:
         return Table(name, ("", "", ""), ())
-    few, hidden = unlikely(found, SMALL), undetectable(found, SMALL)
+    few, hidden = words.unlikely(found, SMALL), words.undetectable(found, SMALL)
     if few:
-        rows.append((_counted(few, "others, each"), bar(0.0), short_chance(0.0)))
+        rows.append((_counted(few, "others, each"), bar(0.0), words.short_chance(0.0)))
     if hidden:
-        rows.append((_counted(hidden, "not detectable"), bar(0.0), short_chance(math.nan)))
+        rows.append((_counted(hidden, "not detectable"), bar(0.0), words.short_chance(math.nan)))
     return Table(name, ("", "", ""), tuple(rows), left=2, on="terminal")
 
 
@@ -297,9 +276,9 @@ def model_table(found: Diagnosis) -> Table:
         so_far += one.probability
         rows.append(
             (
-                model_title(one.law, one.effects, one.variants),
-                short_chance(one.probability),
-                short_chance(so_far),
+                words.model_title(one.law, one.effects, one.variants),
+                words.short_chance(one.probability),
+                words.short_chance(so_far),
                 logarithm(one.log_evidence),
                 "predicted" if one.misfit is None else number(one.misfit),
                 "-" if one.form_error is None else percent(100 * one.form_error),
@@ -322,7 +301,7 @@ def effect_table(found: Diagnosis) -> Table:
         first, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
             value = shown(f"{effect.name}.{name}", quantity, found.channels)
-            far = "-" if quantity.prior is None else short_chance(quantity.prior_tail)
+            far = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
             known = (value.text, value.interval, value.prior_text, far)
             rows.append((first, name, *known, *((derived_text(quantity),) if also else ()), evidence))
             first, evidence = "", ""
@@ -375,7 +354,7 @@ def misfit_table(found: Diagnosis) -> Table:
     form = found.form_error.percent
     for one in found.channels:
         row = [
-            channel_label(one),
+            words.channel_label(one),
             percent(one.before_percent),
             percent(one.after_percent),
             percent(one.noise_percent),
@@ -392,7 +371,7 @@ def trial_table(found: Diagnosis) -> Table:
     rows = [
         (
             str(order),
-            model_title(one.law, one.effects),
+            words.model_title(one.law, one.effects),
             one.text,
             logarithm(one.predicted),
             logarithm(one.log_evidence),

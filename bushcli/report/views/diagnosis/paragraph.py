@@ -1,4 +1,4 @@
-"""A diagnosis as one paragraph of plain sentences."""
+"""A diagnosis in plain sentences, one short paragraph for each question."""
 
 from __future__ import annotations
 
@@ -40,28 +40,27 @@ NOTABLE = 1.0
 
 
 def paragraph(found: Diagnosis) -> str:
-    """Return the diagnosis in one paragraph: findings, places, improvement, assumptions, and open alternatives."""
-    parts = [_opening(found)]
+    """Return the diagnosis in one paragraph."""
+    return " ".join(short_paragraphs(found))
+
+
+def short_paragraphs(found: Diagnosis) -> list[str]:
+    """Return what was found, where, why, the improvement, what is missing, alternatives, and what to do next."""
     if found.verdict == "faulty_data":
-        return " ".join(parts + ended(fault_lines(found.faults)))
-    if found.verdict == "unexplained" and not found.unsearched:
-        parts += ended(missing_lines(found)[1:])
-    if found.verdict != "explained":
-        parts += ended(sentences(found.location)[:2])
-    if found.effects:
-        parts += _effects(found)
-        parts.append(_law(found))
-    if found.verdict != "explained":
-        parts.append(_gain(found))
-        parts += ended([form_error_line(found)])
-    if is_missing(found) and found.verdict != "unexplained":
-        parts += ended(missing_lines(found))
-    parts.append(_rivals(found))
-    if found.next_test is not None:
-        parts.append(f"Next test: {found.next_test.text.rstrip('.')}.")
-    if not found.searched.complete:
-        parts += ended(searched_lines(found)[:1])
-    return " ".join(part for part in parts if part)
+        return [_opening(found), *ended(fault_lines(found.faults))]
+    explained, unexplained = found.verdict == "explained", found.verdict == "unexplained"
+    parts = [
+        [_opening(found), *(ended(missing_lines(found)[1:]) if unexplained and not found.unsearched else [])],
+        [] if explained else ended(sentences(found.location)[:2]),
+        [*_effects(found), _law(found)] if found.effects else [],
+        [] if explained else [_gain(found), *ended([form_error_line(found)])],
+        ended(missing_lines(found)) if is_missing(found) and not unexplained else [],
+        [_rivals(found)],
+        [] if found.next_test is None else [f"Next test: {found.next_test.text.rstrip('.')}."],
+        [] if found.searched.complete else ended(searched_lines(found)[:1]),
+    ]
+    joined = [" ".join(sentence for sentence in part if sentence) for part in parts]
+    return [text for text in joined if text]
 
 
 def _opening(found: Diagnosis) -> str:

@@ -81,7 +81,10 @@ def likely(found: Diagnosis) -> tuple[Likely, ...]:
     if not found.models:
         return ()
     best = found.models[0].effects
-    sets = [Likely(names, _probability(found, names)) for names in (best, *found.rivals)]
+    sets = [
+        Likely(names, sum(one.probability for one in found.models if set(one.effects) == set(names)))
+        for names in (best, *found.rivals)
+    ]
     named = [one for one in sets[1:] if one.probability >= _NAMED]
     if not named and len(sets) == 2:
         # Without it the first set would be named alone, with less than what is certain.
@@ -222,10 +225,6 @@ def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
     return f"; not ruled out: {', '.join(_some(others))}" if others else ""
 
 
-def _probability(found: Diagnosis, names: Sequence[str]) -> float:
-    return sum(one.probability for one in found.models if set(one.effects) == set(names))
-
-
 def tone(found: Diagnosis) -> Tone:
     """Return the tone of the verdict, which selects its colour."""
     tones: dict[str, Tone] = {
@@ -264,7 +263,8 @@ def form_error_line(found: Diagnosis) -> str:
     by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
     size = f"of {listed(by_channel)} (rms, of the force range)"
     only = "" if form.covers >= 0.5 else "only "
-    covered = f"{only}{_share(form.covers)} of the remaining misfit above the noise"
+    share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
+    covered = f"{only}{share} of the remaining misfit above the noise"
     fitted = [one for one in found.channels if not one.held_out]
     within_noise = form.covers >= 1.0 and all(one.after_percent <= one.noise_percent for one in fitted)
     if UNKNOWN in found.models[0].effects:
@@ -332,10 +332,6 @@ def searched_lines(found: Diagnosis) -> list[str]:
 def channel_label(channel: DiagnosedChannel) -> str:
     """Return the name of a channel, with "(held out)" where it applies."""
     return f"{channel.name} (held out)" if channel.held_out else channel.name
-
-
-def _share(value: float) -> str:
-    return "all" if value >= 0.995 else percent(100 * value)
 
 
 def ended(lines: Iterable[str]) -> list[str]:

@@ -1,0 +1,134 @@
+"""Load cases with ``[load_cases.dynamic]``: small vibrations about preloads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from bushcli.case import checks, six
+from bushcli.case.case import DynamicTest, LoadCase
+from bushcli.case.finding import Finding, Keys, dotted, shown
+from bushcli.case.schema import FrequenciesTable, LoadCaseTable
+from cases.mode import modes
+from cases.six import MOTIONS, SixPath
+from geometry.shape import Shape
+
+# Hz; rubber's moduli have been measured up to some kHz in bushings, and at 1e5 Hz the wave in a soft rubber is shorter
+# than an element of the default mesh.
+HIGHEST = 1e5
+
+
+def test(
+    table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., Any]
+) -> tuple[DynamicTest | None, list[Finding]]:
+    """Return a dynamic test, and what is wrong with it.
+
+    Parameters
+    ----------
+    table : LoadCaseTable
+        As written: mm, degrees, Hz.
+    keys : Keys
+        Its place in the case file.
+    shape : Shape or None
+        The specimen; None where the case has no valid one.
+    validated : callable
+        Validates a table, and records what is wrong with it.
+    """
+    given, at = table.dynamic, (*keys, "dynamic")
+    assert given is not None
+    posed = modes()[table.mode].follow is not None
+    findings = list(_meaningless(table, keys, posed))
+    frequency = _frequencies(given.frequency, (*at, "frequency"), validated, findings)
+    path, motion = None, 0
+    if posed:
+        pose, wrong = six.load_case(table, keys, shape, validated)
+        findings += wrong
+        path = None if pose is None else pose.six
+        motion = 0 if path is None else _vibrating(path, given.motion)
+        if path is not None and motion in path.free:
+            what = f"{dotted((*at, 'motion'))}: {MOTIONS[motion]} is free of force"
+            findings.append(
+                Finding((*at, "motion"), what, expected="one of the motions that the path prescribes")
+            )
+    turned = motion >= 3 if posed else modes()[table.mode].rotational
+    unit = math.radians(1.0) if turned else 1.0
+    name = "preload" if given.preload_force is None else "preload_force"
+    values = getattr(given, name) or (0.0,)
+    preload = values if given.preload_force is not None else tuple(unit * q for q in values)
+    if given.preload is not None and given.preload_force is not None:
+        what = f"{dotted(at)} has preload and preload_force"
+        findings.append(Finding((*at, name), what, expected="give one of the two"))
+    if len(set(preload)) < len(preload):
+        what = f"{dotted((*at, name))} = {shown(list(values))} has a value twice"
+        findings.append(Finding((*at, name), what, expected="each preload once"))
+    for q in preload if given.preload_force is None else ():
+        if shape is not None and q:
+            findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
+    if findings or (posed and path is None):
+        return None, findings
+    found = DynamicTest(
+        table.mode,
+        frequency,
+        preload,
+        given.preload_force is not None,
+        transfer=given.point == "transfer",
+        steps=table.steps,
+    )
+    amplitude = None if given.amplitude is None else unit * given.amplitude
+    return replace(found, amplitude=amplitude, six=path, motion=motion), []
+
+
+def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:
+    """Return findings for keys that a dynamic test does not take."""
+    given = table.dynamic
+    assert given is not None
+    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", *(("path",) if posed else ())}
+    expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
+    found = [
+        Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)
+        for name in sorted(unused & table.model_fields_set)
+    ]
+    for name in ("preload", "preload_force") if posed else ("motion",):
+        if getattr(given, name) is not None:
+            at = (*keys, "dynamic", name)
+            of = "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
+            found.append(Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=of))
+    return found
+
+
+def _vibrating(path: SixPath, name: str | None) -> int:
+    """Return the motion that vibrates: the one named, or the one that goes furthest, a degree counted as a mm."""
+    if name is not None:
+        return MOTIONS.index(name)
+    travel = np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)
+    return int(np.argmax(travel))
+
+
+def _frequencies(
+    raw: object, keys: Keys, validated: Callable[..., Any], findings: list[Finding]
+) -> tuple[float, ...]:
+    """Return frequencies in Hz, in the order in which they were given."""
+    if isinstance(raw, dict):
+        table = validated(raw, keys, FrequenciesTable, "frequency = {from = 1, to = 200, points = 50}")
+        if table is None:
+            # What is wrong has been recorded.
+            return ()
+        spaced = np.geomspace if table.spacing == "logarithmic" else np.linspace
+        values = tuple(float(f"{one:.12g}") for one in spaced(table.first, table.last, table.points))
+    else:
+        values = cast(tuple[float, ...], raw)
+    for value in values:
+        if not 0.0 < value <= HIGHEST:
+            what = f"{dotted(keys)} has {value:g} Hz"
+            expected = f"frequencies above 0, at most {HIGHEST:g} Hz; the static rate is in `bushcli direct`"
+            findings.append(Finding(keys, what, expected=expected))
+            break
+    if len(set(values)) < len(values):
+        findings.append(
+            Finding(keys, f"{dotted(keys)} has a frequency twice", expected="each frequency once")
+        )
+    return values

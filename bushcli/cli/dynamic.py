@@ -1,0 +1,39 @@
+"""The command for dynamic stiffness."""
+
+from __future__ import annotations
+
+import click
+
+from bushcli.cli.identification import fit_to_coupons, weighted
+from bushcli.cli.progress import march_progress
+from bushcli.cli.run import DONE, NOT_CONVERGED, Run, on_a_case
+
+
+@click.command()
+@weighted
+@on_a_case
+def dynamic(run: Run, weighting: str) -> int:
+    """Compute dynamic stiffness and loss angle of CASE over frequency, about each preload.
+
+    The load cases are those with a table [load_cases.dynamic]. A law without parameters is fitted to the coupon tests
+    first. The rubber has relaxed under the preload; the vibration is small.
+    """
+    from bushcli import report
+    from bushcli.simulate.dynamic import DynamicInterrupted, vibrate
+
+    case = run.load()
+    found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    interrupted = False
+    with run.timed("solve"), march_progress(run) as progress:
+        try:
+            response = vibrate(case, found.material if found else None, progress=progress)
+        except DynamicInterrupted as ended:
+            response, interrupted = ended.response, True
+    run.deliver(
+        lambda: report.dynamic_json(response, found, run.timings()),
+        lambda pictures=(): report.dynamic_document(response, found, pictures),
+        lambda: report.dynamic_files(response),
+    )
+    if interrupted:
+        raise KeyboardInterrupt
+    return DONE if response.complete else NOT_CONVERGED

@@ -1,0 +1,73 @@
+"""Spectra of the coupons' tables of dynamic moduli that a case has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.case import Case
+from bushcli.inverse.spectrum import SpectrumFit, fit_spectrum
+from bushcli.recording.dynamic.read import read_dynamic
+from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.recording.table_cache import TableCache
+from bushcli.runtime.condition import Condition
+from cases.mode import modes
+
+#: Frequencies of a sweep below which it does not show a spectrum: two terms have four values.
+_FEWEST = 4
+#: Misfit of storage or loss, rms relative in %, from which a spectrum does not describe a table.
+_POOR = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class TableSpectrum:
+    """A table, the rows of it that were fitted, and their spectrum."""
+
+    table: DynamicTable
+    fit: SpectrumFit
+
+
+def fit_tables(
+    case: Case, tables: TableCache | None = None
+) -> tuple[tuple[TableSpectrum, ...], tuple[Condition, ...]]:
+    """Return the spectra of the tables of coupons, and what prevented others.
+
+    Of several amplitudes or preloads those rows are fitted that have the smallest ones: a spectrum is linear.
+
+    Parameters
+    ----------
+    case : Case
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
+    """
+    found, conditions = [], []
+    for source in case.dynamic:
+        if modes()[source.mode].specimen != "coupon":
+            continue
+        table = _linear(read_dynamic(source, tables))
+        count = len(np.unique(np.round(np.log(table.frequency), 2)))
+        if count < _FEWEST:
+            what = f"{source.label}: {count} frequenc{'ies' if count > 1 else 'y'} at the smallest amplitude"
+            remedy = f"a spectrum of relaxation times needs a sweep over at least {_FEWEST} frequencies"
+            conditions.append(Condition("no_spectrum", what, remedy))
+            continue
+        fit = fit_spectrum(table)
+        if max(fit.storage_percent, fit.loss_percent) > _POOR:
+            what = f"{source.label}: the spectrum misses storage by {fit.storage_percent:.0f} % and loss by "
+            what += f"{fit.loss_percent:.0f} % (rms)"
+            remedy = "storage and loss contradict each other, or curves of other batches or amplitudes are among them"
+            conditions.append(Condition("poor_spectrum", what, remedy))
+        found.append(TableSpectrum(table, fit))
+    return tuple(found), tuple(conditions)
+
+
+def _linear(table: DynamicTable) -> DynamicTable:
+    """Return the rows of the smallest amplitude and of the preload nearest to zero."""
+    kept = np.ones(len(table), dtype=bool)
+    for values in (table.amplitude, np.abs(table.preload), np.abs(table.preload_force)):
+        known = ~np.isnan(values)
+        if known.all():
+            # The amplitudes of one sweep scatter by some per cent about the value asked.
+            kept &= values <= 1.1 * values[kept].min() + 1e-12
+    return table.rows(kept)

@@ -1,0 +1,72 @@
+"""Dynamic stiffness -> JSON-ready data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bushcli.report.json.common import cleaned, head
+from bushcli.report.json.fit import fit_part
+from bushcli.report.quantity import quantities
+from bushcli.report.views.dynamic import stiffness_unit
+from cases.six import MOTIONS
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit
+    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+
+
+def dynamic_json(response: DynamicResponse, fit: Fit | None, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return dynamic stiffness as JSON-ready data.
+
+    Parameters
+    ----------
+    response : DynamicResponse
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    document = head("dynamic", response.case, response.conditions, {**timings, **response.seconds})
+    document["complete"] = response.complete
+    document["load_cases"] = [_curve(one) for one in response.curves]
+    if fit is not None:
+        document["fit"] = fit_part(fit)
+    return cleaned(document)
+
+
+def _curve(curve: DynamicCurve) -> dict[str, Any]:
+    shown, test = quantities(curve.mode), curve.test
+    preload: dict[str, Any] = {"displacement": shown.at(curve.preload), "force": curve.force}
+    preload["stiffness"] = curve.static
+    entry: dict[str, Any] = {
+        "name": curve.name,
+        "mode": test.mode,
+        "units": {
+            "displacement": shown.displacement_unit,
+            "force": shown.force_unit,
+            "stiffness": stiffness_unit(curve.mode),
+        },
+        "preload": preload,
+        "amplitude": None if test.amplitude is None else shown.per_internal * test.amplitude,
+        "point": "transfer" if test.transfer else "driving",
+        "frequency": curve.frequency,
+        "stiffness": np.abs(curve.stiffness),
+        "storage": curve.stiffness.real,
+        "loss": curve.stiffness.imag,
+        "loss_angle_deg": np.degrees(curve.loss_angle),
+        "reduction_error": curve.reduction_error,
+        "reduction_vectors": curve.vectors,
+    }
+    if test.six is not None and curve.matrix is not None:
+        pose = test.six.motion[-1]
+        preload["motion"] = {
+            name: math.degrees(pose[k]) if k >= 3 else float(pose[k]) for k, name in enumerate(MOTIONS)
+        }
+        entry["motion"] = MOTIONS[test.motion]
+        entry["storage_matrix"] = curve.matrix.real.tolist()
+        entry["loss_matrix"] = curve.matrix.imag.tolist()
+    return entry

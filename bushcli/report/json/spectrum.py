@@ -1,0 +1,68 @@
+"""Spectra of tables of dynamic moduli -> JSON-ready data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bushcli.report.json.common import cleaned, head
+from bushcli.runtime.condition import Condition
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.inverse.coupon_tables import TableSpectrum
+
+
+def spectra_json(found: Iterable[TableSpectrum]) -> list[dict[str, Any]]:
+    """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
+    return [_shown(one) for one in found]
+
+
+def tables_json(
+    case: Case, found: Sequence[TableSpectrum], problems: Sequence[Condition], timings: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
+
+    Parameters
+    ----------
+    case : Case
+    found : sequence of TableSpectrum
+    problems : sequence of Condition
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    return cleaned(head("fit", case, problems, timings) | {"dynamic": spectra_json(found)})
+
+
+def _shown(one: TableSpectrum) -> dict[str, Any]:
+    fit, spectrum = one.fit, one.fit.spectrum
+    lag = None if not fit.lag_error else {"value": fit.lag, "std": fit.lag_error, "unit": "s"}
+    return {
+        "name": one.table.name,
+        "mode": one.table.mode,
+        "quantity": one.table.quantity,
+        "rows": fit.rows,
+        "equilibrium": spectrum.equilibrium,
+        "terms": [
+            {"g": float(g), "tau": float(tau), "modulus": float(modulus)}
+            for g, tau, modulus in zip(spectrum.relative, spectrum.times, spectrum.moduli, strict=True)
+        ],
+        "reference_temperature": None if math.isnan(fit.reference) else fit.reference,
+        "shifts": [
+            {"temperature": float(t), "log10_aT": float(value), "std": float(std)}
+            for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+            if not math.isnan(t)
+        ],
+        "lag": lag,
+        "misfit": {"storage_percent": fit.storage_percent, "loss_percent": fit.loss_percent},
+        "spring_pot": {
+            "equilibrium": fit.spring_pot.equilibrium,
+            "modulus": fit.spring_pot.modulus,
+            "exponent": fit.spring_pot.exponent,
+            "misfit": {
+                "storage_percent": fit.spring_pot.storage_percent,
+                "loss_percent": fit.spring_pot.loss_percent,
+            },
+        },
+    }

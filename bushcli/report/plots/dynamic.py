@@ -1,0 +1,51 @@
+"""Plots of dynamic stiffness: |K*| and loss angle over frequency, a curve for each preload."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.plots.direct import SEPARATE, capital
+from bushcli.report.views.dynamic import point_in_words, preload_in_words, stiffness_unit, title
+
+if TYPE_CHECKING:
+    from bushcli.simulate.dynamic import DynamicCurve
+
+# Frequencies that span more than this factor are drawn on a logarithmic axis.
+_WIDE = 20.0
+# Frequencies of a line, between those that were asked for.
+_DENSE = 300
+# Colours of lines, after which they begin again.
+_COLOURS = 10
+
+
+def dynamic_panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
+    """Return the plots of a load case: lines from the reduced model, dots at the frequencies that were asked for.
+
+    Parameters
+    ----------
+    curves : sequence of DynamicCurve
+        One for each preload.
+    file : str
+        Name of the load case's files.
+    """
+    asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
+    wide = bool(asked[-1] > _WIDE * asked[0])
+    lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])
+    size: list[Series] = []
+    angle: list[Series] = []
+    for number, curve in enumerate(curves):
+        key, label = f"line-{number % _COLOURS}", f"preload {preload_in_words(curve)}"
+        between = curve.model.stiffness(lines, curve.branches)
+        for series, function in ((size, np.abs), (angle, lambda K: np.degrees(np.angle(K)))):
+            series.append(Series(key, label, lines, function(between)))
+            if len(curve.frequency) <= SEPARATE:
+                series.append(Series(key, "", curve.frequency, function(curve.stiffness), "dots"))
+    words = f"{capital(title(curves[0]))}: {point_in_words(curves[0])} and loss angle over frequency"
+    unit = stiffness_unit(curves[0].mode)
+    above = Plot("stiffness", words, "", f"|K*| [{unit}]", series=size, log="x" if wide else "")
+    below = Plot("angle", "loss angle", "frequency [Hz]", "loss angle [deg]", series=angle, log=above.log)
+    return Panels(f"{file}-dynamic", "dynamic", words, [[above], [below]], curves[0].name)

@@ -1,0 +1,118 @@
+"""Dynamic stiffness -> its document: K* and loss angle over frequency, a table for each preload."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, of_kind
+from bushcli.report.quantity import number, quantities
+from bushcli.report.views.fit import fit_section
+from cases.six import MOTIONS
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit
+    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+
+# Rows of a printed table; the page, the CSV file and the JSON have all.
+_ROWS = 10
+
+
+def dynamic_document(
+    response: DynamicResponse, fit: Fit | None, pictures: Sequence[Picture] = ()
+) -> Document:
+    """Return the document of dynamic stiffness.
+
+    Parameters
+    ----------
+    response : DynamicResponse
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    pictures : sequence of Picture
+        For the page.
+    """
+    count, tables = len(response.curves), [_table(curve) for curve in response.curves]
+    headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
+    lines = [] if response.complete else ["Not every preload has a result: see the problems."]
+    return Document(
+        headline,
+        lines,
+        "plain" if response.complete else "bad",
+        [
+            *([] if fit is None else [fit_section(fit, pictures)]),
+            Section("Dynamic stiffness and loss angle", of_kind(pictures, "dynamic")),
+            Section("Preloads", [_summary(response.curves)]),
+            Section(
+                "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
+            ),
+            Section("Solution", [_solved(response)]),
+        ],
+        response.conditions,
+        conditions(response.case, response.material),
+        ends_with_verdict=True,
+    )
+
+
+def stiffness_unit(mode: str) -> str:
+    """Return the unit of a mode's dynamic stiffness: N/mm, N mm/rad, MPa."""
+    return quantities(mode).stiffness_unit.replace("deg", "rad")
+
+
+def preload_in_words(curve: DynamicCurve) -> str:
+    """Return the preload with its force."""
+    shown = quantities(curve.mode)
+    travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
+    return f"{travel}, {number(curve.force, 4)} {shown.force_unit}"
+
+
+def point_in_words(curve: DynamicCurve) -> str:
+    """Return where the force is taken: at the held sleeve (transfer), or where the bushing is driven."""
+    return "transfer stiffness" if curve.test.transfer else "driving-point stiffness"
+
+
+def title(curve: DynamicCurve) -> str:
+    """Return the name of a load case, and which motion vibrates on a path of six."""
+    return curve.name if curve.test.six is None else f"{curve.name} ({MOTIONS[curve.test.motion]})"
+
+
+def _summary(curves: Sequence[DynamicCurve]) -> Table:
+    """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
+    heads = ("load case", "preload", "static rate", "|K*| from", "to", "", "over static", "loss angle to")
+
+    def row(curve: DynamicCurve) -> Row:
+        size = np.abs(curve.stiffness)
+        rates = (number(value, 4) for value in (curve.static, float(size.min()), float(size.max())))
+        ratio = number(float(size.max()) / abs(curve.static), 3)
+        angle = f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"
+        return (title(curve), preload_in_words(curve), *rates, stiffness_unit(curve.mode), ratio, angle)
+
+    return Table("", heads, tuple(map(row, curves)), left=2)
+
+
+def _table(curve: DynamicCurve) -> Table:
+    unit = stiffness_unit(curve.mode)
+    heads = ("frequency [Hz]", f"|K*| [{unit}]", f"K' [{unit}]", f"K'' [{unit}]", "loss angle [deg]")
+
+    def row(frequency: float, K: complex) -> Row:
+        moduli = (number(value, 4) for value in (abs(K), K.real, K.imag))
+        return (f"{frequency:.4g}", *moduli, f"{math.degrees(np.angle(K)):.2f}")
+
+    rows = tuple(row(*pair) for pair in zip(curve.frequency, curve.stiffness, strict=True))
+    name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
+    return Table(name, heads, rows, left=0, most=_ROWS)
+
+
+def _solved(response: DynamicResponse) -> Paragraph:
+    worst = max((curve.reduction_error for curve in response.curves), default=math.nan)
+    vectors = max((curve.vectors for curve in response.curves), default=0)
+    text = (
+        f"small vibrations about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
+        f"reduction at most {number(worst, 2)}; static march {response.seconds['static']:.1f} s, the rest "
+        f"{response.seconds['dynamic']:.2f} s"
+    )
+    return Paragraph(text, "note")

@@ -1,0 +1,81 @@
+"""Spectra of tables of dynamic moduli -> a section of a document."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.report.conditions import conditions
+from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.quantity import number, percent, with_std
+from bushcli.runtime.condition import Condition
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.inverse.coupon_tables import TableSpectrum
+
+
+def tables_document(case: Case, found: Sequence[TableSpectrum], problems: Sequence[Condition]) -> Document:
+    """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
+
+    Parameters
+    ----------
+    case : Case
+    found : sequence of TableSpectrum
+    problems : sequence of Condition
+    """
+    count = f"{len(found)} table{'s' if len(found) != 1 else ''} of dynamic moduli"
+    return Document(
+        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
+    )
+
+
+def spectra_sections(found: Sequence[TableSpectrum]) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature."""
+    return [_section(one) for one in found]
+
+
+def _section(one: TableSpectrum) -> Section:
+    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+    symbol = one.table.quantity
+    heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
+    rows = (
+        (
+            f"{len(spectrum.times)} Maxwell branches",
+            number(spectrum.equilibrium, 4),
+            f"sum g = {number(float(np.sum(spectrum.relative)))}",
+            percent(fit.storage_percent),
+            percent(fit.loss_percent),
+        ),
+        (
+            "spring-pot",
+            number(pot.equilibrium, 4),
+            f"{number(pot.modulus)} MPa (i omega)^{number(pot.exponent)}",
+            percent(pot.storage_percent),
+            percent(pot.loss_percent),
+        ),
+    )
+    terms = tuple(
+        (number(float(tau)), number(float(g)), number(float(modulus)))
+        for tau, g, modulus in zip(spectrum.times, spectrum.relative, spectrum.moduli, strict=True)
+    )
+    shown = [
+        Table("", heads, rows),
+        Table("Branches", ("tau [s]", "g", "modulus [MPa]"), terms, left=0, most=12),
+    ]
+    if len(fit.temperatures) > 1:
+        steps = tuple(
+            (number(float(t)), with_std(float(value), float(std)))
+            for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+        )
+        title = f"Shift of the times, from {number(fit.reference)} degrees C"
+        shown.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
+    lines = []
+    if fit.lag_error and abs(fit.lag) > 3.0 * fit.lag_error:
+        lines.append(
+            f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
+            "the loss angle grows with frequency alike at all temperatures."
+        )
+    return Section(f"Spectrum of {one.table.name}", [*shown, *paragraphs(lines)])

@@ -1,0 +1,408 @@
+"""Dynamic stiffness of a case: for each preload the static march, then small vibrations about it at any frequency."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.case import Case, DynamicTest, Material, load_case_names
+from bushcli.case.case import DENSITY
+from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
+from bushcli.effects.assembly import installed
+from bushcli.effects.names import readable_name
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.interrupt import meet
+from bushcli.simulate.admissible import check_material
+from bushcli.simulate.predict import rubber_of
+from bushcli.simulate.response import Progress
+from bushcli.simulate.six import mode_of, program_of, whole
+from bushcli.simulate.touching import sharing
+from cases.contact.touch import touches
+from cases.dynamic.model import Branches, DynamicModel, spread
+from cases.dynamic.pencil import Pencil, Unstable
+from cases.dynamic.reduction import reduced
+from cases.equilibrium import Equilibrium
+from cases.history import Interrupted
+from cases.load import PrescribedForce
+from cases.march import NotConverged, march
+from cases.mode import modes
+from cases.model import FiniteElementModel
+from cases.program import Program, path
+from cases.simulate import prepare
+from cases.six import PAIR_MODES
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
+NEAR = 1e-6
+# Relative error of the stiffness by the reduction: what is promised, and what vectors are chosen for.
+PROMISED, CHOSEN = 1e-4, 1e-5
+
+
+@dataclass(frozen=True)
+class DynamicCurve:
+    """Dynamic stiffness about one preload.
+
+    Attributes
+    ----------
+    name : str
+        Name of the load case.
+    test : DynamicTest
+    preload, force : float
+        Displacement and static force there: mm or rad, N or N mm (stretch - 1, MPa of a coupon); of a pose those of the
+        motion that vibrates.
+    frequency : shape (f,)
+        Hz.
+    stiffness : shape (f,)
+        K' + i K'': N/mm, N mm/rad, MPa.
+    reduction_error : float
+        Bound of the relative error by the reduction, the largest of all frequencies.
+    vectors : int
+        Vectors to which the body was reduced.
+    model : DynamicModel
+        For other frequencies, branches and densities.
+    branches : Branches
+        Those of the rubber.
+    matrix : shape (f, 6, 6) or None
+        Of a pose: N, mm, rad.
+    touching : tuple of (str, str)
+        Surfaces in contact under the preload.
+    """
+
+    name: str
+    test: DynamicTest
+    preload: float
+    force: float
+    frequency: Array
+    stiffness: Complex
+    reduction_error: float
+    vectors: int
+    model: DynamicModel = field(repr=False)
+    branches: Branches
+    matrix: Complex | None = None
+    touching: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def static(self) -> float:
+        """Stiffness of the relaxed rubber without inertia: the slope of the static curve at the preload."""
+        return float(self.model.stiffness(np.zeros(1), ()).real[0])
+
+    @property
+    def mode(self) -> str:
+        """Mode whose displacement and force are those of the vibration."""
+        return self.test.mode if self.test.six is None else PAIR_MODES[self.test.motion]
+
+    @property
+    def loss_angle(self) -> Array:
+        """Phase by which the force leads the displacement, rad, shape (f,)."""
+        return np.asarray(np.angle(self.stiffness), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class DynamicResponse:
+    """Dynamic stiffness of all load cases.
+
+    Attributes
+    ----------
+    case, material
+    curves : tuple of DynamicCurve
+        In the order of the case file; preloads that were not reached are missing.
+    conditions : tuple of Condition
+    complete : bool
+        Whether every preload was reached and is stable.
+    seconds : mapping
+        Time of the static march and of the rest, s.
+    """
+
+    case: Case
+    material: Material
+    curves: tuple[DynamicCurve, ...]
+    conditions: tuple[Condition, ...]
+    complete: bool
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+class DynamicInterrupted(KeyboardInterrupt):
+    """The user interrupted; `response` has the preloads so far."""
+
+    def __init__(self, response: DynamicResponse) -> None:
+        self.response = response
+        super().__init__("interrupted")
+
+
+def vibrate(
+    case: Case,
+    material: Material | None = None,
+    *,
+    progress: Progress | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> DynamicResponse:
+    """Compute the dynamic stiffness of every load case with ``[load_cases.dynamic]``.
+
+    Parameters
+    ----------
+    case : Case
+        Validated case.
+    material : Material or None
+        Used instead of the material of the case, such as one identified from coupons.
+    progress : Progress or None
+        Called after each step of the static march.
+    comm : MPI.Comm
+        Ranks that share each model.
+
+    Raises
+    ------
+    InputError
+        There is no dynamic load case, or an effect has no dynamic stiffness.
+    DynamicInterrupted
+        The user interrupted it; it carries the preloads so far.
+    """
+    material = material or case.material
+    _check(case)
+    check_material(case, material)
+    run = _Run(case, material, sharing(case, comm), progress)
+    try:
+        for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
+            run.test(name, test)
+    except (KeyboardInterrupt, Interrupted) as stopped:
+        if not run.curves:
+            raise KeyboardInterrupt from stopped
+        raise DynamicInterrupted(run.response(complete=False)) from stopped
+    return run.response()
+
+
+def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
+    """Return the Maxwell branches of effects: g and tau (s) of each."""
+    return [
+        (float(one.parameters["g"]), float(one.parameters["tau"]))
+        for item in installed(effects)
+        if item.feature.branches is not None
+        for one in item.feature.branches(item.values)
+        if one.branch.name == "maxwell"
+    ]
+
+
+def _check(case: Case) -> None:
+    """Refuse a case without dynamic load cases, without branches, or with an effect that has no dynamic stiffness."""
+    where = case.path.name
+    if not case.vibrations:
+        example = "frequency = [1, 10, 100]"
+        expected = (
+            f"add a table [load_cases.dynamic] with {example} (and preload) to a load case without amplitude"
+        )
+        raise InputError(Problem(where, "no load case has vibrations", "", expected))
+    require_values(case.effects, where)
+    problems = []
+    for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
+        active = acting(case.effects, name, test.mode)
+        if not branches_of(active):
+            what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
+            expected = (
+                'add [[effects]] name = "viscoelasticity" with parameters = {g1 = ..., tau1 = ...}; '
+                "g1 = 0 says that the rubber has no loss"
+            )
+            problems.append(Problem(where, what, "", expected))
+        remembered = [one for one in in_state(active, unrelaxed=False) if one.effect.has_memory]
+        for one in remembered:
+            what = f"{name}: {readable_name(one.name)} depends on the path before the vibration"
+            expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
+            problems.append(Problem(where, what, "", expected))
+    if problems:
+        raise InputError(*problems)
+
+
+class _Run:
+    """The load cases of a case, one after the other."""
+
+    def __init__(self, case: Case, material: Material, comm: MPI.Comm, progress: Progress | None) -> None:
+        self._case, self._material, self._comm, self._progress = case, material, comm, progress
+        self.curves: list[DynamicCurve] = []
+        self._conditions: list[Condition] = []
+        self._complete = True
+        self._seconds = {"static": 0.0, "dynamic": 0.0}
+
+    def response(self, complete: bool = True) -> DynamicResponse:
+        """Return the result so far."""
+        curves = tuple(self.curves)
+        found = (*self._conditions, *(one for curve in curves for one in _doubts(curve)))
+        done = complete and self._complete
+        return DynamicResponse(self._case, self._material, curves, found, done, self._seconds)
+
+    def test(self, name: str, test: DynamicTest) -> None:
+        """Reach the preloads of a load case, and compute the stiffness about each."""
+        active = acting(self._case.effects, name, test.mode)
+        self._conditions += _left_out(name, active)
+        six = None if test.six is None else whole(test.six)
+        features = installed(in_state(active, unrelaxed=False))
+        mesh = self._case.mesh.refinement
+        rubber = rubber_of(self._material)
+        model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)
+        made = _Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
+        for program in made.programs():
+            self._march(made, program)
+        self.curves += [made.curves[i] for i in sorted(made.curves)]
+        for q in made.unstable.values():
+            self._complete = False
+            self._conditions.append(_unstable(name, test, q))
+        self._seconds["dynamic"] += made.seconds
+        self._seconds["static"] -= made.seconds
+
+    def _march(self, made: _Vibrations, program: Program) -> None:
+        def report(step: int, steps: int, newton: int, q: float) -> None:
+            meet(self._comm)
+            if self._progress is not None:
+                self._progress(made.name, step, steps, newton, q)
+
+        begin = time.perf_counter()
+        try:
+            drive = PrescribedForce() if made.test.by_force else None
+            march(made.model, program, drive=drive, progress=report, observer=made.observe)
+        except NotConverged as failure:
+            self._complete = False
+            self._conditions.append(_not_reached(made.name, made.test, failure))
+        finally:
+            self._seconds["static"] += time.perf_counter() - begin
+
+
+class _Vibrations:
+    """One load case: its model, and the curves at the preloads that were reached."""
+
+    def __init__(
+        self, name: str, test: DynamicTest, model: FiniteElementModel, branches: Branches, density: float
+    ) -> None:
+        self.name, self.test, self.model = name, test, model
+        self._branches, self._density = branches, density
+        # By number of the preload; of the unstable ones the displacement.
+        self.curves: dict[int, DynamicCurve] = {}
+        self.unstable: dict[int, float] = {}
+        self.seconds = 0.0
+
+    def programs(self) -> Iterator[Program]:
+        """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
+        if self.test.six is not None:
+            yield program_of(self.test.six, self.test.steps)
+            return
+        sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
+        for side in sides:
+            if side:
+                yield path(side, self.test.steps)
+        if not any(sides):
+            yield Program(np.zeros(1))
+
+    def observe(self, solver: Equilibrium) -> None:
+        """Compute the stiffness if the equilibrium is a preload."""
+        number = self._number(solver)
+        if number is None or number in self.curves or number in self.unstable:
+            return
+        begin = time.perf_counter()
+        try:
+            self.curves[number] = self._curve(solver)
+        except Unstable:
+            self.unstable[number] = solver.q
+        finally:
+            self.seconds += time.perf_counter() - begin
+
+    def _number(self, solver: Equilibrium) -> int | None:
+        """Return which preload an equilibrium is; None if it is none."""
+        test = self.test
+        if test.six is not None:
+            return 0 if solver.q == test.six.time[-1] else None
+        at, near = (solver.force, NEAR * max(map(abs, test.preload))) if test.by_force else (solver.q, 0.0)
+        return next((i for i, one in enumerate(test.preload) if abs(at - one) <= near), None)
+
+    def _curve(self, solver: Equilibrium) -> DynamicCurve:
+        test, frequency = self.test, np.array(self.test.frequency)
+        metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
+        pencil = Pencil(self.model, solver, metal)
+        found = reduced(pencil, spread(frequency, self._branches), self._density, CHOSEN)
+        number = test.motion if test.six is not None else 0
+        model = DynamicModel(found, number, test.transfer)
+        pose, forces = solver.pose, solver.six
+        contact = self.model.surfaces.contact
+        met = () if contact is None else touches(contact, self.model.state.x.array)
+        return DynamicCurve(
+            self.name,
+            test,
+            solver.q if pose is None else float(pose[number]),
+            solver.force if forces is None else float(forces[number]),
+            frequency,
+            model.stiffness(frequency, self._branches),
+            model.error(frequency, self._branches),
+            len(found.equilibrium),
+            model,
+            self._branches,
+            None if pose is None else model.matrix(frequency, self._branches),
+            tuple(one.surfaces for one in met),
+        )
+
+
+def _shown(test: DynamicTest, q: float) -> str:
+    if test.six is not None:
+        return f"{q:.4g} s of the path"
+    return f"{np.degrees(q):.4g} deg" if modes()[test.mode].rotational else f"{q:.4g} mm"
+
+
+def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Condition:
+    if failure.largest is None:
+        what = f"the preload {_shown(test, failure.target)} was not reached: no equilibrium beyond "
+        what += f"{_shown(test, failure.last)} ({failure.reason})"
+    else:
+        q, force = failure.largest
+        unit = "N mm" if modes()[test.mode].rotational else "N"
+        what = (
+            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {_shown(test, q)}"
+        )
+    what = f"{name}: {what}; preloads up to there have their results"
+    return Condition("preload_not_reached", what, "set a smaller preload, more steps or a coarser mesh")
+
+
+def _unstable(name: str, test: DynamicTest, q: float) -> Condition:
+    what = f"{name}: the preload {_shown(test, q)} is unstable: the stiffness has a negative eigenvalue there"
+    remedy = "set a smaller preload, or a law that is stable there; the part buckles, or would jump to another state"
+    return Condition("unstable_preload", what, remedy)
+
+
+def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
+    """Return which effects the dynamic stiffness is without."""
+    found = []
+    sliding = [one for one in active if one.effect.fades and not one.effect.needs_time]
+    if sliding:
+        names = " and ".join(readable_name(one.name) for one in sliding)
+        what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
+        found.append(Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct"))
+    rig = [one for one in active if one.effect.feature is None]
+    if rig:
+        names = " and ".join(readable_name(one.name) for one in rig)
+        what = f"{name}: the stiffness is that of the part, without {names} of the rig"
+        found.append(
+            Condition(
+                "effect_left_out", what, "nothing to do, unless the part is compared with a rig's table"
+            )
+        )
+    return found
+
+
+def _doubts(curve: DynamicCurve) -> list[Condition]:
+    """Return what is doubtful about a curve: reduction, contact."""
+    found = []
+    if not curve.reduction_error <= PROMISED:
+        what = f"{curve.name}: the reduction may be wrong by {100 * curve.reduction_error:.2g} %"
+        remedy = "ask for lower frequencies: near resonances of the rubber the stiffness changes by orders"
+        found.append(Condition("reduction_error", what, remedy))
+    if curve.touching:
+        surfaces = ", ".join(f"{a} and {b}" for a, b in curve.touching)
+        what = (
+            f"{curve.name} at {_shown(curve.test, curve.preload)}: {surfaces} touch under the preload, and the "
+            "vibration neither opens nor closes the contact"
+        )
+        found.append(
+            Condition("contact_frozen", what, "holds for amplitudes that leave the contact as it is")
+        )
+    return found

@@ -1,0 +1,135 @@
+"""Dynamic stiffness about one preload, at any frequencies, branches and density, without another solution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.dynamic.reduction import Reduced, Sweep
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# A model is also reduced for branches this many times as stiff, so that it serves others than the given ones, too
+# (`DynamicModel.error` says how well).
+STIFFER = 2.0
+
+Branches = Sequence[tuple[float, float]]
+"""For each Maxwell branch its modulus over the law's initial shear modulus, and its relaxation time (s)."""
+
+
+def modulus(frequencies: Array, branches: Branches) -> Complex:
+    """Return s, the complex modulus of the branches over the law's initial shear modulus, shape (f,).
+
+    Parameters
+    ----------
+    frequencies : shape (f,)
+        Hz.
+    branches : Branches
+    """
+    s = np.zeros(len(frequencies), dtype=np.complex128)
+    for g, tau in branches:
+        turned = 2j * np.pi * frequencies * tau
+        s += g * turned / (1.0 + turned)
+    return s
+
+
+def sweep(frequencies: Array, branches: Branches) -> Sweep:
+    """Return the points of a sweep over frequencies (Hz).
+
+    Parameters
+    ----------
+    frequencies : shape (f,)
+        Hz.
+    branches : Branches
+    """
+    return Sweep(modulus(frequencies, branches), (2.0 * np.pi * frequencies) ** 2)
+
+
+def spread(frequencies: Array, branches: Branches) -> Sweep:
+    """Return the points for which a model is reduced: those of `sweep`, and the same with stiffer branches.
+
+    Parameters
+    ----------
+    frequencies : shape (f,)
+        Hz.
+    branches : Branches
+    """
+    own = sweep(frequencies, branches)
+    return Sweep(np.concatenate([own.s, STIFFER * own.s]), np.concatenate([own.squared, own.squared]))
+
+
+@dataclass(frozen=True)
+class DynamicModel:
+    """A bushing that vibrates about a preload.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    motion : int
+        Number of the driven sleeve's motion, among those of `reduced`.
+    transfer : bool
+        Whether the force is taken at the held sleeve; else where the bushing is driven.
+    """
+
+    reduced: Reduced
+    motion: int = 0
+    transfer: bool = False
+
+    def stiffness(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
+        """Return the complex stiffness, shape (f,), N/mm or N mm/rad (MPa of a coupon).
+
+        Parameters
+        ----------
+        frequencies : shape (f,)
+            Hz.
+        branches : Branches
+        density : float or None
+            Of the rubber, t/mm^3; None = the one for which the model was reduced.
+        """
+        return self._taken(np.array(self.reduced.stiffness(sweep(frequencies, branches), density)))
+
+    def slopes(
+        self, frequencies: Array, branches: Branches, density: float | None = None
+    ) -> tuple[Complex, Complex, Complex]:
+        """Return the derivatives of `stiffness` by each g, each tau, (branches, f), and by the density, (f,).
+
+        Parameters
+        ----------
+        frequencies, branches, density
+            As for `stiffness`: Hz, t/mm^3.
+        """
+        by_s, by_density = map(self._taken, self.reduced.slopes(sweep(frequencies, branches), density))
+        count = len(branches)
+        by_g, by_tau = np.empty((2, count, len(frequencies)), dtype=np.complex128)
+        for i, (g, tau) in enumerate(branches):
+            turned = 2j * np.pi * frequencies * tau
+            by_g[i] = by_s * turned / (1.0 + turned)
+            by_tau[i] = by_s * g * (turned / tau) / (1.0 + turned) ** 2
+        return by_g, by_tau, by_density
+
+    def matrix(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
+        """Return the stiffness against all motions of the driven sleeve, (f, driven, driven), in N, mm and rad.
+
+        Parameters
+        ----------
+        frequencies, branches, density
+            As for `stiffness`: Hz, t/mm^3.
+        """
+        return self.reduced.stiffness(sweep(frequencies, branches), density)[self.transfer]
+
+    def error(self, frequencies: Array, branches: Branches, density: float | None = None) -> float:
+        """Return the bound of the largest relative error of the reduction.
+
+        Parameters
+        ----------
+        frequencies, branches, density
+            As for `stiffness`: Hz, t/mm^3.
+        """
+        return float(self.reduced.errors(sweep(frequencies, branches), density).max())
+
+    def _taken(self, both: Complex) -> Complex:
+        return np.asarray(both[int(self.transfer), :, self.motion, self.motion])

@@ -1,0 +1,299 @@
+"""Reduction of the matrices of small vibrations to a few real vectors, with a bound of its error.
+
+The state is sought as the sum of the responses at rest to the sleeves' motions and of a few free vectors (Galerkin).
+The stiffness is then a stationary value: its error is a product of two residuals, r^T K^-1 r. Each further vector is a
+residual, solved with K_eq, whose factorisation the march has left: all that it takes are back-substitutions. The
+real and imaginary parts of all residuals over the frequencies are compressed to the few directions that matter.
+
+With the norm |r| = sqrt(r^H K_eq^-1 r) the error is at most |r| |r'| / beta, where beta is the least |x^H K x| /
+(x^H K_eq x). Branches only add to the real part, so that without inertia beta is at least 1; with inertia it is
+estimated from the reduced matrices.
+
+References
+----------
+Hetmaniuk, Tezaur and Farhat (2012), Review and assessment of interpolatory model order reduction methods for frequency
+response structural dynamics and acoustics problems, Int. J. Numer. Methods Eng. 90:1636-1662, doi:10.1002/nme.4271.
+Prud'homme et al. (2002), Reliable real-time solution of parametrized partial differential equations, J. Fluids Eng.
+124:70-80, doi:10.1115/1.1448332 (the bound; primal and dual residuals).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.dynamic.pencil import Actions, Pencil
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Vectors that a round adds for each motion, and rounds. A radial vibration of a solid bushing to 1 kHz takes two or
+# three rounds; a resonance takes more.
+ADDED, MOST_ROUNDS = 4, 12
+# A direction of the residuals this small beside the largest is left for a later round; an eigenvalue of their products
+# this small beside the largest, and a residual this small, are rounding.
+NEGLIGIBLE, ROUNDING, SMALLEST = 1e-2, 1e-13, 1e-8
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Points at which stiffness is asked.
+
+    Attributes
+    ----------
+    s : shape (f,)
+        Complex modulus of the branches over the law's initial shear modulus.
+    squared : shape (f,)
+        omega^2, 1/s^2.
+    """
+
+    s: Complex
+    squared: Array
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Matrices over the responses to motions of the driven sleeve, rigid motions of the body, and free vectors.
+
+    The work of the momentum on a rigid motion is the difference between the force where the bushing is driven and that
+    on all that holds it, be it bonded or in contact. Rigid motions have their mass alone here.
+
+    Attributes
+    ----------
+    motions, driven : int
+        m, the number of both kinds of motions together, and the number of the former.
+    equilibrium, viscous, rubber, metal : shape (m + k, m + k)
+        As in `cases.dynamic.pencil.Actions`.
+    static : shape (m, m)
+        As in `Pencil`.
+    density : float
+        Density of the rubber for which the vectors were chosen, t/mm^3.
+    residuals : shape (k + 2 (m + k), same)
+        Products in K_eq of the free vectors and of the responses to viscous and inertial forces, of which the residuals
+        are sums.
+    """
+
+    motions: int
+    driven: int
+    equilibrium: Array
+    viscous: Array
+    rubber: Array
+    metal: Array
+    static: Array
+    density: float
+    residuals: Array
+
+    def states(self, at: Sweep, density: float | None = None) -> Complex:
+        """Return the coefficients of the vectors in the state under each motion, shape (f, m + k, m)."""
+        m, P = self.motions, self._dynamic(at, density)
+        free = -np.linalg.solve(P[:, m:, m:], P[:, m:, :m])
+        unit = np.broadcast_to(np.eye(m), (len(P), m, m))
+        return np.concatenate([unit, free], axis=1)
+
+    def stiffness(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
+        """Return driving-point and transfer stiffness, shape (f, driven, driven) each.
+
+        Parameters
+        ----------
+        at : Sweep
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+        """
+        m, P = self.motions, self._dynamic(at, density)
+        return self._apart(P[:, :m, :m] + P[:, :m, m:] @ self.states(at, density)[:, m:], self.static)
+
+    def _apart(self, forces: Complex, static: Array | float = 0.0) -> tuple[Complex, Complex]:
+        """Return driving-point and transfer stiffness from the works of forces on all motions, (f, m, m)."""
+        d = self.driven
+        driving = np.asarray(static + forces[:, :d, :d])
+        return driving, driving - forces[:, d:, :d] if self.motions > d else driving
+
+    def slopes(self, at: Sweep, density: float | None = None) -> tuple[Complex, Complex]:
+        """Return the derivatives x^T (dK/dp) x of both stiffnesses by s and by the rubber's density.
+
+        Parameters
+        ----------
+        at : Sweep
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+
+        Returns
+        -------
+        by_s, by_density : shape (2, f, driven, driven)
+            Driving-point stiffness first.
+        """
+        x = self.states(at, density)
+        turned = x.transpose(0, 2, 1)
+        by_density = -at.squared[:, None, None] * (turned @ self.rubber @ x)
+        return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
+
+    def errors(self, at: Sweep, density: float | None = None) -> Array:
+        """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
+
+        Driving-point and transfer stiffness of every motion are looked at.
+        """
+        norms, beta = self._judged(at, density)
+        return np.asarray(self._relative(at, density, norms, beta).max(axis=1))
+
+    def _dynamic(self, at: Sweep, density: float | None) -> Complex:
+        mass = (self.density if density is None else density) * self.rubber + self.metal
+        s, squared = at.s[:, None, None], at.squared[:, None, None]
+        return np.asarray(self.equilibrium + s * self.viscous - squared * mass)
+
+    def left_over(self, at: Sweep, density: float | None = None) -> Complex:
+        """Return the residuals solved with K_eq, as coefficients of the vectors of `residuals`, (f, m, vectors)."""
+        m = self.motions
+        x = self.states(at, density).transpose(0, 2, 1)
+        share = 1.0 if density is None else density / self.density
+        s, inertia = at.s[:, None, None], -share * at.squared[:, None, None]
+        return np.concatenate([x[:, :, m:], s * x, inertia * x], axis=2)
+
+    def _judged(self, at: Sweep, density: float | None) -> tuple[Array, Array]:
+        """Norms of the residuals, (f, m), and beta, (f,)."""
+        left = self.left_over(at, density)
+        squares = np.einsum("fma,ab,fmb->fm", left.conj(), self.residuals, left, optimize=True).real
+        m = self.motions
+        if len(self.equilibrium) == m:
+            return np.sqrt(np.maximum(squares, 0.0)), np.ones(len(left))
+        root = np.linalg.inv(np.linalg.cholesky(self.equilibrium[m:, m:]))
+        within = root @ self._dynamic(at, density)[:, m:, m:] @ root.T
+        beta = np.linalg.svd(within, compute_uv=False)[:, -1]
+        return np.sqrt(np.maximum(squares, 0.0)), np.minimum(beta, 1.0)
+
+    def _relative(self, at: Sweep, density: float | None, norms: Array, beta: Array) -> Array:
+        """Bound of the relative error by motion of the driven sleeve, (f, driven)."""
+        d = self.driven
+        driven, rigid = norms[:, :d], norms[:, d:] if self.motions > d else 0.0
+        driving, transfer = (
+            np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at, density)
+        )
+        error = np.maximum(driven**2 / driving, (driven**2 + driven * rigid) / transfer)
+        return np.asarray(error / beta[:, None])
+
+    def weights(self, at: Sweep) -> Array:
+        """Return the weight of each residual in the choice of further vectors, (f, m): over beta and stiffness."""
+        _, beta = self._judged(at, None)
+        sizes = [np.abs(np.diagonal(one, axis1=1, axis2=2)) for one in self.stiffness(at)]
+        least = np.tile(np.minimum(*sizes), (1, self.motions // self.driven))
+        return np.asarray(1.0 / np.sqrt(least * beta[:, None]))
+
+
+def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Reduced:
+    """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
+
+    Parameters
+    ----------
+    pencil : Pencil
+    at : Sweep
+        Points for which the vectors are chosen.
+    density : float
+        Of the rubber, t/mm^3.
+    tolerance : float
+        Relative error of driving-point and transfer stiffness.
+    """
+    basis = _Basis(pencil, density)
+    basis.add(pencil.followed())
+    basis.add_rigid()
+    for _ in range(MOST_ROUNDS):
+        found = basis.reduced()
+        if float(found.errors(at).max()) <= tolerance:
+            break
+        vectors = basis.residuals(found, at)
+        if not len(vectors):
+            break
+        basis.add(vectors)
+    return basis.reduced()
+
+
+class _Basis:
+    """The vectors, what the matrices make of them, and the responses to these forces."""
+
+    def __init__(self, pencil: Pencil, density: float) -> None:
+        self._pencil, self._density = pencil, density
+        none: Array = np.zeros((0, pencil.motions.shape[1]))
+        self._vectors, self._viscous, self._inertial = none, none, none
+        self._forces = pencil.act(none)
+
+    @property
+    def _motions(self) -> int:
+        return len(self._pencil.motions) + len(self._pencil.rigid)
+
+    @property
+    def _mass(self) -> Array:
+        return self._density * self._forces.rubber + self._forces.metal
+
+    def add_rigid(self) -> None:
+        """Add the rigid motions, with their mass alone: what is fixed to the ground would move with the body."""
+        found = self._pencil.act(self._pencil.rigid)
+        none = np.zeros_like(self._pencil.rigid)
+        self._add(self._pencil.rigid, replace(found, equilibrium=none, viscous=none))
+
+    def add(self, vectors: Array) -> None:
+        """Add vectors, shape (k, n)."""
+        self._add(vectors, self._pencil.act(vectors))
+
+    def _add(self, vectors: Array, forces: Actions) -> None:
+        known = len(self._vectors)
+        self._vectors = np.vstack([self._vectors, vectors])
+        self._forces = self._forces.with_(forces)
+        right = np.vstack([self._forces.viscous[known:], self._mass[known:]])
+        viscous, inertial = np.split(self._pencil.solve(right), 2)
+        self._viscous = np.vstack([self._viscous, viscous])
+        self._inertial = np.vstack([self._inertial, inertial])
+
+    @property
+    def _parts(self) -> Array:
+        m = self._motions
+        return np.vstack([self._vectors[m:], self._viscous, self._inertial])
+
+    def reduced(self) -> Reduced:
+        """Return the matrices over the present vectors."""
+        pencil, m = self._pencil, self._motions
+        rigid = slice(len(pencil.motions), m)
+
+        def matrix(forces: Array) -> Array:
+            found = pencil.products(self._vectors, forces)
+            # Of rigid motions the forces alone are without those of the ground.
+            found[rigid] = found[:, rigid].T
+            return _even(found)
+
+        equilibrium, viscous, rubber, metal = map(matrix, vars(self._forces).values())
+        forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
+        inner = _even(pencil.products(self._parts, forces))
+        return Reduced(
+            m,
+            len(pencil.motions),
+            equilibrium,
+            viscous,
+            rubber,
+            metal,
+            pencil.static,
+            self._density,
+            inner,
+        )
+
+    def residuals(self, found: Reduced, at: Sweep) -> Array:
+        """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n)."""
+        left = found.left_over(at) * found.weights(at)[:, :, None]
+        every = left.reshape(-1, left.shape[2]).T
+        columns: Array = np.hstack([every.real, every.imag])
+        size = np.sqrt(np.maximum(np.diag(found.residuals), 0.0))
+        # Weighted, a residual's square is a relative error: parts of this size are rounding.
+        there = size * np.abs(columns).max(axis=1) > SMALLEST
+        size, columns = size[there], columns[there]
+        values, axes = np.linalg.eigh(found.residuals[np.ix_(there, there)] / np.outer(size, size))
+        real = values > ROUNDING * values.max(initial=0.0)
+        root, axes = np.sqrt(values[real]), axes[:, real]
+        scaled = root[:, None] * (axes.T @ (size[:, None] * columns))
+        directions, sizes, _ = np.linalg.svd(scaled, full_matrices=False)
+        large = int(np.count_nonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0)))
+        kept = min(ADDED * found.motions, large)
+        coefficients = (axes / size[:, None]) @ (directions[:, :kept] / root[:, None])
+        return np.asarray(coefficients.T @ self._parts[there])
+
+
+def _even(matrix: Array) -> Array:
+    """Remove the rounding by which a symmetric matrix is not symmetric."""
+    return 0.5 * (matrix + matrix.T)
