@@ -52,7 +52,7 @@ T = TypeVar("T", bound=CaseTable)
 
 _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
-    *("load_cases", "recordings", "coupons", "effects"),
+    *("load_cases", "recordings", "specimens", "coupons", "effects"),
 )
 #: Keys of a load case of which one gives the program.
 PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
@@ -97,10 +97,15 @@ class Builder:
         ]
         tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
         recordings = self._sources(data, "recordings", shape, material)
+        specimens = self._sources(data, "specimens", shape, material)
         coupons = self._sources(data, "coupons", None, material)
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
         active = self._effects(data, load_cases, tests, (*recordings, *tables), shape)
-        if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
+        if (
+            material
+            and not material.parameters
+            and not any(map(data.get, ("coupons", "recordings", "specimens")))
+        ):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
                 f"{material.law} from"
@@ -114,7 +119,9 @@ class Builder:
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
-        used = [load.mode for load in (*load_cases, *tests) if load] + [source.mode for source in recordings]
+        used = [load.mode for load in (*load_cases, *tests) if load] + [
+            source.mode for source in (*recordings, *specimens)
+        ]
         self.findings += mesh_size(shape, options, used)
         if self.findings:
             return None
@@ -127,6 +134,7 @@ class Builder:
             load_cases=tuple(item for item in load_cases if item),
             vibrations=tuple(item for item in tests if item),
             recordings=recordings,
+            specimens=specimens,
             coupons=coupons,
             dynamic=tables,
             effects=active,

@@ -174,6 +174,8 @@ class Case:
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     dynamic : tuple of DynamicSource
         Tables of dynamic stiffness, of the bushing and of coupons.
+    specimens : tuple of Source
+        Recordings of several parts of one drawing, for `bushcli batch`.
     effects : tuple of ActiveEffect
         Effects that are added to the plain model, each once, or once in each rig; parameters that are not given have
         no value.
@@ -194,6 +196,7 @@ class Case:
     vibrations: tuple[DynamicTest, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
+    specimens: tuple[Source, ...] = ()
     dynamic: tuple[DynamicSource, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
@@ -212,7 +215,7 @@ class Case:
         """Files that the case reads, besides the case file itself."""
         part = getattr(self.geometry, "file", None)
         programs = (load.source for load in self.load_cases if load.source is not None)
-        sources = (*self.recordings, *self.coupons, *programs)
+        sources = (*self.recordings, *self.specimens, *self.coupons, *programs)
         tables = (file for table in self.dynamic for file in table.files)
         return (*(source.file for source in sources), *tables, *([Path(part)] if part else []))
 
@@ -272,7 +275,7 @@ def resolved(case: Case) -> dict[str, Any]:
     stands for.
     """
     folder = case.path.parent
-    return {
+    shown = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
@@ -299,7 +302,12 @@ def resolved(case: Case) -> dict[str, Any]:
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
         "effects": [_effect(active, case) for active in case.effects],
-    } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
+    }
+    if case.specimens:
+        shown["specimens"] = [_source(one, folder) for one in case.specimens]
+    if case.toleranced:
+        shown["toleranced"] = {key: vars(one) for key, one in case.toleranced.items()}
+    return shown
 
 
 def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from bushcli.effects.names import effect_name, rig_of
 #: The case file in the folder of a result.
 IDENTIFIED = "identified.toml"
 #: Commands whose results identify a law.
-IDENTIFYING = ("fit", "inverse", "diagnose")
+IDENTIFYING = ("fit", "inverse", "diagnose", "batch")
 # Tables of which the key names a file.
 _FILES = {
     "geometry": ("file",),
@@ -36,6 +36,7 @@ _ORDER = (
     "material",
     "load_cases",
     "recordings",
+    "specimens",
     "coupons",
     "effects",
 )
@@ -65,7 +66,7 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
             }
             for one in result.get("effects", [])
         ]
-    elif command in ("fit", "inverse"):
+    elif command in ("fit", "inverse", "batch"):
         material, effects = _with_parameters(shown, result)
     known = {key: value for key, value in material.items() if key != "hardness"}
     return {"material": known, "effects": effects}
@@ -115,12 +116,18 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     if not case.tables or not material.get("parameters"):
         return None
     data = deepcopy(dict(case.tables)) | {"material": material, "effects": found["effects"]}
+    means = [{"mode": one["mode"], "file": f"{one['mode']}-mean.csv"} for one in result.get("curves", [])]
+    if result["command"] == "batch":
+        data.pop("specimens")
     for section, keys in _FILES.items():
         tables = data.get(section, [])
         for table in [tables] if isinstance(tables, dict) else tables:
             for key in keys:
                 if key in table:
                     table[key] = _moved(case.path.parent / str(table[key]), folder)
+    if result["command"] == "batch":
+        # The mean of the parts, which the law was identified from, in the folder of the result.
+        data["recordings"] = means
     said = f"# Identified by bushcli {result['command']} from {case.path.name}; this folder given as a case means it."
     return f"{said}\n{toml_text(data)}"
 

@@ -20,7 +20,9 @@ from typing import Any
 import click
 
 from bushcli import __version__
+from bushcli.cli.batch import batch
 from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.compare import compare
 from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.dynamic import dynamic
@@ -187,6 +189,8 @@ for _command in (
     direct,
     dynamic,
     inverse,
+    batch,
+    compare,
     diagnose,
     export,
     study,

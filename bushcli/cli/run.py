@@ -77,11 +77,19 @@ class Run:
             else:
                 case = load_case(self.path, self.overrides, self.tables)
         if self.output is not None:
-            self._prepare(self.output, case)
+            self.prepare(self.output, case)
         return case
 
-    def _prepare(self, output: Path, case: Case) -> None:
-        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result."""
+    def prepare(self, output: Path, case: Case) -> None:
+        """Refuse a folder that cannot be used, or into which another run writes, and say what becomes of its result.
+
+        Parameters
+        ----------
+        output : Path
+            The folder of -o.
+        case : Case
+            Its input files are not replaced.
+        """
         from bushcli import report
 
         report.check_output(output, case, self.command)

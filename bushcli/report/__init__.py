@@ -10,7 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bushcli.report.json.batch import batch_json
     from bushcli.report.json.check import check_json
+    from bushcli.report.json.compare import compare_json
     from bushcli.report.json.design import design_json
     from bushcli.report.json.diagnosis import diagnosis_json
     from bushcli.report.json.direct import direct_json
@@ -21,7 +23,9 @@ if TYPE_CHECKING:
     from bushcli.report.json.study import described, study_json
     from bushcli.report.ranking import rank
     from bushcli.report.verdict import judge
+    from bushcli.report.views.batch import batch_document
     from bushcli.report.views.check import Checked, check_document
+    from bushcli.report.views.compare import compare_document
     from bushcli.report.views.design import design_document
     from bushcli.report.views.diagnosis.document import diagnosis_document
     from bushcli.report.views.direct import direct_document
@@ -33,8 +37,10 @@ if TYPE_CHECKING:
     from bushcli.report.writers.files import (
         BEGINNING,
         Files,
+        batch_files,
         check_files,
         check_output,
+        compare_files,
         diagnosis_files,
         direct_files,
         dynamic_files,
@@ -65,10 +71,16 @@ __all__ = [
     "Checked",
     "Files",
     "NotDrawn",
+    "batch_document",
+    "batch_files",
+    "batch_json",
     "check_document",
     "check_files",
     "check_json",
     "check_output",
+    "compare_document",
+    "compare_files",
+    "compare_json",
     "described",
     "design_document",
     "design_json",
@@ -108,7 +120,9 @@ __all__ = [
 
 # Module of each name; loaded at first use, because no command needs the reports of all others (0.8 s).
 _MODULES = {
+    "json.batch": ("batch_json",),
     "json.check": ("check_json",),
+    "json.compare": ("compare_json",),
     "json.design": ("design_json",),
     "json.diagnosis": ("diagnosis_json",),
     "json.direct": ("direct_json",),
@@ -119,7 +133,9 @@ _MODULES = {
     "json.study": ("described", "study_json"),
     "ranking": ("rank",),
     "verdict": ("judge",),
+    "views.batch": ("batch_document",),
     "views.check": ("Checked", "check_document"),
+    "views.compare": ("compare_document",),
     "views.design": ("design_document",),
     "views.diagnosis.document": ("diagnosis_document",),
     "views.direct": ("direct_document",),
@@ -131,8 +147,10 @@ _MODULES = {
     "writers.files": (
         "BEGINNING",
         "Files",
+        "batch_files",
         "check_files",
         "check_output",
+        "compare_files",
         "diagnosis_files",
         "direct_files",
         "dynamic_files",

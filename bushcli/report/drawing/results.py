@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
+    from bushcli.study.batch import Batch
+    from bushcli.study.compare import Comparison
     from bushcli.study.study import Study
     from cases.stretches import Surface
     from geometry.view import View
@@ -54,6 +56,20 @@ def direct_figures(
     if shape.view is not None:
         pictures.append(geometry_picture(shape.view, INTERPRETED, shape.measures()))
     return (*pictures, *_bodies(response.channels, names))
+
+
+def batch_figures(found: Batch) -> tuple[Picture, ...]:
+    """Return the curves of a batch's parts, with mean and tolerance band."""
+    from bushcli.report.plots.batch import batch_panels
+
+    return tuple(map(plotted, batch_panels(found)))
+
+
+def compare_figures(found: Comparison) -> tuple[Picture, ...]:
+    """Return the curves of results over each other."""
+    from bushcli.report.plots.compare import compare_panels
+
+    return tuple(map(plotted, compare_panels(found)))
 
 
 def dynamic_figures(response: DynamicResponse, names: Mapping[str, str]) -> tuple[Picture, ...]:

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
+    from bushcli.study.batch import Batch
+    from bushcli.study.compare import Comparison, Difference
     from bushcli.study.study import Study
     from geometry.errors import GeometryError
 
@@ -52,6 +54,10 @@ Array = NDArray[np.float64]
 REPORT = "report.html"
 #: The designs of a study.
 DESIGNS = "designs.parquet"
+#: The differences of a comparison.
+DIFFERENCES = "differences.csv"
+#: The parts of a batch.
+PARTS = "parts.csv"
 #: The case file that `bushcli mesh PART` writes.
 BEGINNING = "case.toml"
 #: Folder beside a result for the picture of a geometry that was refused: the result keeps its own.
@@ -301,6 +307,64 @@ def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
     return Files(found.case, {DESIGNS: rows}, pictures=lambda: _drawing().study_figures(found))
 
 
+def batch_files(found: Batch) -> Files:
+    """Return the files of a batch: a row for each part, and the mean curve of each mode with its band."""
+    from bushcli.report.views.batch import stiffness
+    from bushcli.study.causes import joined
+
+    heads = "part,mode,factor,std,deviation,stiffness,rms_percent,noise_percent,outlier,causes"
+    rows = [
+        [
+            *(one.name, one.mode, one.factor, one.std, one.deviation, stiffness(one)),
+            *(one.rms_percent, one.noise_percent, " ".join(one.outlier), joined(one.causes)),
+        ]
+        for one in found.parts
+    ]
+    table = "\n".join([heads, *(",".join(map(_cell, row)) for row in rows)])
+    contents: dict[str, Content] = {PARTS: text_file(f"{table}\n")}
+    for curve in found.curves:
+        shown, mean = quantities(curve.mode), curve.mean
+        q, force = shown.csv_names
+        times = ([], []) if mean.time is None else (["time_s"], [mean.time])
+        contents[f"{curve.mode}-mean.csv"] = number_table(
+            [*times[0], q, force], [*times[1], shown.shown(mean.displacement), mean.force]
+        )
+        contents[f"{curve.mode}-band.csv"] = number_table(
+            (q, f"mean_{force}", f"lower_{force}", f"upper_{force}"),
+            (shown.shown(mean.displacement), mean.force, curve.lower, curve.upper),
+        )
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import batch_figures
+
+        return batch_figures(found)
+
+    return Files(found.case, contents, pictures=pictures)
+
+
+def compare_files(found: Comparison) -> Files:
+    """Return the files of a comparison: its page and pictures, the differences as CSV."""
+
+    def rows(differences: Sequence[Difference]) -> list[list[object]]:
+        return [[one.key, *("" if value is None else value for value in one.values)] for one in differences]
+
+    names = ["key", *(item.name for item in found.items)]
+    lines: list[list[object]] = [list(names), *rows(found.keys), *rows(found.numbers)]
+    table = "\n".join(",".join(map(_cell, line)) for line in lines)
+
+    def pictures() -> Sequence[Picture]:
+        from bushcli.report.drawing.results import compare_figures
+
+        return compare_figures(found)
+
+    return Files(None, {DIFFERENCES: text_file(f"{table}\n")}, pictures=pictures)
+
+
+def _cell(value: object) -> str:
+    text = f"{value:.8g}" if isinstance(value, float) else str(value)
+    return '"' + text.replace('"', '""') + '"' if any(one in text for one in ',"\n') else text
+
+
 def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     """Write a picture of a geometry that was refused, if the error has a view of it.
 
@@ -377,6 +441,9 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     meshes = (
         [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS] if command == "mesh" else []
     )
+    modes = dict.fromkeys(source.mode for source in case.specimens)
+    curves += [f"{mode}-{kind}.csv" for mode in modes for kind in ("mean", "band") if command == "batch"]
+    curves += [PARTS] if command == "batch" else [DIFFERENCES] if command == "compare" else []
     designs = [DESIGNS] if command == "study" else [IDENTIFIED] if command in IDENTIFYING else []
     refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
 

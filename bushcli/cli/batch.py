@@ -1,0 +1,39 @@
+"""The command on a batch of parts: batch."""
+
+from __future__ import annotations
+
+import click
+
+from bushcli.cli.progress import search_progress
+from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case
+
+
+@click.command()
+@click.option("--model", metavar="LAW", help="Law to identify instead of the case's.")
+@click.option("--strict", is_flag=True, help="Exit 1 when there is an outlier.")
+@on_a_case
+def batch(run: Run, model: str | None, strict: bool) -> int:
+    """Identify one law from the recordings of several parts, and the stiffness of each.
+
+    The [[specimens]] of CASE are parts of one drawing. The result has the scatter of their stiffness, the mean curve
+    with its tolerance band, and the outliers, with what their recordings show of the cause.
+    """
+    from bushcli import report
+    from bushcli.inverse import Task
+    from bushcli.study.batch import batch as compared
+
+    case = run.load()
+    law = model or case.material.law
+    with run.timed("batch"):
+        progress = search_progress(run, Task(case, law).turned, 1)
+        found = compared(case, law, tables=run.tables, progress=progress, told=run.say)
+    run.deliver(
+        lambda: report.batch_json(found, run.timings()),
+        lambda pictures=(): report.batch_document(found, pictures),
+        lambda: report.batch_files(found),
+    )
+    if any(condition.name == "interrupted" for condition in found.conditions):
+        return INTERRUPTED
+    if not found.fit.converged:
+        return NOT_CONVERGED
+    return NEGATIVE if strict and found.outliers else DONE

@@ -1,0 +1,103 @@
+"""The command that puts results beside each other: compare."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bushcli.cli.run import DONE, Run, on_a_case
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.study.compare import Compared
+
+
+@click.command()
+@click.argument("before", nargs=-1, required=True, type=click.Path(path_type=Path))
+@on_a_case
+def compare(run: Run, before: tuple[Path, ...]) -> int:
+    """Put results or cases beside each other, two or more, and compare them with the first.
+
+    Each is a folder that a command wrote with -o, or a case file, which is simulated as by `bushcli direct`. The result
+    has the keys of the cases and the numbers that differ, and the curves over each other.
+    """
+    from bushcli import report
+    from bushcli.study.compare import compare as compared
+
+    paths = [*before, run.path]
+    names = _names(paths)
+    found = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
+    if run.output is not None:
+        run.prepare(run.output, found[0][1])
+    result = compared([item for item, _ in found])
+    run.deliver(
+        lambda: report.compare_json(result, run.timings()),
+        lambda pictures=(): report.compare_document(result, pictures),
+        lambda: report.compare_files(result),
+    )
+    return DONE
+
+
+def _names(paths: list[Path]) -> list[str]:
+    """Return the shortest names that tell the paths apart: their last parts, as many as it takes."""
+    whole = [path.parent if path.name == "result.json" else path for path in paths]
+    if len({path.resolve() for path in whole}) < len(whole):
+        raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
+    parts = [path.resolve().parts for path in whole]
+    for count in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(one[-count:]) for one in parts]
+        if len(set(names)) == len(names):
+            break
+    return names
+
+
+def _item(run: Run, path: Path, name: str) -> tuple[Compared, Case]:
+    """Return one result, read from its folder or computed from its case."""
+    from bushcli import report
+    from bushcli.case import load_case
+    from bushcli.case.load import RESULT
+    from bushcli.case.rebuild import rebuilt_case
+    from bushcli.simulate.misfit import misfits
+    from bushcli.simulate.predict import predict
+    from bushcli.study.compare import Compared, curves_in
+
+    file = path if path.name == RESULT else path / RESULT
+    if file.is_file():
+        result = _read(file)
+        try:
+            case = rebuilt_case(json.loads(json.dumps(result["case"])), file.parent)
+            return Compared(name, result, curves_in(result)), case
+        except (KeyError, TypeError, AttributeError, ValueError):
+            raise InputError(
+                Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
+            ) from None
+    case = load_case(path, run.overrides, run.tables)
+    run.say(f"simulating {name}")
+    with run.timed(name):
+        if case.needs_fit:
+            from bushcli.cli.identification import fit_to_coupons
+
+            case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
+        response = predict(case, pictures=False)
+    result = report.direct_json(response, misfits(response), None, {})
+    return Compared(name, result, curves_in(result)), case
+
+
+def _read(file: Path) -> dict[str, Any]:
+    from bushcli.case.limits import LARGEST_RESULT
+    from bushcli.runtime.bounded import TooLarge, read_bounded
+
+    try:
+        result = json.loads(read_bounded(file, LARGEST_RESULT))
+    except (OSError, ValueError, RecursionError, TooLarge) as error:
+        reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
+        raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
+    if not isinstance(result, dict) or not isinstance(result.get("case"), dict):
+        what = "is not a result that can be compared"
+        raise InputError(Problem(str(file), what, "", "a folder that a command on a case wrote with -o"))
+    return result

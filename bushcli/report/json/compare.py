@@ -1,0 +1,40 @@
+"""Results beside each other -> JSON-ready data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bushcli.report.json.common import cleaned, part, versions
+from bushcli.study.compare import Comparison, Difference
+
+
+def compare_json(found: Comparison, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return a comparison as JSON-ready data.
+
+    Parameters
+    ----------
+    found : Comparison
+    timings : mapping of str to float
+        Seconds by stage.
+    """
+    return cleaned(
+        {
+            "command": "compare",
+            "case": found.items[0].result["case"],
+            "versions": versions(),
+            "timings_s": dict(timings),
+            "results": [
+                {"name": item.name, "command": item.result.get("command"), "problems": list(names)}
+                for item, names in zip(found.items, found.problems, strict=True)
+            ],
+            "keys": {one.key: _values(one) for one in found.keys},
+            "numbers": {one.key: _values(one) for one in found.numbers},
+            "curves": [part(one, "channel percent") for one in found.curves],
+            "problems": [],
+        }
+    )
+
+
+def _values(one: Difference) -> dict[str, Any]:
+    return {"values": list(one.values), "percent": list(one.percent)}

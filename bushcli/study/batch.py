@@ -1,0 +1,342 @@
+"""Recordings of several parts of one drawing -> a law for all, a stiffness factor for each, scatter and outliers.
+
+The force of a part is its own factor times that of the batch, which one law and its effects give. Parts that ran the
+same program are compared sample by sample: their median is the batch's curve until the outliers are known, then their
+mean is. The law is identified from the mean, with one simulation for all of them: the least-squares fit to all parts
+with factors whose mean is one is the fit to the mean. A part that ran another program is simulated on its own.
+
+The logarithm of the factor and that of the misfit left after it are each tested for outliers (`study.outliers`), with
+half of the probability of a false alarm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.curve.curve import Curve
+from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault, find_faults
+from bushcli.faults import condition as fault_condition
+from bushcli.inverse import Fit, Task, identify
+from bushcli.inverse.problem import Progress
+from bushcli.recording import Recording, force_noise, read_recording
+from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
+from bushcli.recording.write import write_curve_csv
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.predict import predict
+from bushcli.study.causes import Cause, effect_cause, travel_cause
+from bushcli.study.outliers import FALSE_ALARM, FEWEST, foreign, outlying, tolerance_factor
+
+Array = NDArray[np.float64]
+
+# Programs are equal if their samples differ by at most this share of the travel.
+EQUAL = 0.02
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a batch.
+
+    Attributes
+    ----------
+    name, mode : str
+    recording : Recording
+    factor, std : float
+        Its stiffness over that of the batch, and the standard error that the noise leaves.
+    rms_percent, noise_percent : float
+        Misfit with its own factor, and the noise of its recording, percent of the force range.
+    deviation : float
+        Of the logarithm of the factor, in standard deviations of the parts that are no outliers.
+    simulated : bool
+        Whether its own program was simulated; else it shares that of the batch.
+    outlier : tuple of str
+        "data", "program", "stiffness", "shape": in what it is one; empty for none.
+    causes : tuple of Cause
+        What its recording shows.
+    """
+
+    name: str
+    mode: str
+    recording: Recording
+    factor: float
+    std: float
+    rms_percent: float
+    noise_percent: float
+    deviation: float = 0.0
+    simulated: bool = False
+    outlier: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
+
+
+@dataclass(frozen=True)
+class BatchCurve:
+    """The curve of a batch in one mode.
+
+    Attributes
+    ----------
+    mode : str
+    mean : Curve
+        Mean of the parts that are no outliers: mm or rad, N or N mm.
+    lower, upper : (n,) array
+        Ends of the tolerance band, N or N mm.
+    parts : int
+        Number of parts in it.
+    scatter : float
+        Standard deviation of the logarithm of the factors.
+    k : float
+        The band is that many standard deviations wide to either side.
+    """
+
+    mode: str
+    mean: Curve
+    lower: Array
+    upper: Array
+    parts: int
+    scatter: float
+    k: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Result of a batch: its case, the law and effects of all parts, the parts, curves by mode, and doubts."""
+
+    case: Case
+    fit: Fit
+    parts: tuple[Part, ...]
+    curves: tuple[BatchCurve, ...]
+    conditions: tuple[Condition, ...]
+    faults: tuple[DataFault, ...]
+    programs: int
+
+    @property
+    def outliers(self) -> tuple[Part, ...]:
+        """The parts that are outliers."""
+        return tuple(part for part in self.parts if part.outlier)
+
+
+def batch(
+    case: Case,
+    model: str,
+    *,
+    tables: TableCache | None = None,
+    progress: Progress | None = None,
+    told: Callable[[str], None] = lambda _: None,
+) -> Batch:
+    """Identify one law from the recordings of several parts, and a stiffness factor for each part.
+
+    Parameters
+    ----------
+    case : Case
+        With ``[[specimens]]``.
+    model : str
+        Name of the law.
+    tables : TableCache, optional
+        Cache of the binary files that the caller reads.
+    progress : callable, optional
+        Called after each evaluation of the identification.
+    told : callable
+        Called with a sentence on each stage.
+
+    Raises
+    ------
+    InputError
+        There are no parts, or none that can be used.
+    """
+    if len(case.specimens) < 2:
+        what = f"has {'one part' if case.specimens else 'no parts'}, and a batch has several"
+        raise InputError(
+            Problem(case.path.name, what, "", '[[specimens]] with mode and file = "parts/*.csv"')
+        )
+    recordings = [read_recording(source, tables) for source in case.specimens]
+    faults = find_faults(case, recordings)
+    faulty = {fault.channel for fault in faults if fault.fatal}
+    parts: list[Part] = []
+    curves: list[BatchCurve] = []
+    programs, odd = 0, set[str]()
+    for mode in dict.fromkeys(one.mode for one in recordings):
+        groups = _programs([one for one in recordings if one.mode == mode])
+        groups.sort(key=lambda group: -sum(one.name not in faulty for one in group))
+        programs += len(groups)
+        # As of a stiffness, up to a third of the parts can be outliers by their program.
+        few = sum(map(len, groups)) // 3
+        odd |= {one.name for group in groups[1:] if len(group) <= few for one in group}
+        found, curve = _compared(case, groups[0], faulty)
+        parts += found
+        curves.append(curve)
+    with TemporaryDirectory() as folder:
+        mean = replace(case, recordings=_mean_sources(curves, Path(folder)), specimens=())
+        told(f"identifying {model} from the mean of {sum(one.parts for one in curves)} parts")
+        fit = identify(Task(mean, model), progress=progress, tables=tables)
+        others = [one for one in recordings if one.name not in {part.name for part in parts}]
+        for one in others:
+            told(f"simulating {one.name}, which ran another program")
+        material = fit.material
+        parts += _on_their_own(
+            replace(mean, effects=fit.effects or case.effects), material, case, others, parts
+        )
+    parts = [replace(one, outlier=("program", *one.outlier)) if one.name in odd else one for one in parts]
+    order = {one.name: i for i, one in enumerate(recordings)}
+    parts.sort(key=lambda part: order[part.name])
+    parts = [_with_causes(part, faults, curves, parts) for part in parts]
+    return Batch(case, fit, tuple(parts), tuple(curves), _conditions(parts, faults, fit), faults, programs)
+
+
+def _programs(recordings: Sequence[Recording]) -> list[list[Recording]]:
+    """Return recordings of one mode in groups that ran the same program."""
+    groups: list[list[Recording]] = []
+    for one in recordings:
+        same = next((group for group in groups if _is_same(group[0], one)), None)
+        if same is None:
+            groups.append([one])
+        else:
+            same.append(one)
+    return groups
+
+
+def _is_same(one: Recording, other: Recording) -> bool:
+    q, p = one.displacement, other.displacement
+    return len(q) == len(p) and bool(np.abs(q - p).max() <= EQUAL * np.ptp(q))
+
+
+def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[Part], BatchCurve]:
+    """Compare the parts that ran one program, sample by sample."""
+    sound = [one for one in group if one.name not in faulty]
+    if not sound:
+        names = ", ".join(sorted(faulty))
+        raise InputError(
+            Problem(
+                case.path.name,
+                f"no part has a sound recording ({names})",
+                "",
+                "bushcli check says what is wrong",
+            )
+        )
+    median = np.median([one.force for one in sound], axis=0)
+    parts = [_fitted(one, median) for one in sound]
+    stiffness, deviation = outlying(np.log([max(part.factor, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
+    shape, _ = outlying(np.log([max(part.rms_percent, 1e-9) for part in parts]), FALSE_ALARM / 2.0)
+    # A misfit below the others' is no fault of a part.
+    shape &= np.array([part.rms_percent for part in parts]) > np.median([part.rms_percent for part in parts])
+    like = [one for one, *out in zip(sound, stiffness, shape, strict=True) if not any(out)]
+    mean = np.mean([one.force for one in like], axis=0)
+    q = np.mean([one.displacement for one in like], axis=0)
+    # The mean is the batch: the factors are relative to it.
+    share = float(mean @ median) / float(median @ median)
+    parts = [
+        replace(
+            part,
+            factor=part.factor / share,
+            std=part.std / share,
+            deviation=float(deviation[i]),
+            outlier=("stiffness",) * bool(stiffness[i]) + ("shape",) * bool(shape[i]),
+        )
+        for i, part in enumerate(parts)
+    ]
+    parts += [
+        replace(_fitted(one, mean), deviation=float("nan"), outlier=("data",))
+        for one in group
+        if one.name in faulty
+    ]
+    factors = np.log([part.factor for part in parts if not part.outlier])
+    scatter = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
+    k = tolerance_factor(len(factors))
+    curve = Curve(group[0].mode, q, mean, sound[0].time)
+    low, high = (mean * np.exp(side * k * scatter) for side in (-1.0, 1.0))
+    return parts, BatchCurve(
+        curve.mode, curve, np.minimum(low, high), np.maximum(low, high), len(like), scatter, k
+    )
+
+
+def _fitted(one: Recording, of_batch: Array) -> Part:
+    """Return a part with the factor that brings the force of the batch (n,) closest to its own."""
+    factor = float(one.force @ of_batch) / float(of_batch @ of_batch)
+    left = one.force - factor * of_batch
+    size = float(np.ptp(one.force))
+    noise = force_noise(one)
+    return Part(
+        one.name,
+        one.mode,
+        one,
+        factor,
+        noise / float(np.linalg.norm(of_batch)),
+        100.0 * float(np.sqrt(np.mean(left**2))) / size,
+        100.0 * noise / size,
+    )
+
+
+def _mean_sources(curves: Sequence[BatchCurve], folder: Path) -> tuple[Source, ...]:
+    """Write the mean curves, and return them as recordings."""
+    sources = []
+    for one in curves:
+        file = folder / f"{one.mode}-mean.csv"
+        write_curve_csv(file, one.mean)
+        sources.append(Source(one.mode, file))
+    return tuple(sources)
+
+
+def _on_their_own(
+    mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[Part]
+) -> list[Part]:
+    """Simulate each part that ran another program, and compare its factor with those of the batch."""
+    sources = {source.label: source for source in case.specimens}
+    found = []
+    for one in others:
+        alone = replace(mean, recordings=(sources[one.name],), load_cases=(), coupons=())
+        response = predict(alone, material, pictures=False)  # type: ignore[arg-type]
+        (channel,) = response.channels
+        simulated = (
+            channel.curve.force
+            if channel.along
+            else channel.curve.backbone().at(one.displacement, tolerance=0.02)
+        )
+        part = replace(_fitted(one, simulated), simulated=True)
+        like = [other for other in parts if other.mode == one.mode and not other.outlier]
+        factors = np.log([other.factor for other in like])
+        odd = part.factor <= 0.0 or foreign(
+            float(np.log(part.factor)), factors, len(others), FALSE_ALARM / 2.0
+        )
+        spread = float(np.std(factors, ddof=1)) if len(factors) > 1 else 0.0
+        deviation = float(np.log(max(part.factor, 1e-9)) - factors.mean()) / spread if spread > 0.0 else 0.0
+        faulty = any(fault.fatal and fault.channel == one.name for fault in response.faults)
+        out = ("data",) * faulty + ("stiffness",) * odd
+        found.append(replace(part, deviation=deviation, outlier=out))
+    return found
+
+
+def _with_causes(
+    part: Part, faults: Sequence[DataFault], curves: Sequence[BatchCurve], parts: Sequence[Part]
+) -> Part:
+    """Return a part with what its recording shows of why it is an outlier, or ran another program."""
+    causes = [Cause(fault.kind, fault.where) for fault in faults if fault.channel == part.name]
+    curve = next(one for one in curves if one.mode == part.mode)
+    if part.simulated:
+        common = next(one.recording for one in parts if one.mode == part.mode and not one.simulated)
+        causes.append(travel_cause(part.recording, common))
+    elif part.outlier and not causes:
+        own = part.factor * curve.mean.force
+        usual = [one.rms_percent for one in parts if one.mode == part.mode and not one.outlier]
+        level = float(np.median(usual)) / 100.0 * float(np.ptp(own)) if usual else 0.0
+        found = effect_cause(part.recording, own, part.recording.force - own, level)
+        causes += [found] if found is not None and "shape" in part.outlier else []
+    return replace(part, causes=tuple(causes))
+
+
+def _conditions(parts: Sequence[Part], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
+    found = [fault_condition(fault) for fault in faults]
+    by_mode: Mapping[str, int] = {
+        mode: sum(part.mode == mode and not part.simulated for part in parts)
+        for mode in {p.mode for p in parts}
+    }
+    few = [f"{mode} ({count})" for mode, count in by_mode.items() if count < FEWEST]
+    if few:
+        what = f"too few parts ran one program to tell outliers: {', '.join(few)}, of at least {FEWEST}"
+        found.append(Condition("few_parts", what, "record more parts with the same program"))
+    return (*found, *fit.conditions)

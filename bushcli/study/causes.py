@@ -1,0 +1,159 @@
+"""Why a part is an outlier, as far as its recording shows: a fault of its data, another travel, an effect.
+
+What remains of a part's force after its own stiffness factor is compared with what each effect of a rig would add to
+the curve of the batch: the derivative of the logged force by the effect's amplitude where that is off. Friction, which
+changes the rubber and not the curve, is compared by its loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case.unit import outside, unit
+from bushcli.effects import rig
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
+from bushcli.effects.names import readable_name
+from bushcli.recording import Recording
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+
+# An effect is named if it removes at least this share of the mean square that a part's misfit has beyond the batch's,
+# as a single factor has to remove half of the rms misfit of a prediction (`bushcli.report.verdict`).
+EXPLAINS = 0.75
+# Effects that act as a stiffness factor does: every part has one already.
+_FACTORS = ("batch_stiffness", "gain")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A cause that a recording shows.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of a data fault, "travel", or name of an effect.
+    text : str
+        The observation, with numbers.
+    """
+
+    kind: str
+    text: str
+
+
+def travel_cause(part: Recording, common: Recording) -> Cause:
+    """Return in which way the program of a part differs from that of the batch.
+
+    Parameters
+    ----------
+    part, common : Recording
+        The part, and one of those with the program of the batch.
+    """
+    turned = modes()[part.mode].rotational
+    per, name = (180.0 / np.pi, "deg") if turned else (1.0, "mm")
+    own, usual = (
+        (per * float(one.displacement.min()), per * float(one.displacement.max())) for one in (part, common)
+    )
+    reach = f"moves from {own[0]:.4g} to {own[1]:.4g} {name}, the batch from {usual[0]:.4g} to {usual[1]:.4g} {name}"
+    share = float(np.ptp(part.displacement) / np.ptp(common.displacement))
+    kept = abs(share - 1.0) < 0.02
+    said = "other steps in between" if kept else f"{share:.3g} times the travel"
+    held = np.isclose(
+        part.displacement, part.displacement.max(), atol=1e-3 * np.ptp(part.displacement)
+    ).mean()
+    usually = np.isclose(
+        common.displacement, common.displacement.max(), atol=1e-3 * np.ptp(common.displacement)
+    ).mean()
+    clamped = not kept and share < 1.0 and held > 2.0 * usually + 0.02
+    return Cause("travel", f"{reach}: {said}" + (", clamped at its end" if clamped else ""))
+
+
+def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Cause | None:
+    """Return the effect that explains most of what remains of a part's force; None if none explains enough.
+
+    Parameters
+    ----------
+    part : Recording
+        With samples (n,).
+    batch : (n,) array
+        Force of the batch at these samples, with the part's own stiffness factor, N or N mm.
+    left : (n,) array
+        What remains of the part's force.
+    usual : float
+        Root mean square of what remains of a part that is no outlier, in the same unit.
+    """
+    excess = float(left @ left) - len(left) * usual**2
+    if excess <= 0.0:
+        return None
+    best: tuple[float, str, str] | None = None
+    for name, said, column in _columns(part, batch):
+        # Perpendicular to the factor that the part has already.
+        across = column - (column @ batch) / (batch @ batch) * batch
+        size = float(across @ across)
+        if not size > 1e-12 * float(column @ column):
+            continue
+        amplitude = float(across @ left) / size
+        taken = amplitude**2 * size / excess
+        if best is None or taken > best[0]:
+            best = taken, name, said.format(amplitude)
+    if best is None or best[0] < EXPLAINS:
+        return None
+    share = min(100.0 * best[0], 100.0)
+    return Cause(best[1], f"{readable_name(best[1])}: {best[2]} explains {share:.0f} % of what sets it apart")
+
+
+def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
+    """Yield the name of an effect, its amplitude as a format, and what a unit of it adds to the force (n,)."""
+    turned = modes()[part.mode].rotational
+    order = np.argsort(part.displacement, kind="stable")
+    q, first = np.unique(part.displacement[order], return_index=True)
+    force = batch[order][first]
+    # Slopes over a twentieth of the range: noise of the displacement makes those between neighbours meaningless.
+    wide = 0.025 * float(np.ptp(q))
+    stiffness = (np.interp(q + wide, q, force) - np.interp(q - wide, q, force)) / (
+        np.minimum(q + wide, q[-1]) - np.maximum(q - wide, q[0])
+    )
+
+    def response(at: Array) -> tuple[Array, Array, Array]:
+        return np.interp(at, q, force), np.interp(at, q, stiffness), np.zeros((len(at), 1))
+
+    travel = rig.Travel(part.displacement, part.time)
+    for effect in effects().values():
+        if effect.rig is None or effect.name in _FACTORS or not effect.acts_on(part.mode):
+            continue
+        if effect.needs_time and part.time is None:
+            continue
+        for amplitude in [p for p in effect.parameters if p.off is not None]:
+            values = {p.name: p.start if p.off is None else p.off for p in effect.parameters}
+            active = ActiveEffect(effect, values)
+            try:
+                added = rig.elastic_response(
+                    [active], travel, response, (active.full_name(amplitude),)
+                ).slope[:, 0]
+            except (ArithmeticError, ValueError):
+                continue
+            if np.isfinite(added).all() and added.any():
+                scale = outside(amplitude, 1.0, turned)
+                said = f"{amplitude.name} of about {{0:.3g}} {unit(amplitude, turned)}".strip()
+                yield effect.name, said, np.asarray(added / scale, dtype=np.float64)
+    if part.time is not None or len(part.displacement) > 2:
+        # A loop: half of it on the way up, half on the way down.
+        way = np.asarray(np.sign(np.gradient(_smoothed(part.displacement))), dtype=np.float64)
+        yield "friction", f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side", way
+
+
+def _smoothed(q: Array) -> Array:
+    width = max(len(q) // 200, 1)
+    padded = np.pad(q, width, mode="edge")
+    smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+    return np.asarray(smooth, dtype=np.float64)
+
+
+def joined(causes: Sequence[Cause]) -> str:
+    """Return the texts of causes in one line."""
+    return "; ".join(one.text for one in causes)

@@ -1,0 +1,193 @@
+"""Results beside each other: the keys of their cases and the numbers that differ, and their curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve.curve import Curve
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+
+# Entries of a result that say how it was computed, not what it is; problems have an entry of their own.
+_HOW = ("case", "versions", "timings_s", "problems", "files", "question", "command", "data_faults")
+# Numbers that differ by less than this share of the larger one are equal: local strains of equal designs differ by up
+# to some 1e-7, the tolerance of a march being 1e-8 of the reactions.
+EQUAL = 1e-6
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A result to be compared.
+
+    Attributes
+    ----------
+    name : str
+        As the user gave it.
+    result : mapping
+        Its JSON.
+    curves : mapping of str to Curve
+        Simulated or mean curves by channel: mm or rad, N or N mm.
+    """
+
+    name: str
+    result: Mapping[str, Any]
+    curves: Mapping[str, Curve]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A key with its values, one for each result; None where a result has none."""
+
+    key: str
+    values: tuple[Any, ...]
+
+    @property
+    def percent(self) -> tuple[float | None, ...]:
+        """Change of each number against the first, percent; None where there are no two numbers."""
+        first = self.values[0]
+        return tuple(
+            100.0 * (value / first - 1.0) if _is_number(value) and _is_number(first) and first else None
+            for value in self.values
+        )
+
+
+@dataclass(frozen=True)
+class CurveDifference:
+    """Largest difference of each result's curve to the first one's, over the displacements that both have.
+
+    Attributes
+    ----------
+    channel : str
+    percent : tuple of float or None
+        Percent of the first curve's force range; None where a result has no such curve, or no common displacement.
+    """
+
+    channel: str
+    percent: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results beside each other: differing keys of the cases, differing numbers, curves, problems by result."""
+
+    items: tuple[Compared, ...]
+    keys: tuple[Difference, ...]
+    numbers: tuple[Difference, ...]
+    curves: tuple[CurveDifference, ...]
+    problems: tuple[tuple[str, ...], ...]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of which at least one result has a curve."""
+        return tuple(dict.fromkeys(name for item in self.items for name in item.curves))
+
+
+def compare(items: Sequence[Compared]) -> Comparison:
+    """Compare results with the first one.
+
+    Parameters
+    ----------
+    items : sequence of Compared
+        At least two.
+    """
+    cases = [dict(_leaves(item.result.get("case", {}))) for item in items]
+    for case in cases:
+        case.pop("path", None)
+    numbers = [
+        dict(_leaves({key: value for key, value in item.result.items() if key not in _HOW})) for item in items
+    ]
+    # What only one kind of result has is no difference.
+    common = [
+        {key: value for key, value in table.items() if sum(key in one for one in numbers) > 1}
+        for table in numbers
+    ]
+    channels = dict.fromkeys(name for item in items for name in item.curves)
+    return Comparison(
+        tuple(items),
+        _differing(cases),
+        _differing(common),
+        tuple(CurveDifference(name, _apart([item.curves.get(name) for item in items])) for name in channels),
+        tuple(tuple(one["name"] for one in item.result.get("problems", [])) for item in items),
+    )
+
+
+def curves_in(result: Mapping[str, Any]) -> dict[str, Curve]:
+    """Return the simulated curves of a result of `direct`, and the mean curves of `batch`."""
+    found = {}
+    for one in (
+        *result.get("load_cases", []),
+        *(result.get("curves", []) if result.get("command") == "batch" else []),
+    ):
+        mode = modes().get(one.get("mode", ""))
+        q, force = one.get("displacement"), one.get("force")
+        if mode is None or not isinstance(q, list) or not isinstance(force, list) or len(q) < 2:
+            continue
+        unit = np.pi / 180.0 if mode.rotational else 1.0
+        rest = 1.0 if mode.specimen == "coupon" and not mode.sheared else 0.0
+        pairs = [(a, b) for a, b in zip(q, force, strict=True) if _is_number(a) and _is_number(b)]
+        x, y = np.array(pairs, dtype=float).T
+        found[str(one.get("name", one["mode"]))] = Curve(mode.name, unit * (x - rest), y)
+    return found
+
+
+def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield numbers and words by dotted key; lists of numbers are curves, and are left out unless they are short."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(item, f"{at}.{key}" if at else str(key))
+    elif isinstance(value, list) and any(isinstance(one, Mapping) for one in value):
+        for i, item in enumerate(value):
+            name = item.get("name", item.get("mode")) if isinstance(item, Mapping) else None
+            taken = [one.get("name", one.get("mode")) for one in value if isinstance(one, Mapping)]
+            yield from _leaves(item, f"{at}.{name}" if name and taken.count(name) == 1 else f"{at}[{i}]")
+    elif isinstance(value, list):
+        if len(value) <= 6:
+            yield at, tuple(value) if all(not isinstance(one, list) for one in value) else str(value)
+    elif value is not None:
+        yield at, value
+
+
+def _differing(tables: Sequence[Mapping[str, Any]]) -> tuple[Difference, ...]:
+    every = dict.fromkeys(key for table in tables for key in table)
+    found = (Difference(key, tuple(table.get(key) for table in tables)) for key in every)
+    return tuple(one for one in found if not all(_same(one.values[0], value) for value in one.values))
+
+
+def _same(one: Any, other: Any) -> bool:
+    if _is_number(one) and _is_number(other):
+        return bool(abs(one - other) <= EQUAL * max(abs(one), abs(other)))
+    if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
+        return all(map(_same, one, other))
+    return bool(one == other)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _apart(curves: Sequence[Curve | None]) -> tuple[float | None, ...]:
+    first = curves[0]
+    if first is None:
+        return (None,) * len(curves)
+    base = first.backbone()
+    found: list[float | None] = []
+    for curve in curves:
+        if curve is None or curve.mode != base.mode:
+            found.append(None)
+            continue
+        other = curve.backbone()
+        low = max(base.displacement[0], other.displacement[0])
+        high = min(base.displacement[-1], other.displacement[-1])
+        if not high > low:
+            found.append(None)
+            continue
+        q = np.linspace(low, high, 200)
+        apart = np.interp(q, other.displacement, other.force) - np.interp(q, base.displacement, base.force)
+        found.append(float(100.0 * apart[np.argmax(np.abs(apart))] / np.ptp(base.force)))
+    return tuple(found)

@@ -1,0 +1,106 @@
+"""Which of several like parts are outliers, and the band in which a share of the parts lies.
+
+The generalised extreme studentised deviate test takes away the part farthest from the mean, then the next, and
+compares each deviation with the largest that parts of one normal distribution would show: where all parts are alike,
+one of them is called an outlier with the stated probability, however many parts there are. Outliers do not mask each
+other, because the number of outliers is the last one that passes.
+
+References
+----------
+Rosner (1983), Percentage points for a generalized ESD many-outlier procedure, Technometrics 25:165-172,
+doi:10.1080/00401706.1983.10487848. Howe (1969), Two-sided tolerance limits for normal populations, some improvements,
+J. Am. Stat. Assoc. 64:610-620, doi:10.1080/01621459.1969.10500999.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Probability that a batch without outliers is said to have one.
+FALSE_ALARM = 0.05
+# The steps together give a false alarm more often than one alone does: by these factors for that many parts, measured
+# in 20,000 batches of normal deviates each. The probability of each step is divided by them.
+_PARTS, _MORE_OFTEN = (10, 15, 20, 30, 50, 100), (1.75, 1.65, 1.4, 1.2, 1.08, 1.0)
+# Of four values none can deviate by more than 1.5 standard deviations, which is about Rosner's limit.
+FEWEST = 5
+#: Share of parts within the band, and the confidence in it.
+CONTENT, CONFIDENCE = 0.95, 0.95
+
+
+def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[np.bool_], Array]:
+    """Return which values are outliers, and the deviation of each in standard deviations of those that are not.
+
+    Parameters
+    ----------
+    values : (n,) array
+        In any unit; about normally distributed apart from the outliers.
+    false_alarm : float
+        Probability of any outlier where there is none.
+    """
+    from scipy.stats import t
+
+    n, left, order = len(values), np.arange(len(values)), list[int]()
+    found, level = 0, false_alarm / float(np.interp(n, _PARTS, _MORE_OFTEN))
+    # Up to a third of the parts: with more, it is not clear which are the outliers.
+    for i in range(n // 3 if n >= FEWEST else 0):
+        spread = float(np.std(values[left], ddof=1))
+        if spread <= 0.0:
+            break
+        deviation = np.abs(values[left] - values[left].mean()) / spread
+        worst = int(np.argmax(deviation))
+        free = n - i - 2
+        point = float(t.ppf(1.0 - level / (2.0 * (n - i)), free))
+        limit = (n - i - 1) * point / np.sqrt((free + point**2) * (n - i))
+        order.append(int(left[worst]))
+        if deviation[worst] > limit:
+            found = i + 1
+        left = np.delete(left, worst)
+    out = np.zeros(n, dtype=bool)
+    out[order[:found]] = True
+    like = values[~out]
+    spread = float(np.std(like, ddof=1)) if len(like) > 1 else 0.0
+    return out, (values - like.mean()) / spread if spread > 0.0 else np.zeros(n)
+
+
+def foreign(value: float, like: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
+    """Whether a further value does not belong to like ones: outside the prediction interval of a single value.
+
+    Parameters
+    ----------
+    value : float
+        The further value.
+    like : (n,) array
+        Like values, in the same unit.
+    others : int
+        Number of further values that share the probability of a false alarm.
+    false_alarm : float
+        That probability.
+    """
+    from scipy.stats import t
+
+    if len(like) < FEWEST:
+        return False
+    limit = t.ppf(1.0 - false_alarm / (2.0 * others), len(like) - 1) * np.sqrt(1.0 + 1.0 / len(like))
+    return bool(abs(value - like.mean()) > limit * np.std(like, ddof=1))
+
+
+def tolerance_factor(count: int, content: float = CONTENT, confidence: float = CONFIDENCE) -> float:
+    """Return k: mean +- k standard deviations hold a share of all parts, with some confidence (Howe).
+
+    Parameters
+    ----------
+    count : int
+        Number of parts from which mean and standard deviation are known.
+    content, confidence : float
+        Share of the parts, and the confidence, both below 1.
+    """
+    from scipy.stats import chi2, norm
+
+    free = count - 1
+    if free < 1:
+        return float("nan")
+    spread = np.sqrt(free * (1.0 + 1.0 / count) / chi2.ppf(1.0 - confidence, free))
+    return float(norm.ppf(0.5 + 0.5 * content) * spread)

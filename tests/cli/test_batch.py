@@ -1,0 +1,134 @@
+"""A batch of parts from the command line: scatter, outliers with their causes, files, and the case it leaves."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from bushcli.case import load_case
+from bushcli.cli import main
+from tests.cli.test_six import CASE
+
+COUNT, SPREAD = 20, 0.04
+SPECIMENS = '[[specimens]]\nmode = "axial"\nfile = "parts/*.csv"\n'
+
+
+def bushcli(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def curve(tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
+    """Return displacement and force of the bushing of `CASE`."""
+    folder = tmp_path_factory.mktemp("truth")
+    (folder / "case.toml").write_text(CASE + '[[load_cases]]\nmode = "axial"\namplitude = 6.0\nsteps = 24\n')
+    assert bushcli("direct", folder / "case.toml", "-q", "--no-fields", "-o", folder / "out").exit_code == 0
+    return np.loadtxt(folder / "out" / "axial.csv", delimiter=",", skiprows=1).T
+
+
+def batch_of(folder: Path, curve: np.ndarray, planted: bool) -> tuple[Path, np.ndarray]:
+    """Write parts, five of them with a stiffer rubber, a friction, a clamp, a wrong sign and an offset if `planted`."""
+    draw = np.random.default_rng(3)
+    time = np.arange(0.0, 20.001, 0.1)
+    programmed = 5.0 * np.sin(2.0 * np.pi * time / 10.0)
+    factors = np.exp(SPREAD * draw.standard_normal(COUNT))
+    (folder / "parts").mkdir()
+
+    def force(q: np.ndarray) -> np.ndarray:
+        return np.sign(q) * np.interp(np.abs(q), *curve)
+
+    for number, factor in enumerate(factors, start=1):
+        q, shift, loop, scale = programmed, 0.0, 0.0, factor
+        if planted and number in (5, 10, 14, 17, 19):
+            scale = {5: 1.35, 17: -factor}.get(number, factor)
+            loop, shift = (35.0 if number == 10 else 0.0), (0.4 if number == 19 else 0.0)
+            q = np.clip(q, -3.2, 3.2) if number == 14 else q
+        F = scale * force(q - shift) + loop * np.sign(np.gradient(programmed))
+        noisy = q + 0.002 * draw.standard_normal(len(q)), F + 1.5 * draw.standard_normal(len(q))
+        rows = "\n".join(f"{t:.1f},{a:.5f},{b:.4f}" for t, a, b in zip(time, *noisy, strict=True))
+        (folder / "parts" / f"part_{number:02d}.csv").write_text(f"time_s,displacement_mm,force_N\n{rows}\n")
+    case = folder / "case.toml"
+    case.write_text(CASE.split("[material.parameters]")[0] + SPECIMENS)
+    return case, factors
+
+
+def test_the_outliers_are_named_with_their_causes(tmp_path: Path, curve: np.ndarray) -> None:
+    case, factors = batch_of(tmp_path, curve, planted=True)
+    out = tmp_path / "out"
+    done = bushcli("batch", case, "-q", "-o", out, "--strict")
+    assert done.exit_code == 1, done.output
+    found = json.loads((out / "result.json").read_text())
+    parts = {one["name"]: one for one in found["parts"]}
+    assert {name: parts[name]["outlier"] for name in found["outliers"]} == {
+        "part_05": ["stiffness"],
+        "part_10": ["shape"],
+        "part_14": ["program"],
+        "part_17": ["data"],
+        "part_19": ["shape"],
+    }
+    kinds = {name: [cause["kind"] for cause in parts[name]["causes"]] for name in found["outliers"]}
+    assert kinds == {
+        "part_05": [],
+        "part_10": ["friction"],
+        "part_14": ["travel"],
+        "part_17": ["sign"],
+        "part_19": ["offset"],
+    }
+    assert "clamped" in parts["part_14"]["causes"][0]["text"]
+    like = [name for name in parts if name not in found["outliers"]]
+    true = factors[[int(name[-2:]) - 1 for name in like]]
+    # Relative to their mean, to within the noise of 1.5 N on 1,900 N.
+    assert [parts[name]["factor"] for name in like] == pytest.approx(list(true / true.mean()), rel=2e-4)
+    assert parts["part_14"]["factor"] == pytest.approx(factors[13] / true.mean(), rel=2e-3)
+    (band,) = found["curves"]
+    assert band["scatter_percent"] == pytest.approx(100.0 * np.std(np.log(true), ddof=1), rel=1e-3)
+    assert parts["part_14"]["own_simulation"]
+    assert not parts["part_05"]["own_simulation"]
+    assert len((out / "parts.csv").read_text().splitlines()) == COUNT + 1
+    q, mean, lower, upper = np.loadtxt(out / "axial-band.csv", delimiter=",", skiprows=1).T
+    assert np.all((lower <= mean) & (mean <= upper))
+    assert (
+        np.abs(mean / (true.mean() * np.sign(q) * np.interp(np.abs(q), *curve)) - 1.0)[np.abs(q) > 1].max()
+        < 3e-3
+    )
+    # The case of the result is that of the mean part.
+    carried = load_case(out)
+    assert carried.recordings[0].file == out / "axial-mean.csv"
+    again = bushcli("direct", out, "-q", "--no-fields", "-o", tmp_path / "again")
+    assert again.exit_code == 0, again.output
+    compared = json.loads((tmp_path / "again" / "result.json").read_text())["load_cases"][0]["recording"]
+    assert compared["rms_percent"] < 0.1
+
+
+def test_like_parts_have_no_outliers_and_one_simulation(tmp_path: Path, curve: np.ndarray) -> None:
+    case, _ = batch_of(tmp_path, curve, planted=False)
+    done = bushcli("batch", case, "-q", "-o", tmp_path / "out", "--strict", "--model", "neo_hookean")
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert found["outliers"] == []
+    assert found["programs"] == 1
+    assert found["law"] == "neo_hookean"
+    # As many simulations as iterations on one channel take, not twenty times as many.
+    assert found["forward_solves"] < COUNT
+
+
+@pytest.mark.parametrize(
+    ("specimens", "said"),
+    [
+        ("", "no parts"),
+        ('[[specimens]]\nmode = "axial"\nfile = "parts/part_01.csv"\n', "one part"),
+        ('[[specimens]]\nmode = "axial"\nfile = "nothing/*.csv"\n', "nothing/*.csv"),
+        ('[[specimens]]\nmode = "sideways"\nfile = "parts/*.csv"\n', "sideways"),
+        ('[[specimens]]\nmode = "axial"\nfiles = "parts/*.csv"\n', "files"),
+    ],
+)
+def test_what_is_no_batch_is_refused(tmp_path: Path, curve: np.ndarray, specimens: str, said: str) -> None:
+    case, _ = batch_of(tmp_path, curve, planted=False)
+    case.write_text(CASE + specimens)
+    refused = bushcli("batch", case)
+    assert refused.exit_code == 2
+    assert said in refused.output

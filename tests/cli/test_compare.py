@@ -1,0 +1,90 @@
+"""Results and cases beside each other: keys, numbers, curves, files, and wrong input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from bushcli.cli import main
+from tests.cli.test_six import CASE
+
+LOAD = '[[load_cases]]\nmode = "axial"\namplitude = 1.0\nsteps = 4\n'
+
+
+def bushcli(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [*map(str, arguments)])
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> tuple[Path, Path]:
+    """Return the folder of a result, and a case file with twice its stiffness and another length of the mesh."""
+    (tmp_path / "soft.toml").write_text(CASE + LOAD)
+    (tmp_path / "stiff.toml").write_text(
+        (CASE + LOAD)
+        .replace("C10 = 0.5", "C10 = 1.0")
+        .replace("C20 = -0.05", "C20 = -0.1")
+        .replace("C30 = 0.01", "C30 = 0.02")
+        .replace("bulk_modulus = 200.0", "bulk_modulus = 400.0")
+    )
+    out = tmp_path / "soft"
+    assert bushcli("direct", tmp_path / "soft.toml", "-q", "--no-fields", "-o", out).exit_code == 0
+    return out, tmp_path / "stiff.toml"
+
+
+def test_a_result_and_a_case_are_compared(two: tuple[Path, Path], tmp_path: Path) -> None:
+    out = tmp_path / "compared"
+    done = bushcli("compare", *two, "-q", "-o", out)
+    assert done.exit_code == 0, done.output
+    found = json.loads((out / "result.json").read_text())
+    assert set(found["keys"]) == {
+        "title",
+        "material.bulk_modulus",
+        *(f"material.parameters.{name}" for name in ("C10", "C20", "C30")),
+    }
+    assert found["keys"]["material.parameters.C10"]["values"] == [0.5, 1.0]
+    # All moduli are twice as large: so are the forces, and the strains are equal.
+    secant = found["numbers"]["load_cases.axial.stiffness.secant"]
+    assert secant["percent"][1] == pytest.approx(100.0, rel=1e-6)
+    strained = {key for key in found["numbers"] if "stretch" in key}
+    assert not strained, {key: found["numbers"][key] for key in strained}
+    (axial,) = found["curves"]
+    assert axial["percent"] == pytest.approx([0.0, 100.0], abs=1e-4)
+    assert {one["name"] for one in found["results"]} == {"soft", "stiff.toml"}
+    rows = (out / "differences.csv").read_text().splitlines()
+    assert rows[0] == "key,soft,stiff.toml"
+    assert "material.parameters.C10,0.5,1" in rows
+    assert (out / "axial-compare.svg").exists()
+    assert (out / "report.html").exists()
+
+
+def test_equal_results_have_no_differences(two: tuple[Path, Path], tmp_path: Path) -> None:
+    done = bushcli("compare", two[0], tmp_path / "soft.toml", "--json", "-q")
+    found = json.loads(done.output)
+    assert found["keys"] == {}
+    assert not any("stiffness" in key or "force" in key for key in found["numbers"])
+    assert found["curves"][0]["percent"] == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
+def test_overrides_change_the_cases(two: tuple[Path, Path], tmp_path: Path) -> None:
+    done = bushcli("compare", two[0], tmp_path / "soft.toml", "--json", "-q", "--set", "geometry.length=44")
+    assert json.loads(done.output)["keys"]["geometry.length"]["values"] == [40.0, 44.0]
+
+
+def test_what_cannot_be_compared_is_refused(two: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "broken").mkdir()
+    (tmp_path / "broken" / "result.json").write_text('{"case": 3}')
+    for arguments, said in (
+        ([two[0]], "BEFORE"),
+        ([two[0], two[0]], "given twice"),
+        ([two[0], two[0] / "result.json"], "given twice"),
+        ([two[0], tmp_path / "empty"], "is a directory"),
+        ([two[0], tmp_path / "broken"], "not a result that can be compared"),
+        ([two[0], tmp_path / "none.toml"], "no such case file"),
+    ):
+        refused = bushcli("compare", *arguments)
+        assert refused.exit_code == 2, arguments
+        assert said in refused.output
