@@ -163,10 +163,10 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
+    from bushcli.simulate.prediction_cache import PredictionCache
     from bushcli.simulate.response import PredictionInterrupted
 
     if unrelaxed and not stiffness_matrix and stiffness_at is None:
