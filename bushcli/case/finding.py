@@ -61,10 +61,14 @@ def shown(value: object) -> str:
 
 def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
     """Return the finding for a key that a section does not have."""
-    known = tuple(known)
+    known, key = tuple(known), str(keys[-1])
+    what = f"{dotted(keys)} is not a key of {section}"
+    radius = key.replace("diameter", "radius")
+    if radius != key and radius in known:
+        return Finding(keys, what, expected=f"give {radius}, half the diameter, in mm")
     return Finding(
         keys,
-        f"{dotted(keys)} is not a key of {section}",
+        what,
         expected=", ".join(known) if known else f"{section} takes no keys",
         among=known,
     )

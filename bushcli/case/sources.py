@@ -238,6 +238,7 @@ class SourceBuilder:
         """
         if not self.looks_for_files:
             return [self.folder / name], False
+        name = with_slashes(self.folder, name)
         if not _PATTERN.search(name) or is_file(self.folder / name):
             found = find_file(self.folder, keys, name, self.findings)
             return [found or Path(name)], False
@@ -280,9 +281,27 @@ def is_file(path: Path) -> bool:
         return False
 
 
+#: Characters that TOML makes of a backslash with a letter, between quotation marks: "runs\\new.csv".
+_ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
+
+
+def with_slashes(folder: Path, name: str) -> str:
+    """Return a name with slashes in place of backslashes where there is no such file, but its folder with slashes."""
+    other = name.translate(_ESCAPED)
+    return other if other != name and not is_file(folder / name) and is_folder(folder / other) else name
+
+
+def is_folder(path: Path) -> bool:
+    """Whether the folder of a file exists; False for a name that no file can have."""
+    try:
+        return path.parent.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> Path | None:
     """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist."""
-    file = folder / name
+    file = folder / with_slashes(folder, name)
     try:
         if file.is_file():
             return file

@@ -198,6 +198,10 @@ def inverse(
     from bushcli.inverse import Task, refuse_fixed
 
     case = run.load()
+    if case.dynamic:
+        run.say(
+            "tables of dynamic stiffness are not used here; direct compares them, fit fits those of coupons"
+        )
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:

@@ -152,12 +152,8 @@ def is_outperformed(costs: Sequence[float], reference: float) -> bool:
     """Whether a search with these costs so far should be given up."""
     if len(costs) < OUTPERFORMED_AFTER:
         return False
-    best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
+    best, before = (min(filter(np.isfinite, part), default=np.inf) for part in (costs, costs[:-LAST_FEW]))
     return best == np.inf or (best > OUTPERFORMED_RATIO**2 * reference and best > 0.25 * before)
-
-
-def _least(costs: Sequence[float]) -> float:
-    return min((cost for cost in costs if np.isfinite(cost)), default=float("inf"))
 
 
 # -- shared among processes ----------------------------------------------------------------------------------------

@@ -179,7 +179,7 @@ def channels_to_simulate(
         There is nothing to simulate, or a travel or a free play is not admissible.
     """
     recordings, faults = measured(case)
-    if not recordings and not case.load_cases:
+    if not recordings and not case.load_cases and not case.dynamic:
         wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)

@@ -64,8 +64,12 @@ def test_every_evaluation_is_on_disk_at_once_and_nothing_else_is_left(tmp_path):
 
 def test_without_resume_a_new_history_is_begun(tmp_path):
     Journal(tmp_path, {}, resume=False).add(X, [ANSWER])
-    assert Journal(tmp_path, {}, resume=False).find(X) is None
-    assert not saved(tmp_path)
+    anew = Journal(tmp_path, {}, resume=False)
+    assert anew.find(X) is None
+    anew.add(X, [replace(ANSWER, force=2.0 * ANSWER.force)])
+    assert len(saved(tmp_path)) == 1
+    (found,) = Journal(tmp_path, {}, resume=True).find(X)
+    np.testing.assert_array_equal(found.force, 2.0 * ANSWER.force)
 
 
 def test_resuming_what_never_began_begins(tmp_path):
