@@ -119,7 +119,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     from bushcli.study import task as module
     from bushcli.study.answers import default_answers
     from bushcli.study.plan import plan
-    from bushcli.study.task import SECONDS, DesignCache, StudyTask, evaluate, settled
+    from bushcli.study.task import SECONDS, DesignCache, StudyTask, evaluate, with_fineness
     from bushcli.study.variable import of_tolerance
 
     marched = []
@@ -133,7 +133,7 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     case = load_case(file)
     chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
     cache = DesignCache()
-    task = settled(cache, StudyTask(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
+    task = with_fineness(cache, StudyTask(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
     evaluate(cache, task, 0, chosen.rows)
     module.predict = watched  # type: ignore[assignment]
     try:

@@ -30,7 +30,7 @@ from benchmarks.decks.said import Names, bases, said
 from benchmarks.decks.score import Item
 from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import question
-from bushcli.diagnosis.question import posed
+from bushcli.diagnosis.question import pose_problem
 from bushcli.likelihood.form import Judged
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model_cache import ModelCache
@@ -125,7 +125,7 @@ def terms(folder: Path, item: Item) -> list[Terms]:
     )
     with Workers(1, None, None, cache).open() as crew:
         rough = crew.run(begin_plain, [(asked.bare, asked.plain, asked.used)])[0]
-        problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
+        problem, state = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
         search = Search(problem, crew, state, asked.effects, False, float("inf"), lambda *_: None)
         search.run()
         _fit_right(search, item)

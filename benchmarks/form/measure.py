@@ -47,7 +47,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     rough = begin(cache, bare, plain, used)
     if rough is None:
         return None
-    problem, state = question.posed(bare, rough, recordings, used, Workers(1, cache=cache), cache)
+    problem, state = question.pose_problem(bare, rough, recordings, used, Workers(1, cache=cache), cache)
     found = {
         "names": [one.name for one in recordings],
         "law": plain.law,

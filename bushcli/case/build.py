@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from bushcli.case import checks, six
+from bushcli.case import checks, motion_path
 from bushcli.case.case import (
     DENSITY,
     Case,
@@ -256,8 +256,8 @@ class Builder:
                 Finding(key, what, expected="amplitude, path or file; a force loads a bushing in one mode")
             )
             return None
-        if six.is_meant(table):
-            found, findings = six.load_case(table, keys, shape, self._validated)
+        if motion_path.is_meant(table):
+            found, findings = motion_path.load_case(table, keys, shape, self._validated)
             self.findings += findings
             return found
         name = table.force_file if by_force else table.file

@@ -39,14 +39,11 @@ def too_deep_line(text: str) -> int | None:
             continue
         plain = _QUOTED.sub("q", line).partition("#")[0]
         if any(
-            part.count(".") > DEEPEST and _dots(part) > DEEPEST for part in re.split(r"[=,{}\[\]]", plain)
+            part.count(".") > DEEPEST and len(_DOT.findall(part)) > DEEPEST
+            for part in re.split(r"[=,{}\[\]]", plain)
         ):
             return number
     return None
-
-
-def _dots(part: str) -> int:
-    return sum(1 for _ in _DOT.finditer(part))
 
 
 def is_too_deep(data: Any) -> bool:

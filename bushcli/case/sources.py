@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bushcli.case import six
+from bushcli.case import motion_path
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
 from bushcli.case.schema import FileTable
@@ -136,7 +136,7 @@ class SourceBuilder:
                 name = table.name or (file.stem if pattern else mode or file.stem)
                 source = self._source(table, keys, file, mode or "", known, _unused(name, taken))
                 found, wrong = (
-                    six.channels(source, table, keys, taken, self.tables)
+                    motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
                     else ([source], [])
                 )

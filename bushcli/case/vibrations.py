@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from bushcli.case import checks, six
+from bushcli.case import checks, motion_path
 from bushcli.case.case import DynamicTest, LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
@@ -45,7 +45,7 @@ def test(
     frequency = _frequencies(given.frequency, (*at, "frequency"), validated, findings)
     path, motion = None, 0
     if posed:
-        pose, wrong = six.load_case(table, keys, shape, validated)
+        pose, wrong = motion_path.load_case(table, keys, shape, validated)
         findings += wrong
         path = None if pose is None else pose.six
         motion = 0 if path is None else _vibrating(path, given.motion)

@@ -173,10 +173,10 @@ def direct(
     from bushcli.report.json.dynamic_tables import compared_json
     from bushcli.report.views.dynamic_tables import with_tables
     from bushcli.simulate.dynamic_tables import compare_tables
-    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
+    from bushcli.simulate.prediction_cache import PredictionCache
     from bushcli.simulate.response import PredictionInterrupted
 
     if unrelaxed and not stiffness_matrix and stiffness_at is None:

@@ -26,7 +26,7 @@ from bushcli.diagnosis.posterior import (
     probabilities,
     run_with_shown,
 )
-from bushcli.diagnosis.question import Question, posed, question
+from bushcli.diagnosis.question import Question, pose_problem, question
 from bushcli.diagnosis.result import UNSEARCHED, Diagnosis, Verdict
 from bushcli.diagnosis.words import could_shift
 from bushcli.errors import InputError, Problem
@@ -40,7 +40,6 @@ from bushcli.runtime.store import Store, holds_results
 from bushcli.runtime.workers import Workers
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
-from bushcli.selection.hidden import hidden
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import ModelCache
 from bushcli.selection.plain import begin as begin_plain
@@ -48,6 +47,7 @@ from bushcli.selection.plain import fit_plain
 from bushcli.selection.queue import Progress, Search
 from bushcli.selection.searched import Ended
 from bushcli.selection.state import State
+from bushcli.selection.unnoticed import unnoticed_effects
 from cases.interrupt import is_interrupt
 
 
@@ -166,7 +166,7 @@ def _calculated(
     """
     notify("fit", asked.plain.law, "the plain law")
     rough = _rough(asked, crew)
-    problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
+    problem, state = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
     found = _searched(asked, search, rough, crew)
     extras = Extras()
@@ -295,7 +295,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
     try:
         ended = run_with_shown(search)
         if ended == "nothing left":
-            unnoticed = hidden(search, posterior(search)[0].state)
+            unnoticed = unnoticed_effects(search, posterior(search)[0].state)
     except BaseException as error:
         if not is_interrupt(error) or not search.states:
             raise

@@ -194,7 +194,7 @@ def _plain(
     return Model(material.law, start, terms=material.terms), "recordings", material
 
 
-def posed(
+def pose_problem(
     case: Case,
     plain: Fitted,
     recordings: tuple[Recording, ...],

@@ -8,7 +8,7 @@ from bushcli.effects.active import ActiveEffect
 from cases.feature import Installed
 
 
-def installed(active: Sequence[ActiveEffect]) -> list[Installed]:
+def features_of(active: Sequence[ActiveEffect]) -> list[Installed]:
     """Return the features of the effects that act on the finite-element model, with their values.
 
     Parameters

@@ -108,9 +108,9 @@ def _simulated(
     source: ExportSource, case: Case, progress: Progress | None, tables: TableCache
 ) -> tuple[ForceCurve, ...]:
     """Return the curves of a case with some of the source's effects."""
-    from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.predict import predict
+    from bushcli.simulate.prediction_cache import PredictionCache
 
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:

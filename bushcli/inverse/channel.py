@@ -135,7 +135,9 @@ class Channel:
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
-        self.targets = _coupon_targets(q) if self.coupon else _targets(q, self.odd)
+        self.targets = (
+            _coupon_targets(q) if self.coupon else even_targets(*swept_range(q, self.odd), IDENTIFIED)
+        )
         # A marched path is free of the displacement's noise.
         self.noise = _noise(recording) if self.simulation is None else force_noise(recording)
         size = np.abs(recording.force)
@@ -295,10 +297,6 @@ def _coupon_targets(q: Array) -> Array:
     # Points that nearly coincide would spoil the spline.
     gap = np.abs(even[:, None] - distinct).min(axis=1) > 0.2 * np.diff(even).min()
     return np.union1d(distinct, even[gap])
-
-
-def _targets(q: Array, odd: bool) -> Array:
-    return even_targets(*swept_range(q, odd), IDENTIFIED)
 
 
 def _noise(recording: Recording) -> float:

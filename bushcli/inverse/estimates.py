@@ -54,7 +54,7 @@ def estimates(
             float(spread[i]),
             lower,
             upper,
-            _at_bound(value, lower, upper),
+            min(value - lower, upper - value) <= AT_BOUND * max(abs(value), 1e-3),
             intervals.get(name),
             limits.get(name, ("misfit", "misfit")),
             uncertainty.quantile,
@@ -118,7 +118,3 @@ def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
         for m in minima
     ]
     return tuple(sorted(named, key=lambda end: end.cost))
-
-
-def _at_bound(value: float, lower: float, upper: float) -> bool:
-    return bool(min(value - lower, upper - value) <= AT_BOUND * max(abs(value), 1e-3))

@@ -22,13 +22,13 @@ from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
-from bushcli.inverse.journal import opened
+from bushcli.inverse.journal import open_journal
 from bushcli.inverse.local import Minimum
+from bushcli.inverse.minimum_search import first_minimum, search
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
-from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
+from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refine_start
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
-from bushcli.inverse.search import first_minimum, search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
@@ -131,7 +131,7 @@ def identify(
     begin, tables = time.perf_counter(), TableCache() if tables is None else tables
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start = (task.law, task.vectors())[1][0]
-    saved = opened(journal, task.identity(), resume) if journal is not None else None
+    saved = open_journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
     place = None if saved is None else saved.folder
     run = _Searches(task, problem, held_out, start, place, resume, progress, pool, tables)
@@ -148,7 +148,9 @@ def identify(
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
     fit = run.result(interrupted, begin)
     if run.instead is not None:
-        fit = replace(fit, conditions=(*fit.conditions, start_replaced(tried(task, run.instead), task)))
+        fit = replace(
+            fit, conditions=(*fit.conditions, start_replaced(values_by_name(task, run.instead), task))
+        )
     odd = unusual(task.case, task.case.material, run.recordings)
     # Data faults come first: they explain more of a poor fit than any condition found after them.
     return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *odd))
@@ -298,9 +300,9 @@ def _further_starts(
     found: list[Array] = []
     with coarse_costs(task, tables, pool) as costs:
         if task.globally:
-            found.append(starts.evolved(costs, low, high, task.seed))
+            found.append(starts.evolve_start(costs, low, high, task.seed))
         if task.starts > 1:
-            found += starts.screened(costs, task.starts - 1, low, high, task.seed)
+            found += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
     return found
 
 
@@ -327,7 +329,7 @@ def _refine(
         states[len(minima)] = found.states
         minima.append(found.minimum)
 
-    refined(task, problem.channels, given, done, forward, pool)
+    refine_start(task, problem.channels, given, done, forward, pool)
 
 
 def _profiled(
@@ -355,7 +357,7 @@ def _profiled(
     return best, [found[index] for index in sorted(found)], cut
 
 
-def tried(task: Task, x: NDArray[np.float64]) -> dict[str, float]:
+def values_by_name(task: Task, x: NDArray[np.float64]) -> dict[str, float]:
     """Return the values of the parameters by name, in the units of the case file.
 
     Parameters
@@ -379,7 +381,7 @@ def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFa
         Of the recordings.
     """
     fatal = next((one for one in faults if one.fatal), None)
-    values = ", ".join(f"{name} = {value:g}" for name, value in tried(task, initial).items())
+    values = ", ".join(f"{name} = {value:g}" for name, value in values_by_name(task, initial).items())
     what = (
         f"the curves cannot be simulated with {task.model}, from {values} or from the law's own start values"
     )

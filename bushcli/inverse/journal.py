@@ -65,7 +65,7 @@ class AnswersCodec:
         ]
 
 
-def opened(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
+def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
     """Return the saved evaluations of an identification, in the folder that holds them or may hold them.
 
     Parameters

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.local import Minimum
+from bushcli.inverse.minimum_search import is_stable_there, is_unstable
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
-from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
 

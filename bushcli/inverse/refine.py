@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.channel import Channel, ChannelForces, Patience
-from bushcli.inverse.journal import Journal, opened
+from bushcli.inverse.journal import Journal, open_journal
 from bushcli.inverse.local import Minimum
+from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
-from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
@@ -145,19 +145,15 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
         return None
     folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
     identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-    return opened(folder, identity, None if given.resume else given.resume)
+    return open_journal(folder, identity, None if given.resume else given.resume)
 
 
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:
     """Whether a search with these costs so far should be given up."""
     if len(costs) < OUTPERFORMED_AFTER:
         return False
-    best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
+    best, before = (min(filter(np.isfinite, part), default=np.inf) for part in (costs, costs[:-LAST_FEW]))
     return best == np.inf or (best > OUTPERFORMED_RATIO**2 * reference and best > 0.25 * before)
-
-
-def _least(costs: Sequence[float]) -> float:
-    return min((cost for cost in costs if np.isfinite(cost)), default=float("inf"))
 
 
 # -- shared among processes ----------------------------------------------------------------------------------------
@@ -205,7 +201,7 @@ def coarse_costs(
         yield lambda points: [float(cost) for cost in _asked(own, cache, _cost_there, task, points)]
 
 
-def refined(
+def refine_start(
     task: Task,
     channels: list[Channel],
     given: Sequence[Assignment],

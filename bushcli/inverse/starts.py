@@ -74,7 +74,7 @@ def from_unit(unit: Array, low: Array, high: Array) -> Array:
     return np.asarray(np.where(low > 0, safe * ratio**unit, low + unit * (high - low)))
 
 
-def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
+def screen_starts(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
     """Return the `count` points of a larger hypercube that have the lowest cost on the coarse mesh."""
     candidates = list(hypercube(SCREENED * count, low, high, seed))
     found = costs(candidates)
@@ -82,7 +82,7 @@ def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> li
     return [candidates[i] for _, i in order[:count]]
 
 
-def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
+def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     """Return the best point of differential evolution on the coarse mesh; points that cannot be solved always lose.
 
     Each generation is evaluated as a whole, so that any number of processes can share it without changing the result.

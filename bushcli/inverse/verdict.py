@@ -128,8 +128,9 @@ def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
 
 
 def _stuck(fit: Fit, best: Minimum, task: Task) -> list[Condition]:
+    poor = any(_poorly(curve) for curve in fit.curves if not curve.held_out)
     moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
-    if moved > STAYED or best.stationary or fit.iterations > 2 or not _is_poor(fit):
+    if moved > STAYED or best.stationary or fit.iterations > 2 or not poor:
         return []
     return [
         Condition(
@@ -138,10 +139,6 @@ def _stuck(fit: Fit, best: Minimum, task: Task) -> list[Condition]:
             _instead(task, "give other start values in [material.parameters]"),
         )
     ]
-
-
-def _is_poor(fit: Fit) -> bool:
-    return any(_poorly(curve) for curve in fit.curves if not curve.held_out)
 
 
 def _poorly(curve: FittedCurve) -> bool:

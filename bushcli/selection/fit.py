@@ -12,7 +12,7 @@ further effect switched off.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +22,11 @@ from bushcli.case import Case
 from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
-from bushcli.inverse.begin import own_start, scaled, sized
 from bushcli.inverse.channel import Patience
 from bushcli.inverse.local import Ends
+from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.search import search
+from bushcli.inverse.start_values import own_start, scaled, sized
 from bushcli.inverse.stopping import Stopping
 from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
@@ -160,7 +160,9 @@ def fit(
             best = min(best, _searched(problem, own, promise.ends))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
-        at = _admitted(problem, _vector(problem, model.off(other), start))
+        values = model.off(other)
+        point = [values.get(name, value) for name, value in zip(problem.names, start, strict=True)]
+        at = _admitted(problem, np.array(point))
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
@@ -294,10 +296,6 @@ def _searched(problem: Posterior, initial: Array, ends: Ends) -> _End:
             break
         point = problem.bounds.inside(end.x)
     return best
-
-
-def _vector(problem: LeastSquaresProblem, values: Mapping[str, float], start: Array) -> Array:
-    return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
 
 def _admitted(problem: Posterior, x: Array) -> Array:

@@ -19,7 +19,7 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.admissible import check_travel
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
-from bushcli.simulate.six import program_of
+from bushcli.simulate.six_motions import program_of
 from bushcli.simulate.six_schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
 from cases.load import PrescribedForce
@@ -168,7 +168,9 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
     )
 
 
-def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
+def channels_to_simulate(
+    case: Case, measured: Measured
+) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
     """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
 
     Raises

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case, DynamicTest, Material, load_case_names
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.names import readable_name
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
@@ -21,7 +21,7 @@ from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six import mode_of, program_of, whole
+from bushcli.simulate.six_motions import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
 from cases.dynamic.model import Branches, DynamicModel, spread
@@ -182,7 +182,7 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     """Return the Maxwell branches of effects: g and tau (s) of each."""
     return [
         (float(one.parameters["g"]), float(one.parameters["tau"]))
-        for item in installed(effects)
+        for item in features_of(effects)
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
         if one.branch.name == "maxwell"
@@ -244,7 +244,7 @@ class _Run:
         active = acting(self._case.effects, name, test.mode)
         self._conditions += _left_out(name, active)
         six = None if test.six is None else whole(test.six)
-        features = installed(in_state(active, unrelaxed=False))
+        features = features_of(in_state(active, unrelaxed=False))
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
         model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)

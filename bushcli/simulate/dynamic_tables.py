@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest, Material
 from bushcli.effects.active import acting, in_state
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six import mode_of
+from bushcli.simulate.six_motions import mode_of
 from cases.load import PrescribedForce
 from cases.march import NotConverged, march
 from cases.mode import modes
@@ -186,7 +186,7 @@ def _gathered(values: Array) -> Array:
 
 def _travel(case: Case, material: Material, mode: str, force: float, comm: MPI.Comm) -> float:
     """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing."""
-    features = installed(in_state(acting(case.effects, mode, mode), unrelaxed=False))
+    features = features_of(in_state(acting(case.effects, mode, mode), unrelaxed=False))
     model = prepare(
         case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
     )

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
-from bushcli.simulate.six import mode_of, whole
+from bushcli.simulate.six_motions import mode_of, whole
 from cases.fields import write_mesh
 from cases.mode import modes, setting_for
 from cases.stretches import Surface, mesh_surface

@@ -173,14 +173,11 @@ def stiffness(curve: Curve) -> Stiffness:
     return Stiffness(curve.initial_stiffness(), curve.secant_stiffness())
 
 
-def _slack(recording: Recording) -> float:
-    """Return how far a recorded displacement may lie beyond the simulated ends, because of noise."""
-    return 0.01 * float(np.ptp(recording.displacement))
-
-
 def _reached(channel: Simulated) -> NDArray[np.bool_]:
     assert channel.recording is not None
-    q, slack = channel.recording.displacement, _slack(channel.recording)
+    q = channel.recording.displacement
+    # A recorded displacement may lie beyond the simulated ends because of noise.
+    slack = 0.01 * float(np.ptp(q))
     simulated = channel.curve.displacement
     return np.asarray((q >= simulated.min() - slack) & (q <= simulated.max() + slack))
 

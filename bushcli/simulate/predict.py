@@ -17,7 +17,7 @@ from bushcli.case.hardness import known_from_hardness
 from bushcli.case.typical import unusual
 from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
@@ -26,10 +26,10 @@ from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
-from bushcli.simulate.channels import SimulatedChannel, admitted
+from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
 from bushcli.simulate.curves import change, changed, curve_of
-from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.measured import Measured
+from bushcli.simulate.prediction_cache import PredictionCache
 from bushcli.simulate.response import (
     ERROR_OVER_CHANGE,
     FINER,
@@ -40,7 +40,7 @@ from bushcli.simulate.response import (
     conditions,
 )
 from bushcli.simulate.simulation import Answer, Simulation
-from bushcli.simulate.six import mode_of, six_curve
+from bushcli.simulate.six_motions import mode_of, six_curve
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
@@ -111,7 +111,7 @@ def predict(
     material = material or case.material
     check_material(case, material)
     kept = kept or PredictionCache()
-    channels, faults = admitted(case, kept.measured)
+    channels, faults = channels_to_simulate(case, kept.measured)
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
     run = _Prediction(
@@ -169,7 +169,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
         As in `predict`.
     """
     check_material(case, material)
-    channels, _ = admitted(case, measured)
+    channels, _ = channels_to_simulate(case, measured)
     run = _Prediction(case, rubber_of(material), False, None, None, MPI.COMM_SELF, PredictionCache(), False)
     found = {}
     for channel in channels:
@@ -216,7 +216,7 @@ class _Prediction:
         self, channel: SimulatedChannel, factor: float = 1.0, mode: Mode | None = None
     ) -> FiniteElementModel:
         refinement = replace(self.case.mesh.refinement, factor=factor)
-        features = installed(acting(self.case.effects, channel.name, channel.mode))
+        features = features_of(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
         return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 

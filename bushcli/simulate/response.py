@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bushcli.effects.active import ActiveEffect
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
-    from bushcli.simulate.six import SixCurve
+    from bushcli.simulate.six_motions import SixCurve
     from bushcli.simulate.stretched import Stretched
     from bushcli.simulate.touching import Touched
     from cases.march import Attempt

@@ -19,7 +19,7 @@ from bushcli.curve.earlier import Earlier
 from bushcli.curve.odd import swept_range
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
@@ -123,7 +123,7 @@ class Simulation:
         before: Earlier | None = None,
     ) -> None:
         self.active = tuple(one.started() for one in active)
-        features = installed(self.active)
+        features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
         self.before = before

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from bushcli.curve.recorded import RecordedPath
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.simulation import ACCURATE, FINEST, Answer, Steps, with_values
-from bushcli.simulate.six import mode_of
+from bushcli.simulate.six_motions import mode_of
 from bushcli.simulate.six_schedule import six_schedule
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
@@ -76,7 +76,7 @@ class SixSimulation:
         self.active = tuple(one.started() for one in active)
         self.plan(1.0)
         self.model: FiniteElementModel = prepared(
-            shape, mode_of("path", self.six), rubber, refinement, comm, installed(self.active)
+            shape, mode_of("path", self.six), rubber, refinement, comm, features_of(self.active)
         )
         self._last: tuple[object, History] | None = None
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
 from bushcli.simulate.channels import SimulatedChannel
-from bushcli.simulate.six import as_path, followed, mode_of, whole
+from bushcli.simulate.six_motions import as_path, followed, mode_of, whole
 from cases.mode import Mode, modes
 from cases.model import FiniteElementModel
 from cases.program import Program

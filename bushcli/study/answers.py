@@ -160,7 +160,7 @@ def _unit(mode: str, kind: str) -> str:
     return force if kind == "force" else f"{force}/{'deg' if found.rotational else 'mm'}"
 
 
-def answered(
+def answer_columns(
     answers: Sequence[Asked], response: Response, document: Mapping[str, Any] | None
 ) -> dict[str, float]:
     """Return the numbers by name.

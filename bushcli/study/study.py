@@ -32,8 +32,8 @@ from bushcli.study.task import (
     curve_columns,
     empty_row,
     evaluate,
-    failed,
-    settled,
+    failed_row,
+    with_fineness,
 )
 from bushcli.study.variable import Value
 
@@ -87,7 +87,7 @@ class Study:
 SHOWN = 1000
 
 
-def checked(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
+def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values.
 
     Parameters
@@ -173,7 +173,7 @@ def study(
         what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
     cache = DesignCache(measured=Measured(tables))
-    first, values = checked(cache, task, plan)
+    first, values = first_valid_design(cache, task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
     defined = definition(task, plan, case)
@@ -182,7 +182,7 @@ def study(
     resumed = len(rows.done)
     with closing(rows):
         if resumed < len(plan.rows):
-            task = settled(cache, task, values)
+            task = with_fineness(cache, task, values)
         _solve(cache, task, plan, pool, rows, notify)
     found = _summed_up(case, task, plan, rows, limits, resumed)
     # How many designs have such numbers is known from their rows, which numbers from the first one.
@@ -261,7 +261,7 @@ def _solve(
     singles = ((task, first + i, [values]) for _, first, batch in lost for i, values in enumerate(batch))
     for (_, number, batch), answer in pool.answers(evaluate, singles, cache):
         if isinstance(answer, Died):
-            answer = [failed(empty_row(task, number, batch[0]), "died", str(answer))]
+            answer = [failed_row(empty_row(task, number, batch[0]), "died", str(answer))]
         taken(answer)
 
 

@@ -17,11 +17,11 @@ from bushcli.case.hardness import HARDNESS, hardened
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import fineness_of, predict
+from bushcli.simulate.prediction_cache import PredictionCache
 from bushcli.simulate.response import Response
-from bushcli.study.answers import Asked, NoAnswer, answered, quantity_unit
+from bushcli.study.answers import Asked, NoAnswer, answer_columns, quantity_unit
 from bushcli.study.variable import Value
 from cases.mode import modes
 from geometry.errors import GeometryError
@@ -102,7 +102,7 @@ class StudyTask:
         return replace(case, material=material), material
 
 
-def settled(cache: DesignCache, task: StudyTask, values: Sequence[Value]) -> StudyTask:
+def with_fineness(cache: DesignCache, task: StudyTask, values: Sequence[Value]) -> StudyTask:
     """Return the task with steps along recorded paths that are fine enough at one design.
 
     Parameters
@@ -148,7 +148,7 @@ def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
     return row | dict.fromkeys((one.name for one in task.answers), None)
 
 
-def failed(row: Row, kind: str, reason: str) -> Row:
+def failed_row(row: Row, kind: str, reason: str) -> Row:
     """Return the row of a design that has failed.
 
     Parameters
@@ -168,9 +168,9 @@ def _evaluated(cache: DesignCache, task: StudyTask, number: int, values: Sequenc
     try:
         row = _simulated(cache, task, row, values)
     except (InputError, GeometryError, ValueError) as error:
-        row = failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
+        row = failed_row(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
     except Exception as error:  # noqa: BLE001 - one design must not end the study
-        row = failed(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
+        row = failed_row(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
     return row | {SECONDS: time.perf_counter() - begin}
 
 
@@ -186,12 +186,14 @@ def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[V
             factor = math.degrees(1.0) if quantity_unit(channel.mode) == " deg" else 1.0
             reached, target = channel.reach * factor, channel.target * factor
             reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g}"
-            return failed(row, "not_converged", f"{reason}{quantity_unit(channel.mode)} ({channel.stopped})")
+            return failed_row(
+                row, "not_converged", f"{reason}{quantity_unit(channel.mode)} ({channel.stopped})"
+            )
     try:
         document = None if task.describe is None else task.describe(response)
-        return row | answered(task.answers, response, document)
+        return row | answer_columns(task.answers, response, document)
     except NoAnswer as error:
-        return failed(row, "no_answer", str(error))
+        return failed_row(row, "no_answer", str(error))
 
 
 def curves(response: Response) -> Row:

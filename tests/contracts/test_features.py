@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import Effect, effects
 from cases.march import march
 from cases.mode import modes
@@ -61,7 +61,9 @@ def program(timed: bool) -> Program:
 
 
 def model_with(active: list[ActiveEffect], mode: str) -> FiniteElementModel:
-    return prepare(shapes()["plain"](**DIMENSIONS), modes()[mode], RUBBER, COARSE, features=installed(active))
+    return prepare(
+        shapes()["plain"](**DIMENSIONS), modes()[mode], RUBBER, COARSE, features=features_of(active)
+    )
 
 
 def full(one: Effect, values: dict[str, float]) -> dict[str, float]:

@@ -9,7 +9,7 @@ import pytest
 
 from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import question
-from bushcli.diagnosis.question import posed
+from bushcli.diagnosis.question import pose_problem
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.runtime.workers import Workers
@@ -48,7 +48,7 @@ def test_the_law_does_not_keep_the_place_of_an_effect(tmp_path: Path) -> None:
     asked = question(load_case(tmp_path / "case.toml", ()), None, ["rig_compliance"], (), cache.tables)
     with Workers(1, None, None, cache).open() as crew:
         rough = crew.run(begin, [(asked.bare, asked.plain, asked.used)])[0]
-        problem, plain = posed(asked.bare, rough, asked.recordings, asked.used, crew, cache)
+        problem, plain = pose_problem(asked.bare, rough, asked.recordings, asked.used, crew, cache)
     measured = FittedSamples(problem.used, problem.likelihood.plain, problem.noises)
 
     def objective(law: dict[str, float], rig: dict[str, float]) -> float:

@@ -80,12 +80,12 @@ def test_springs_of_a_bond_follow_the_law_s_shear_modulus(rubber):
     """A bond's springs are stiff in units of it; Ogden's modulus depends on two parameters."""
     from bushcli.case.catalogue import effects
     from bushcli.effects.active import ActiveEffect
-    from bushcli.effects.assembly import installed
+    from bushcli.effects.assembly import features_of
 
     active = [ActiveEffect(effects()["debonding"], {"length": 3.0, "bond": 0.0})]
     shape = shapes()["plain"](inner_radius=9.0, outer_radius=18.0, length=20.0)
     chosen = rubber("ogden", 500.0)
-    model = prepare(shape, modes()["axial"], chosen, COARSE, features=installed(active))
+    model = prepare(shape, modes()["axial"], chosen, COARSE, features=features_of(active))
     program = Program(np.array([1.0]))
     exact = march(model, program, tolerance=1e-10, sensitivity=("mu1", "alpha1")).sensitivity[0]
     for name, slope in zip(("mu1", "alpha1"), exact, strict=True):

@@ -10,7 +10,7 @@ from dolfinx import mesh as dolfinx_mesh
 from scipy.optimize import brentq
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect
 from bushcli.effects.library.sleeve_compliance import RIGID
 from cases.feature import Feature, Installed
@@ -39,7 +39,7 @@ def bushing(**more):
 
 
 def features(**values):
-    return installed([ActiveEffect(effect(name), given) for name, given in values.items()])
+    return features_of([ActiveEffect(effect(name), given) for name, given in values.items()])
 
 
 def curve(shape, mode, rubber, q, refinement=COARSE, installed_features=(), **options):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect, effects, unsuited
 from cases.march import march
 from cases.mode import modes
@@ -44,7 +44,7 @@ def forces(shape: Shape, mode: str, name: str, q: list[float], **mesh: Any) -> n
     """Return the ratio of the force with an effect to the force without it."""
     found = []
     for active in ([], [ActiveEffect(effect(name), VALUES[name])]):
-        model = prepare(shape, modes()[mode], YEOH, Refinement(**mesh), features=installed(active))
+        model = prepare(shape, modes()[mode], YEOH, Refinement(**mesh), features=features_of(active))
         found.append(march(model, Program(np.array(q))).force)
     return found[1] / found[0]
 

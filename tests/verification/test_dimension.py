@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.assembly import installed
+from bushcli.effects.assembly import features_of
 from bushcli.effects.effect import effect
 from cases.march import march
 from cases.mode import modes
@@ -30,7 +30,7 @@ TRAVEL = {"axial": 4.0, "torsional": 0.3, "radial": 2.0, "conical": 0.15}
 
 def changed(**others):
     values = {"dimension": CHANGE} | others
-    return installed([ActiveEffect(effect(name), given) for name, given in values.items()])
+    return features_of([ActiveEffect(effect(name), given) for name, given in values.items()])
 
 
 def solved(shape, mode, features=(), q=None, refinement=COARSE, **options):
@@ -116,7 +116,7 @@ def test_plates_stay_where_they_are(mode, monkeypatch):
 def test_a_bond_comes_off_a_longer_bushing_as_it_does_from_a_mesh_of_it():
     loose = {"length": 3.0, "bond": 2.0}
     plain = shapes()["plain"]
-    true = installed([ActiveEffect(effect("debonding"), loose)])
+    true = features_of([ActiveEffect(effect("debonding"), loose)])
     whole = force(plain(**TRUE), "axial")
     found = force(plain(**DRAWN), "axial", changed(debonding=loose))
     expected = force(plain(**TRUE), "axial", true)

@@ -15,7 +15,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.special import jv, yv
 
-from bushcli.simulate.six import followed, mode_of
+from bushcli.simulate.six_motions import followed, mode_of
 from cases.dynamic.model import DynamicModel, sweep
 from cases.dynamic.pencil import Pencil
 from cases.dynamic.reduction import reduced

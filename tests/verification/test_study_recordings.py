@@ -13,7 +13,7 @@ from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
 from bushcli.study.answers import default_answers
-from bushcli.study.task import DesignCache, StudyTask, evaluate, settled
+from bushcli.study.task import DesignCache, StudyTask, evaluate, with_fineness
 
 CASE = """
 [geometry]
@@ -61,7 +61,7 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
     cache = DesignCache()
     case = load_case(recorded)
     radii = [(17.9,), (18.0,), (18.1,)]
-    task = settled(
+    task = with_fineness(
         cache, StudyTask(recorded, (), ("geometry.outer_radius",), default_answers(case)), radii[0]
     )
     assert set(task.fineness) == ({"axial"} if effects else set())
@@ -81,7 +81,7 @@ def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(rec
     recorded.write_text((CASE + MEMORY).replace('mode = "axial"', 'mode = "radial"\nname = "radial"'))
     cache = DesignCache()
     keys, answers = ("geometry.outer_radius",), default_answers(load_case(recorded))
-    task = settled(cache, StudyTask(recorded, (), keys, answers), (11.0,))
+    task = with_fineness(cache, StudyTask(recorded, (), keys, answers), (11.0,))
     assert task.fineness == {}
     (row,) = evaluate(cache, task, 0, [(11.0,)])
     assert (row["status"], row["failure"]) == ("failed", "input")

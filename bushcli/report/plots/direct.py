@@ -12,7 +12,7 @@ from bushcli.report.quantity import Quantities, largest_reactions, number, perce
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated
-from bushcli.simulate.six import SixCurve
+from bushcli.simulate.six_motions import SixCurve
 from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
-    from bushcli.simulate.six import SixCurve
+    from bushcli.simulate.six_motions import SixCurve
 
 Array = NDArray[np.float64]
 

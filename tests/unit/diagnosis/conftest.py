@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.question import posed
+from bushcli.diagnosis.question import pose_problem
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.recording import read_recording
@@ -71,7 +71,9 @@ class Coupon:
         # As in a diagnosis: the plain law at its best under the likelihood, whose units depend on it.
         rough = begin(self.cache, self.case, Model(law, start), self.used)
         crew = Workers(1, cache=self.cache)
-        self.problem, self.state = posed(self.case, rough, self.recordings, self.used, crew, self.cache)
+        self.problem, self.state = pose_problem(
+            self.case, rough, self.recordings, self.used, crew, self.cache
+        )
 
     @property
     def measured(self):

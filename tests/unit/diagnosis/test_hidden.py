@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bushcli.selection.hidden import hidden
+from bushcli.selection.unnoticed import unnoticed_effects
 from tests.linear import World
 
 
@@ -15,7 +15,7 @@ def world(coupon):
 
 def test_effects_that_change_the_recording_by_much_are_not_hidden(world, monkeypatch):
     found = world.search(monkeypatch)
-    assert hidden(found, found.plain) == {}
+    assert unnoticed_effects(found, found.plain) == {}
 
 
 @pytest.mark.parametrize("name", ["drift", "permanent_set", "mullins"])
@@ -25,11 +25,11 @@ def test_an_effect_that_changes_it_by_less_than_noise_is_hidden(world, monkeypat
         if full.startswith(f"{name}."):
             world.columns[full] = 1e-4 * world.columns[full]
     found = world.search(monkeypatch)
-    assert list(hidden(found, found.plain)) == [name]
+    assert list(unnoticed_effects(found, found.plain)) == [name]
 
 
 def test_an_effect_of_the_model_is_not_hidden(coupon, monkeypatch):
     world = World(coupon, **{"drift.rate": 2.5})
     found = world.search(monkeypatch)
     state = next(one for one in found.states.values() if one.model.identities == ("drift",))
-    assert "drift" not in hidden(found, state)
+    assert "drift" not in unnoticed_effects(found, state)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from bushcli.evidence.promise import NEGLIGIBLE, NOTHING, Needed, needed_of
-from bushcli.inverse.search import search
+from bushcli.inverse.minimum_search import search
 from bushcli.selection.fit import fit, pose
 from bushcli.selection.state import State
 

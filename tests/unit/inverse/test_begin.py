@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.begin import SOLVED, first_point, is_stable, own_start, scaled, sized
 from bushcli.inverse.bounds import Bounds
+from bushcli.inverse.start_values import SOLVED, first_point, is_stable, own_start, scaled, sized
 from forms.law import law
 
 LOWER, UPPER = np.array([1e-6, -100.0, -100.0]), np.array([1e3, 100.0, 100.0])

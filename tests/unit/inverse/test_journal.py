@@ -12,7 +12,7 @@ import pytest
 
 from bushcli.errors import InputError
 from bushcli.inverse.channel import ChannelForces
-from bushcli.inverse.journal import RUN, Journal, opened
+from bushcli.inverse.journal import RUN, Journal, open_journal
 from bushcli.runtime import store
 from bushcli.runtime.store import SUFFIX
 
@@ -64,8 +64,12 @@ def test_every_evaluation_is_on_disk_at_once_and_nothing_else_is_left(tmp_path):
 
 def test_without_resume_a_new_history_is_begun(tmp_path):
     Journal(tmp_path, {}, resume=False).add(X, [ANSWER])
-    assert Journal(tmp_path, {}, resume=False).find(X) is None
-    assert not saved(tmp_path)
+    anew = Journal(tmp_path, {}, resume=False)
+    assert anew.find(X) is None
+    anew.add(X, [replace(ANSWER, force=2.0 * ANSWER.force)])
+    assert len(saved(tmp_path)) == 1
+    (found,) = Journal(tmp_path, {}, resume=True).find(X)
+    np.testing.assert_array_equal(found.force, 2.0 * ANSWER.force)
 
 
 def test_resuming_what_never_began_begins(tmp_path):
@@ -82,19 +86,19 @@ def test_history_of_another_run_is_refused(tmp_path):
 def test_histories_of_several_questions_stand_side_by_side(tmp_path):
     base = tmp_path / "history-yeoh"
     for model in ("yeoh", "ogden"):
-        opened(base, {"model": model}, None).add(X, [ANSWER])
+        open_journal(base, {"model": model}, None).add(X, [ANSWER])
     (tmp_path / "history-yeoh-3").mkdir()
     (tmp_path / "history-yeoh-3" / "run.json").write_text("mine")
-    assert opened(base, {"model": "third"}, None).folder.name == "history-yeoh-4"
+    assert open_journal(base, {"model": "third"}, None).folder.name == "history-yeoh-4"
     for model, name in (("yeoh", "history-yeoh"), ("ogden", "history-yeoh-2")):
-        again = opened(base, {"model": model}, None)
+        again = open_journal(base, {"model": model}, None)
         assert (again.folder.name, again.find(X) is not None) == (name, True)
     # Only that of the same question is begun anew.
-    assert opened(base, {"model": "ogden"}, False).find(X) is None
-    assert opened(base, {"model": "yeoh"}, True).find(X) is not None
+    assert open_journal(base, {"model": "ogden"}, False).find(X) is None
+    assert open_journal(base, {"model": "yeoh"}, True).find(X) is not None
     assert (tmp_path / "history-yeoh-3" / "run.json").read_text() == "mine"
     with pytest.raises(InputError, match="another case, law or option"):
-        opened(base, {"model": "fifth"}, True)
+        open_journal(base, {"model": "fifth"}, True)
 
 
 def test_another_revision_of_the_code_calculates_again(tmp_path, monkeypatch):

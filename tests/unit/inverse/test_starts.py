@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.starts import SCREENED, SPREAD, box, from_unit, hypercube, screened
+from bushcli.inverse.starts import SCREENED, SPREAD, box, from_unit, hypercube, screen_starts
 
 LOWER, UPPER = np.array([1e-6, -1e2, -1e2]), np.array([1e3, 1e2, 1e2])
 BOUNDS = Bounds(LOWER, UPPER)
@@ -63,7 +63,7 @@ def test_screening_keeps_the_best_that_can_be_solved():
         return [float("nan") if x[0] > 3.0 else abs(x[0] - 1.0) for x in points]
 
     low, high = np.array([0.1]), np.array([10.0])
-    found = screened(costs, 2, low, high, seed=0)
+    found = screen_starts(costs, 2, low, high, seed=0)
     assert len(seen) == 2 * SCREENED
     good = sorted(abs(x[0] - 1.0) for x in seen if x[0] <= 3.0)
     assert [abs(x[0] - 1.0) for x in found] == good[:2]

@@ -7,7 +7,7 @@ that the rubber reaches can guide it. These states are therefore checked whereve
 only at its start; if the law is unstable in any of them, they are added to the problem, and the search continues.
 
 Along a wall that stability does not explain, the search is guided by the known points on either side of it
-(`bushcli.inverse.wall`).
+(`bushcli.inverse.unsolvable_region`).
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.begin import first_point
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.stability import ACTIVE
-from bushcli.inverse.wall import along_the_wall
+from bushcli.inverse.start_values import first_point
+from bushcli.inverse.unsolvable_region import along_the_wall
 
 Array = NDArray[np.float64]
 

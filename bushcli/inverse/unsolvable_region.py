@@ -70,7 +70,10 @@ def _steps(problem: LeastSquaresProblem, x: Array) -> Array:
         predicted = value @ value - np.sum((value + slope / norms @ step) ** 2)
         if predicted < STATIONARY * (value @ value) or length == 0.0:
             # Nothing can be gained in this plane, but it may not be the wall's: probe where no point is known yet.
-            side = _unknown(np.hstack([basis, -basis]).T, np.vstack([failed, solved]))
+            points = np.vstack([failed, solved])
+            # The first direction without a point within 25 degrees.
+            sides = (side for side in np.hstack([basis, -basis]).T if not (points @ side > 0.9).any())
+            side = next(sides, None)
             if side is None:
                 break
             step, length = PROBE * np.sqrt(value @ value) * side, 0.0
@@ -82,11 +85,6 @@ def _steps(problem: LeastSquaresProblem, x: Array) -> Array:
         elif length:
             reach = 0.5 * min(length, reach)
     return x
-
-
-def _unknown(sides: Array, points: Array) -> Array | None:
-    """Return the first of some directions that has no point within 25 degrees."""
-    return next((side for side in sides if not (points @ side > 0.9).any()), None)
 
 
 def known(problem: LeastSquaresProblem, x: Array, norms: Array) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ WHY = (
 )
 
 
-def hidden(search: Search, state: State) -> dict[str, str]:
+def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     """Return the effects that would stay unnoticed beside a model, and why.
 
     Parameters
