@@ -37,7 +37,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli import report
     from bushcli.case import load_case_names
     from bushcli.case.hardness import known_from_hardness
-    from bushcli.case.marks import unedited
+    from bushcli.case.load import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults

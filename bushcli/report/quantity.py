@@ -61,6 +61,11 @@ class Quantities:
         )
 
     @property
+    def labels(self) -> tuple[str, str]:
+        """Labels of the axes of a curve."""
+        return self.displacement_label, self.force_label
+
+    @property
     def force_label(self) -> str:
         """Label of an axis for the force."""
         return f"{self.force} [{self.force_unit}]"

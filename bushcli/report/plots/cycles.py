@@ -50,9 +50,7 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     q = shown.shown(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
-    loops = Plot(
-        "loops", title, shown.displacement_label, shown.force_label, series=series, bands=rest_lines(shown)
-    )
+    loops = Plot("loops", shown.labels, series, bands=rest_lines(shown), height=400.0)
     return Panels(
         f"{file}-cycles",
         "cycles",
@@ -127,23 +125,12 @@ def _by_cycle(
                 Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
             )
     last = max((known.number for known, _, _ in history.cycles), default=1)
-    title = f"{history.name}: {name} of each cycle"
     span = (0.4, last + 0.6)
     step = -(-last // _TICKS)
     names = [(n, f"{n}") for n in range(1, last + 1, step)]
     zero = [Band("zero", y=(0.0, 0.0))] if name == "energy" else []
     return Plot(
-        name,
-        title,
-        "cycle",
-        label,
-        x=span,
-        series=series,
-        bands=zero,
-        heading=heading,
-        x_names=names,
-        width=450.0,
-        height=280.0,
+        name, ("cycle", label), series, x=span, bands=zero, heading=heading, width=450.0, x_names=names
     )
 
 
@@ -196,13 +183,4 @@ def _relaxation(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> P
     unit = shown.displacement_unit
     where = f"{float(f'{at:.2f}') + 0.0:g} {unit}" if unit else f"stretch {at:.3g}"
     heading, label = f"hold {hold.number}, at {where}", "time since the start of the hold [s]"
-    return Plot(
-        f"hold-{hold.number}",
-        heading,
-        label,
-        shown.force_label,
-        series=series,
-        heading=heading,
-        height=280.0,
-        log="x",
-    )
+    return Plot(f"hold-{hold.number}", (label, shown.force_label), series, heading=heading, log="x")

@@ -62,14 +62,13 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     return Plot(
         f"curve-{found.channels.index(channel)}",
-        f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
-        units.displacement_label,
-        units.force_label,
-        padded(np.concatenate([q, path]), 0.03),
-        _force_limits(channel),
+        units.labels,
         series,
         regions,
+        x=padded(np.concatenate([q, path]), 0.03),
+        y=_force_limits(channel),
         heading=_heading(found, channel),
+        height=430.0,
     )
 
 
@@ -99,17 +98,14 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
-        f"{channel.name}: misfit over time",
-        _abscissa_label(channel),
-        "misfit [% of range]",
-        padded(x, 0.01),
-        padded(np.concatenate(misfits), 0.06),
+        (_abscissa_label(channel), "misfit [% of range]"),
         series,
         regions,
-        bands,
-        height=280.0,
-        numbers_only=True,
+        x=padded(x, 0.01),
+        y=padded(np.concatenate(misfits), 0.06),
+        bands=bands,
         heading=_heading(found, channel),
+        numbers_only=True,
     )
 
 

@@ -378,7 +378,7 @@ def everything(**changes):
         "bands": [Band("noise", y=(-5.0, 5.0), label="noise"), Band("limit", x=(9.0, 9.0), label="limit")],
         "notes": [Note("a & b", (5.0, 25.0))],
     }
-    return Plot("all", "All", "x", "y", **(given | changes))
+    return Plot("all", ("x", "y"), **given | changes)
 
 
 def test_both_drawings_show_the_same_plot():
@@ -404,7 +404,7 @@ def test_every_role_has_a_colour_on_light_and_on_dark():
 def test_gaps_interrupt_the_line():
     y = np.linspace(0.0, 1.0, 20)
     y[8:10] = np.nan
-    text = svg(Plot("gap", "gap", "x", "y", series=[Series("before", "", np.arange(20.0), y)]))
+    text = svg(Plot("gap", ("x", "y"), [Series("before", "", np.arange(20.0), y)]))
     path = ET.fromstring(text).find(".//path[@class='line as-before']")
     assert path is not None
     assert path.get("d").lower().count("m") == 2
@@ -442,7 +442,7 @@ def test_ticks_of_a_logarithmic_axis_are_round(low, high, expected):
 @pytest.mark.parametrize("value", [np.nan, np.inf, 5.0])
 def test_limits_hold_what_is_drawn_and_no_more(value):
     y = np.array([1.0, 3.0, value, 2.0])
-    low, high = prepared(Plot("p", "p", "x", "y", series=[Series("after", "", np.arange(4.0), y)])).y
+    low, high = prepared(Plot("p", ("x", "y"), [Series("after", "", np.arange(4.0), y)])).y
     good = y[np.isfinite(y)]
     assert low < good.min() < good.max() < high
     assert high - low < 1.2 * np.ptp(good)
@@ -477,7 +477,7 @@ def binned(x, y, edges):
 def test_a_short_curve_is_drawn_as_it_is():
     x = np.linspace(0.0, 1.0, MOST)
     one = Series("after", "", x, np.sin(9 * x))
-    assert prepared(Plot("p", "p", "x", "y", series=[one])).series[0] is one
+    assert prepared(Plot("p", ("x", "y"), [one])).series[0] is one
 
 
 def test_dots_are_thinned_without_their_extremes():
@@ -494,7 +494,7 @@ def test_areas_of_a_long_recording_are_drawn_by_few_points():
         np.stack([np.append(x, x[::-1]), np.append(x + d, x[::-1] - d)], axis=1)
         for d in np.linspace(0, 0.01, 3000)
     ]
-    (region,) = prepared(Plot("p", "p", "x", "y", regions=[Region("soft", "", pieces)])).regions
+    (region,) = prepared(Plot("p", ("x", "y"), regions=[Region("soft", "", pieces)])).regions
     assert sum(map(len, region.outlines)) <= 20_000
     # The widest one is lost by less than a pixel.
     assert max(np.abs(np.diff(one, axis=1)).max() for one in region.outlines) > 0.01 - 1 / 200
@@ -504,7 +504,7 @@ def test_numbers_do_not_overlap():
     """Nine places, all of them with their largest misfit at the same point."""
     corner = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
     places = [Region("soft", "", [corner], n, np.array([(0.5, 0.5)])) for n in range(1, 10)]
-    plot = prepared(Plot("p", "p", "x", "y", regions=places))
+    plot = prepared(Plot("p", ("x", "y"), regions=places))
     at = np.stack(position(plot, *np.concatenate([one.at for one in plot.regions]).T), axis=1)
     apart = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1)) + 1e3 * np.eye(9)
     assert apart.min() >= 18.0  # two radii
@@ -514,5 +514,5 @@ def test_a_number_prefers_another_sample_of_its_place():
     corner = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
     first = Region("soft", "", [corner], 1, np.array([(0.5, 0.5)]))
     second = replace(first, number=2, at=np.array([(0.5, 0.5), (0.9, 0.2)]))
-    plot = prepared(Plot("p", "p", "x", "y", regions=[first, second]))
+    plot = prepared(Plot("p", ("x", "y"), regions=[first, second]))
     assert plot.regions[1].at[0] == pytest.approx((0.9, 0.2))

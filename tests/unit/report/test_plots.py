@@ -48,7 +48,7 @@ def test_the_band_lies_ten_percent_of_the_force_range_around_the_recording(answe
 
 def test_axes_carry_units(channel):
     (plot,) = curve_panels(channel("conical"), None, "conical").rows[0]
-    assert (plot.x_label, plot.y_label) == ("rotation [deg]", "moment [N mm]")
+    assert plot.labels == ("rotation [deg]", "moment [N mm]")
 
 
 def test_a_model_is_drawn_over_its_recording(answer, channel):
@@ -193,7 +193,7 @@ def test_one_curve_is_drawn_where_nothing_was_changed(case, diagnoses):
 def test_a_plot_without_time_counts_samples(case, diagnoses):
     found = diagnoses.torsional(case())
     plot = time_plot(found, found.channels[0])
-    assert plot.x_label == "sample"
+    assert plot.labels[0] == "sample"
     assert plot.series[0].x[0] == 1
 
 
@@ -260,7 +260,7 @@ def test_what_is_missing_is_drawn_by_all_that_it_may_depend_on(case, diagnoses):
     found = diagnoses.diagnosis(case(), "unexplained")
     (one,) = found.channels
     plots = [p for row in missing_panels(one, found.missing.profiles, "axial").rows for p in row]
-    assert [plot.x_label for plot in plots] == ["displacement [mm]", "time [s]", "cycle", "rate [mm/s]"]
+    assert [plot.labels[0] for plot in plots] == ["displacement [mm]", "time [s]", "cycle", "rate [mm/s]"]
     loading = found.missing.profiles[0]
     assert extent(plots[0].regions[0], 1)[1] == pytest.approx((loading.mean + 2 * loading.std).max())
     assert labels(plots[0]) == ["loading", "unloading"]
@@ -277,7 +277,7 @@ def test_panels_without_a_profile_are_left_out(case, diagnoses, alongs):
 def test_angles_of_what_is_missing_are_degrees(case, diagnoses):
     found = diagnoses.torsional(case())
     plot = missing_panels(found.channels[0], found.missing.profiles, "torsional").rows[0][0]
-    assert plot.x_label == "rotation [deg]"
+    assert plot.labels[0] == "rotation [deg]"
     assert plot.series[0].x.max() == pytest.approx(22.918, abs=1e-3)
 
 
