@@ -266,7 +266,10 @@ def numbers(
     if unit.kind not in kinds:
         where = f"{table.label(index)}: {said.written or given} is a unit of {_article(unit.kind)}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
-        raise RecordingError(Problem(table.where, what, "", f"{remedy}; or columns = {{{key} = ...}}"))
+        expected = f"columns = {{{key} = ...}}, if another column is meant"
+        if unit.kind == "stress":
+            expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
+        raise RecordingError(Problem(table.where, what, "", expected))
     return unit.factor * values + unit.zero, remark
 
 

@@ -102,9 +102,9 @@ _DOUBLE = re.compile(
 _CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
 _STRAINED = ("strain", "dehnung", "gamma", "γ")
 #: K', E'' (with one sign, two, or an inch mark), E*, |G*|, |K|.
-_MAGNITUDE = re.compile(r"\|\s*([KCEG])\s*\*?\s*\|")
+_MAGNITUDE = re.compile(r"\|\s*([KCEGkceg])\s*\*?\s*\|")
 _PRIMED = re.compile(
-    r"""(?<![^\W_])([KCEG])(?:_?dyn)?\s*(\*|''|"|″|”|’’|´´|′′|``|'|′|’|´|`)(?!\w)""",
+    r"""(?<![^\W_])([KCEGkceg])(?:_?dyn)?\s*(\*|''|"|″|”|’’|´´|′′|``|'|′|’|´|`)(?!\w)""",
 )
 _SIGNED = {"*": "complex"} | dict.fromkeys(("''", '"', "″", "”", "’’", "´´", "′′", "``"), "loss")
 #: The modulus of a coupon by its symbol or its words.

@@ -74,11 +74,6 @@ def complex_stiffness(columns: Columns) -> tuple[Array, Array, tuple[str, ...]]:
     values = dict(columns.values)
     if "loss_angle" in values and columns.loss_angle_is == "complement":
         values["loss_angle"] = 0.5 * np.pi - values["loss_angle"]
-    if "damping" in values:
-        own = 2.0 * np.pi * columns.frequency * values.pop("damping")
-        if "loss" in values:
-            _compare(columns, own, values["loss"], values["loss"], "damping", "loss", {})
-        values.setdefault("loss", own)
     remarks: list[str] = []
     if "modulus" in values:
         named, said = _named(columns, values)
@@ -86,6 +81,9 @@ def complex_stiffness(columns: Columns) -> tuple[Array, Array, tuple[str, ...]]:
         remarks += said
     _refuse_impossible(columns, values)
     pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
+    if pair is None and "damping" in values:
+        values["loss"] = 2.0 * np.pi * columns.frequency * values.pop("damping")
+        pair = next((pair for pair in _PAIRS if set(pair) <= set(values)), None)
     if pair is None:
         have = ", ".join(columns.labels.values()) or "none of them"
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
@@ -163,6 +161,7 @@ def _refuse_impossible(columns: Columns, values: Mapping[str, Array]) -> None:
         ("storage", "K'"),
         ("loss", "K''"),
         ("tan_delta", "tan delta"),
+        ("damping", "damping"),
     ):
         if key not in values:
             continue
@@ -203,6 +202,7 @@ def _refuse_contradictions(
         "loss": (loss, size),
         "loss_angle": (np.arctan2(loss, storage), np.ones(len(size))),
         "tan_delta": (loss / storage, 1.0 + (loss / storage) ** 2),
+        "damping": tuple(one / (2.0 * np.pi * columns.frequency) for one in (loss, size)),
     }
     for key, (own, scale) in given.items():
         if key in values and key not in pair:
@@ -213,14 +213,14 @@ def _refuse_contradictions(
                 scale,
                 " and ".join(pair),
                 key,
-                _hypotheses(key, values[key], storage, loss),
+                _hypotheses(key, values[key], storage, loss, columns.frequency),
             )
 
 
 _EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
 
 
-def _hypotheses(key: str, given: Array, storage: Array, loss: Array) -> dict[str, Array]:
+def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: Array) -> dict[str, Array]:
     """Return what a quantity would be by the others if something is wrong with it or them, by the remedy."""
     angle, tangent = np.arctan2(loss, storage), loss / storage
     as_magnitude = np.arcsin(np.minimum(tangent, 1.0))
@@ -246,6 +246,12 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array) -> dict[str
             _EXCHANGED: 1.0 / np.maximum(tangent, 1e-300),
             "the column has the angle: columns = {loss_angle = ...}": np.degrees(angle),
             "the column of K' has |K*|: columns = {stiffness = ...}": np.tan(as_magnitude),
+        }
+    if key == "damping":
+        own = loss / (2.0 * np.pi * frequency)
+        return {
+            'the frequency is in rad/s: units = {frequency = "rad/s"}': 2.0 * np.pi * own,
+            'the damping is in N s/m: units = {damping = "N s/m"}': 1e3 * own,
         }
     return {"the column of |K*| has K': columns = {storage = ...}": storage} if key == "stiffness" else {}
 

@@ -202,6 +202,19 @@ def test_what_contradicts_itself_is_named_with_the_remedy(tmp_path, case):
     np.testing.assert_allclose(read(tmp_path, text, **answers[case]).storage, STORAGE, rtol=1e-4)
 
 
+@pytest.mark.parametrize(("factor", "remedy"), [(2.0 * np.pi, '"rad/s"'), (1e3, '"N s/m"')])
+def test_a_damping_that_contradicts_the_others_is_named(tmp_path, factor, remedy):
+    damping = factor * LOSS / (2.0 * np.pi * FREQUENCY)
+    text = "f [Hz],|K| [N/mm],c' [N/mm],c'' [N/mm],damping [N s/mm]\n" + rows(
+        FREQUENCY, STIFFNESS, STORAGE, LOSS, damping
+    )
+    assert remedy in refused(tmp_path, text)
+
+
+def test_a_modulus_is_not_the_stiffness_of_a_bushing(tmp_path):
+    assert "[[coupons]]" in refused(tmp_path, "f [Hz],E* [MPa],delta [deg]\n1,5,5\n2,5,6\n")
+
+
 def test_a_single_contradiction_is_found_in_its_row(tmp_path):
     angle = np.degrees(ANGLE) + np.array([0.0, 4.0, 0.0])
     text = "f [Hz],K' [N/mm],K'' [N/mm],delta [deg]\n" + rows(FREQUENCY, STORAGE, LOSS, angle)
