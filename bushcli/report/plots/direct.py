@@ -138,7 +138,7 @@ def around(x: Array, low: Array, high: Array) -> Array:
 
 
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:
-    """Return motions and reactions of a path, displacements and forces on the left, rotations and moments beside."""
+    """Return motions and reactions of a path: translations and forces left, rotations and moments right."""
     motion, largest = shown_motion(six), largest_reactions(six.force)
     title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
     above, below = [], []
