@@ -58,7 +58,7 @@ SLOW = {
 }
 # Keys of result.json that no two runs share, and the times of channels and designs.
 UNREPEATABLE = re.compile(r"timings_s|versions|question|(.*_)?seconds(_.*)?")
-TIME = re.compile(r"\b\d+(\.\d+)? s\b")
+TIME = re.compile(r"\b\d+(\.\d+)? s\b|^\d{4}-\d\d-\d\d \d\d:\d\d \S+$")
 VERSION = re.compile(r"\b(bushcli|python|dolfinx|gmsh|numpy|scipy|petsc) \d[\w.+]*")
 
 

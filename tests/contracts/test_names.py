@@ -17,8 +17,11 @@ SEVERAL = {
     # The class of an FMU, under the name that it has in the script in the FMU; a script has one of the two, and no
     # module imports either.
     "Bushing": ("bushcli.export.fmu.slave2", "bushcli.export.fmu.slave3"),
-    # A section of a document, and the section of a bushing: each is the word of its field.
+    # Parts of a document or of a plot, and what the same word means in its own field: the section of a bushing, the
+    # rows of a text file, the curves of many designs.
     "Section": ("bushcli.report.document", "geometry.shapes.section"),
+    "Table": ("bushcli.recording.text.table", "bushcli.report.document"),
+    "Band": ("bushcli.report.document", "bushcli.study.bands"),
 }
 
 

@@ -16,6 +16,7 @@ from bushcli.diagnosis.values import derived
 from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
+from bushcli.report.document import Paragraph, on
 from bushcli.report.drawing.results import diagnosis_figures
 from bushcli.report.plots.certainty import prior_panels, probability_panels
 from bushcli.report.plots.diagnosis import curve_plot
@@ -491,30 +492,66 @@ def test_what_is_not_ruled_out_stands_beside_an_explanation(case, diagnoses):
     assert "Not ruled out: viscoelasticity (16 %)." in paragraph(found)
 
 
-def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
+def test_the_document_says_where_what_how_sure_and_what_next(case, diagnoses):
     found = diagnoses.rivalling(case())
     assert max(map(len, text_of(found).splitlines())) <= 100
-    text = flat(found)
-    for words in (
-        "axial: single bad samples, at 41.2, 66.0 and 88.7 s. What to do: nothing",
-        "in the axial channel, on loading above 3 mm: the simulation is 8.6 % too soft there",
-        "In the rubber (axial and radial together): a local change takes away 71 % of the misfit",
-        "inverse_r 0.3120 ± 0.0080 0.296 to 0.328 0.0200 to 0.600",
-        "m 0.102 ± 0.011 MPa",
-        "Mullins softening (more than 99 %): Reloading below",
-        "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
-        "These recordings cannot tell apart: ",
-        "Axial to 6 mm",
-        "0.83 of the 1.05 bits of information that are still open.",
-        "assumed to err by 0.40 % in axial and 0.40 % in radial (rms, of the force range); this accounts for 96 % of "
-        "the remaining misfit above the noise.",
-        "radial (held out)",
-        "7 models were fitted, the others predicted; fitting these too could shift 12 % of the probability",
-        "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
-        f"Not detectable in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (reasons:",
-        "problem coarse_noise",
-    ):
-        assert words in text, words
+    document = report.diagnosis_document(found)
+    sections = {one.heading: on("terminal", [one]) for one in document.sections}
+    kept = {heading: one[0].blocks for heading, one in sections.items() if one}
+    said = {
+        heading: [one.text for one in blocks if isinstance(one, Paragraph)]
+        for heading, blocks in kept.items()
+    }
+    rows = {
+        one.title: one.without_detail().rows
+        for blocks in kept.values()
+        for one in blocks
+        if hasattr(one, "rows")
+    }
+    assert list(kept) == [
+        "How probable each effect is",
+        "The most probable models",
+        "What was left out",
+        "Before and after",
+        "Where in the record",
+        "Where in the bushing",
+        "Parameters",
+        "Next test",
+        "How far the search went",
+    ]
+    group, sets = said["How probable each effect is"]
+    assert group == "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell."
+    assert sets.count("%)") == len(likely(found))
+    assert [text.split(":")[0] for text in said["What was left out"]] == [
+        f"{one.label} ({chance(one.probability)})" for one in found.effects
+    ]
+    values = rows["Values with 95 % intervals: posterior and prior"]
+    assert values[0] == (
+        "Mullins softening",
+        "inverse_r",
+        "0.3120 ± 0.0080",
+        "0.296 to 0.328",
+        "0.0200 to 0.600",
+    )
+    assert values[1][:3] == ("", "m", "0.102 ± 0.011 MPa")
+    assert [row[0] for row in rows["Rms misfit, % of the force range"]] == ["axial", "radial (held out)"]
+    assert said["Before and after"][0].count("0.40 %") == 2
+    # Each place of the misfit, by its number.
+    places = list(sentences(found.location))
+    assert said["Where in the record"][: len(places)] == [
+        f"{n}. {place}" for n, place in enumerate(places, 1)
+    ]
+    assert said["Where in the bushing"][0].startswith("In the rubber (axial and radial together): ")
+    assert diagnoses.NEXT.text[1:] in said["Next test"][0]
+    assert "0.83 of the 1.05 bits" in said["Next test"][1]
+    fitted, lost, hidden, solved = said["How far the search went"]
+    assert fitted.startswith(f"{len(found.searched.trials)} models were fitted")
+    assert found.searched.lost[0] in lost
+    assert all(phrase(name) in hidden for name in found.searched.untestable)
+    assert solved.startswith(f"{found.forward_solves} simulations")
+    (fault,) = (one.text for one in document.warning.blocks if isinstance(one, Paragraph))
+    assert fault.startswith("axial: single bad samples, at 41.2, 66.0 and 88.7 s. What to do: ")
+    assert [one.name for one in document.problems] == ["coarse_noise"]
 
 
 def test_probabilities_are_bars_the_largest_first(case, diagnoses):
