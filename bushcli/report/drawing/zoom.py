@@ -141,7 +141,7 @@ def _grid(plot: Plot) -> str:
             parts.append(f'<line{zero} x1="{x:.2f}" x2="{x:.2f}" y1="{top:g}" y2="{top + height:g}"/>')
         parts.append(_words("x", x, top + height + 17, name or tick(value), first=True))
     for value, name in plot.y_names or [
-        (v, "") for v in ticks(*plot.y, max(3, round(height / 45)), plot.log == "y")
+        (v, "") for v in ticks(*plot.y, max(4, round(height / 40)), plot.log == "y")
     ]:
         y = top + float(position(plot, plot.x[0], value)[1])
         if not plot.y_names:
