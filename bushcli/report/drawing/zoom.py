@@ -18,7 +18,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bushcli.report.document import Band, Note, Picture, Plot, Region, Series
+from bushcli.report.document import Stripe, Note, Picture, Plot, Region, Series
 from bushcli.report.drawing.prepared import pane, position, prepared, shade
 
 Array = NDArray[np.floating[Any]]
@@ -202,7 +202,7 @@ def _series(plot: Plot, series: Series) -> str:
     return "".join(made)
 
 
-def _band(plot: Plot, band: Band) -> str:
+def _band(plot: Plot, band: Stripe) -> str:
     _, _, width, height = pane(plot)
     x, y = position(plot, np.array(band.x), np.array(band.y))
     left, right = np.where(np.isnan(x), [-_FAR * width, _FAR * width], x)

@@ -164,7 +164,13 @@ def check_files(case: Case) -> Files:
 
 
 def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
-    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
+    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file.
+
+    Parameters
+    ----------
+    case : Case
+    meshes : sequence of Meshed
+    """
     shape = case.geometry
 
     def pictures() -> list[Picture]:
