@@ -18,7 +18,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bushcli.report.document import Stripe, Note, Picture, Plot, Region, Series
+from bushcli.report.document import Note, Picture, Plot, Region, Series, Stripe
 from bushcli.report.drawing.prepared import pane, position, prepared, shade
 
 Array = NDArray[np.floating[Any]]

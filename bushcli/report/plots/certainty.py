@@ -9,7 +9,7 @@ import numpy as np
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
-from bushcli.report.document import Stripe, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.fit import bar
 from bushcli.report.views.diagnosis.values import ShownQuantity, derived_text, shown
 from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely

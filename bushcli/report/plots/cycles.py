@@ -11,7 +11,7 @@ import numpy as np
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
-from bushcli.report.document import Stripe, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import capital, rest_lines
 from bushcli.report.quantity import Quantities, number, percent, quantities
 

@@ -11,7 +11,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
-from bushcli.report.document import Stripe, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
 from bushcli.report.plots.fit import force_limits
 from bushcli.report.quantity import percent, quantities

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, branches
-from bushcli.report.document import Stripe, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit

@@ -12,7 +12,7 @@ from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.refit import RISE_95
 from bushcli.inverse.result import NORMAL
-from bushcli.report.document import Stripe, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.search import convergence_panels, ends_panels

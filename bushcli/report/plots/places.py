@@ -9,7 +9,7 @@ import numpy as np
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
 from bushcli.mismatch.maps import LocalMap, MissingProfile
-from bushcli.report.document import Stripe, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, changed, force_range
 from bushcli.report.plots.direct import Array, around

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.inverse import Fit
-from bushcli.report.document import Stripe, Panels, Plot, Series
+from bushcli.report.document import Panels, Plot, Series, Stripe
 from bushcli.report.quantity import number
 
 # Largest number of evaluations that are drawn with a mark on each.

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bushcli.report.document import Stripe, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around
 from bushcli.report.plots.fit import bar

@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text as MplText
 
-from bushcli.report.document import Stripe, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.drawing import projection
 from bushcli.report.drawing.body import _Drawing, deformed_figure
 from bushcli.report.drawing.bushing_map import map_figure
