@@ -99,7 +99,7 @@ class Builder:
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, tests, recordings, shape)
+        active = self._effects(data, load_cases, tests, (*recordings, *tables), shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -351,7 +351,7 @@ class Builder:
         data: dict[str, Any],
         load_cases: Sequence[LoadCase | None],
         tests: Sequence[DynamicTest | None],
-        recordings: Sequence[Source],
+        recordings: Sequence[Source | DynamicSource],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))

@@ -231,7 +231,7 @@ class Case:
 
 
 def load_case_names(
-    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source]
+    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source | DynamicSource]
 ) -> tuple[str, ...]:
     """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
 

@@ -28,7 +28,9 @@ from bushcli.case.rebuild import found_case
 from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.decode import text_of
 from bushcli.runtime.bounded import TooLarge, read_bounded
+from bushcli.runtime.condition import Condition
 from geometry.shape import shapes
 
 #: The numbers of a result, in its folder.
@@ -129,7 +131,10 @@ def _read(path: Path) -> dict[str, Any]:
         expected = f"bushcli mesh {path} -o DIR writes DIR/case.toml to start from"
         raise CaseError(Problem(str(path), what, "", expected))
     try:
-        text = read_bounded(path, LARGEST_CASE).decode("utf-8-sig")
+        content = read_bounded(path, LARGEST_CASE)
+        text = text_of(content)
+        if "\0" in text or (content and not text):
+            raise CaseError(Problem(str(path), "is not a text file", expected=_wanted()))
         deep = too_deep_line(text)
         if deep is not None:
             what = f"has a key of more than {DEEPEST + 1} parts"
@@ -146,9 +151,6 @@ def _read(path: Path) -> dict[str, Any]:
         raise CaseError(Problem(str(path), "is a directory", expected=expected)) from None
     except OSError as error:
         raise CaseError(Problem(str(path), f"cannot be read: {error.strerror or error}")) from None
-    except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        raise CaseError(Problem(f"{path}:{line}", "is not UTF-8 text", expected=_wanted())) from None
     except tomllib.TOMLDecodeError as error:
         if path.suffix.lower() != ".toml" and not _is_like_toml(text):
             raise CaseError(Problem(str(path), "is not a case file", "", _wanted())) from None
@@ -189,14 +191,49 @@ def _syntax(path: Path, text: str, message: str) -> Problem:
     line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
     context = lines[line - 1].strip() if line <= len(lines) else ""
     where = f"{path}:{line}:{column}"
-    return Problem(
-        where, f"is not valid TOML: {words or message}", expected=f"in: {context[:80]}" if context else ""
-    )
+    what = f"is not valid TOML: {words or message}"
+    better = _corrected(context)
+    if better:
+        return Problem(where, what, expected=f"in: {context[:80]}; write {better[:80]}")
+    return Problem(where, what, expected=f"in: {context[:80]}" if context else "")
+
+
+#: What word processors and spreadsheets make of signs, and what TOML has in their place.
+_PLAIN = {ord(sign): plain for signs, plain in (
+    ("\u201c\u201d\u201e\u201f\u00ab\u00bb\u2033", '"'), ("\u2018\u2019\u201a\u2032", "'"), ("\u2212\u2013", "-"),
+    ("\u00a0\u202f\u2009", " "), ("\ufeff\u200b", ""),
+) for sign in signs}  # fmt: skip
+#: A number with a decimal comma, and a number with a unit in which case files give such numbers.
+_COMMA = re.compile(r"(?<=[=\[\s])([-+]?\d+),(\d+)(?=\s*(?:#.*)?$)")
+_WITH_UNIT = re.compile(r"(=\s*[-+]?\d+(?:[.,]\d+)?)\s*(?:mm|MPa|N|s|deg|\u00b0)(?=\s*(?:#.*)?$)")
+
+
+def _corrected(line: str) -> str:
+    """Return a line as TOML has it where only its signs are wrong, or a number has the unit of all case files."""
+    plain = line.translate(_PLAIN)
+    pointed = _COMMA.sub(r"\1.\2", plain)
+    for better in (
+        plain,
+        pointed,
+        _COMMA.sub(r"\1.\2", _WITH_UNIT.sub(r"\1", plain)),
+        pointed.replace("\\", "/"),
+    ):
+        try:
+            if tomllib.loads(better) and better != line:
+                return better
+        except tomllib.TOMLDecodeError:
+            continue
+    return ""
 
 
 def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Override]) -> list[Problem]:
     """Return the findings as problems, one per key, each with the file or the override that it comes from."""
-    seen: set[Keys] = set()
+    # A radius that is missing because its diameter is given is said once.
+    seen: set[Keys] = {
+        (*one.keys[:-1], str(one.keys[-1]).replace("diameter", "radius"))
+        for one in findings
+        if one.keys and "half the diameter" in one.expected
+    }
     problems = []
     for finding in findings:
         if finding.keys in seen:
@@ -217,3 +254,29 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         what = "changes the law, but material.parameters are those of another law"
         problems.append(Problem(changed.where, what, expected="also give --set material.parameters={...}"))
     return problems
+
+
+_MARK = re.compile(r"#\s*<--")
+
+
+def unedited(path: Path) -> tuple[Condition, ...]:
+    """Return a condition if a case file still has lines that its user was asked to complete.
+
+    Parameters
+    ----------
+    path : Path
+    """
+    if path.suffix != ".toml" or not path.is_file():
+        return ()
+    text = text_of(path.read_bytes())
+    lines = [i for i, line in enumerate(text.splitlines(), start=1) if _MARK.search(line)]
+    if not lines:
+        return ()
+    places = f"{'line' if len(lines) == 1 else 'lines'} {', '.join(map(str, lines))}"
+    return (
+        Condition(
+            "unedited_case",
+            f"{path.name}: `bushcli init` marked {places} with <--: it cannot know these values",
+            "compare these lines with your bushing and files, and delete the marks",
+        ),
+    )

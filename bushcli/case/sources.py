@@ -28,14 +28,7 @@ _PATTERN = re.compile(r"[*?\[]")
 
 
 def source_of(table: FileTable, mode: str, file: Path) -> Source:
-    """Return a source with a table's options for reading its file.
-
-    Parameters
-    ----------
-    table : FileTable
-    mode : str
-    file : Path
-    """
+    """Return a source with a table's options for reading its file."""
     quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
     return Source(
         mode=mode,
@@ -53,15 +46,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
 
 
 def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
-    """Yield a finding for each unit of a source that does not fit the quantity in its column.
-
-    Parameters
-    ----------
-    keys : tuple
-        Place of the source in the case file.
-    source : Source
-        Source in a known mode.
-    """
+    """Yield a finding for each unit of a source that does not fit the quantity in its column."""
     from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
     from bushcli.recording.text.clock_times import is_form
 
@@ -253,6 +238,7 @@ class SourceBuilder:
         """
         if not self.looks_for_files:
             return [self.folder / name], False
+        name = with_slashes(self.folder, name)
         if not _PATTERN.search(name) or is_file(self.folder / name):
             found = find_file(self.folder, keys, name, self.findings)
             return [found or Path(name)], False
@@ -295,21 +281,27 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> Path | None:
-    """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist.
+#: Characters that TOML makes of a backslash with a letter, between quotation marks: "runs\\new.csv".
+_ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the case file.
-    keys : Keys
-        Place of the name in the case file.
-    name : str
-        As written there.
-    findings : list of Finding
-        An error is added to it.
-    """
-    file = folder / name
+
+def with_slashes(folder: Path, name: str) -> str:
+    """Return a name with slashes in place of backslashes where there is no such file, but its folder with slashes."""
+    other = name.translate(_ESCAPED)
+    return other if other != name and not is_file(folder / name) and is_folder(folder / other) else name
+
+
+def is_folder(path: Path) -> bool:
+    """Whether the folder of a file exists; False for a name that no file can have."""
+    try:
+        return path.parent.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> Path | None:
+    """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist."""
+    file = folder / with_slashes(folder, name)
     try:
         if file.is_file():
             return file

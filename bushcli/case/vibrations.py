@@ -117,7 +117,9 @@ def _frequencies(
         if table is None:
             # What is wrong has been recorded.
             return ()
-        spaced = np.geomspace if table.spacing == "logarithmic" else np.linspace
+        wide = max(table.first, table.last) > 10.0 * min(table.first, table.last)
+        spacing = table.spacing or ("logarithmic" if wide else "linear")
+        spaced = np.geomspace if spacing == "logarithmic" else np.linspace
         values = tuple(float(f"{one:.12g}") for one in spaced(table.first, table.last, table.points))
     else:
         values = cast(tuple[float, ...], raw)

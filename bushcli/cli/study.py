@@ -90,7 +90,7 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
-    from bushcli.study.limits import limits_of
+    from bushcli.study.analysis import limits_of
     from bushcli.study.rows import parquet
     from bushcli.study.study import study as simulate
 

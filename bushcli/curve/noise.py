@@ -29,7 +29,7 @@ HIGHEST = 9
 _SPIKE = 5.0
 # Least number of windows for which the median is certain enough to recognise a spike.
 _ENOUGH = 20
-# Windows whose weights are computed at a time, so that what is needed for them stays in the processor's cache.
+# Windows that are computed at a time, so that what is needed for them stays in the processor's cache.
 _PIECE = 8_192
 
 
@@ -58,15 +58,24 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     order = min(order, n - 1)
     if order < 2:
         return 0.0
-    weights = _weights(abscissa, order)
-    residuals = np.einsum("ij,ij->i", weights, sliding_window_view(values, order + 1))
-    within = np.ones(len(residuals), dtype=bool)
+    m, width = n - order, order + 1
+    within = np.ones(m, dtype=bool)
     if groups is not None and (alike := groups[order:] == groups[:-order]).sum() >= n / 2:
         within = alike
+    residuals, height, power = np.empty(m), np.zeros(n), np.zeros(n)
+    for at in range(0, m, _PIECE):
+        piece = slice(at, min(at + _PIECE, m))
+        weights = _weights(abscissa[at : piece.stop + order], order)
+        windows = sliding_window_view(values[at : piece.stop + order], width)
+        residuals[piece] = np.einsum("ij,ij->i", weights, windows)
+        # Least squares for the height of a spike at each sample, from the windows that contain the sample.
+        weights[~within[piece]] = 0.0
+        for j in range(width):
+            height[at + j : piece.stop + j] += weights[:, j] * residuals[piece]
+            power[at + j : piece.stop + j] += weights[:, j] ** 2
     if within.sum() < _ENOUGH:
         return _spread(np.abs(residuals[within]))
-    weights[~within] = 0.0
-    kept = within & ~_spiked(residuals, weights)
+    kept = within & ~_spiked(height, power, width)
     # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
 
@@ -119,48 +128,40 @@ def _spread(sizes: Array) -> float:
     return sigma
 
 
-def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
-    """Return which windows (m,) hold a spike: a sample that explains the residuals of all its windows.
+def _spiked(height: Array, power: Array, width: int) -> NDArray[np.bool_]:
+    """Return which windows of a width hold a spike: a sample that explains the residuals of all its windows.
 
     Parameters
     ----------
-    residuals : (m,) array
-        Divided differences.
-    weights : (m, p + 1) array
-        Weights of the samples in each window; 0 in windows that are not used.
+    height : (n,) array
+        Sum of the residuals of all windows with a sample, each times the weight of the sample in it.
+    power : (n,) array
+        Sum of the squares of these weights.
+    width : int
+        Samples in a window.
     """
-    m, width = weights.shape
-    height, power = np.zeros(m + width - 1), np.zeros(m + width - 1)
-    for j in range(width):
-        # Least squares for the height of a spike at each sample, from the windows that contain the sample, divided by
-        # its standard error for residuals of 1: a few windows, as at the ends, determine the height poorly.
-        height[j : j + m] += weights[:, j] * residuals
-        power[j : j + m] += weights[:, j] ** 2
+    # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
+    # it poorly.
     known = power > 0.0
     size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
     high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
     # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
     beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
     high = high[size[high] == beside.max(axis=1)]
-    spiked = np.zeros(m, dtype=bool)
+    spiked = np.zeros(len(size) + width - 1, dtype=bool)
     for j in range(width):
-        inside = high - j
-        spiked[inside[(inside >= 0) & (inside < m)]] = True
-    return spiked
+        spiked[high + j] = True
+    return spiked[width - 1 : len(size)]
 
 
 def _weights(abscissa: Array, order: int) -> Array:
     """Return the weights (n - order, order + 1) of divided differences, scaled to keep the variance of white noise."""
-    windows = sliding_window_view(abscissa, order + 1)
-    weights = np.empty(windows.shape)
-    for at in range(0, len(windows), _PIECE):
-        x = windows[at : at + _PIECE]
-        x = ((x - x[:, :1]) / (x[:, -1:] - x[:, :1])).T.copy()
-        products = np.ones_like(x)
-        for j in range(order + 1):
-            for k in range(order + 1):
-                if j != k:
-                    products[j] *= x[j] - x[k]
-        piece = np.ascontiguousarray(1.0 / products.T)
-        weights[at : at + _PIECE] = piece / np.linalg.norm(piece, axis=1)[:, None]
-    return weights
+    x = sliding_window_view(abscissa, order + 1)
+    x = ((x - x[:, :1]) / (x[:, -1:] - x[:, :1])).T.copy()
+    products = np.ones_like(x)
+    for j in range(order + 1):
+        for k in range(order + 1):
+            if j != k:
+                products[j] *= x[j] - x[k]
+    weights = np.ascontiguousarray(1.0 / products.T)
+    return np.asarray(weights / np.linalg.norm(weights, axis=1)[:, None])

@@ -41,8 +41,8 @@ _HALF_BAND = 4.0
 _SMALLEST_TURN = 2e-3
 _SMALLEST_NOISE = 1.25e-4
 _SHORTEST_HOLD = 5
-# Stretches whose ends are found for all samples of a piece at once, a power of two; and samples in a piece, so that what
-# is needed for them stays in the processor's cache.
+# Stretches whose ends are found for all samples of a piece at once, a power of two; and samples in a piece, so that
+# what is needed for them stays in the processor's cache.
 _LONGEST, _PIECE = 2_048, 16_384
 # Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins at the extreme, up to
 # noise and control error.
@@ -132,7 +132,7 @@ def excursions(
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points(displacement.tolist(), threshold)
+    turns = _turning_points(np.ascontiguousarray(displacement, dtype=float).data, threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
@@ -142,37 +142,36 @@ def _abscissa(displacement: Array, time: Array | None) -> Array:
     return np.arange(len(displacement), dtype=float) if time is None else time
 
 
-def _turning_points(q: list[float], threshold: float) -> list[int]:
+def _turning_points(q: Sequence[float], threshold: float) -> list[int]:
     """Return the samples at which the direction changes, by the zigzag rule."""
     turns: list[int] = []
-    low = high = 0
-    direction = 0
-    for i in range(1, len(q)):
-        if q[i] > q[high]:
-            high = i
-        if q[i] < q[low]:
-            low = i
-        if direction >= 0 and q[high] - q[i] > threshold:
+    low = high = direction = 0
+    lowest = highest = q[0]
+    for i, value in enumerate(q):
+        if value > highest:
+            high, highest = i, value
+        if value < lowest:
+            low, lowest = i, value
+        if direction >= 0 and highest - value > threshold:
             if direction > 0 or high > 0:
                 turns.append(high)
-            direction, low = -1, i
-            high = i
-        elif direction <= 0 and q[i] - q[low] > threshold:
+            direction, low, high, lowest, highest = -1, i, i, value, value
+        elif direction <= 0 and value - lowest > threshold:
             if direction < 0 or low > 0:
                 turns.append(low)
-            direction, high = 1, i
-            low = i
+            direction, low, high, lowest, highest = 1, i, i, value, value
     return turns
 
 
 def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
-    # Lists, because most stretches are short: a function of NumPy takes longer than they do.
-    holds, start, n, values, times = [], 0, len(q), q.tolist(), x.tolist()
-    stops = _stops(q, band).tolist()
+    # Views, because most stretches are short: a function of NumPy takes longer than they do.
+    values, times = (np.ascontiguousarray(one, dtype=float).data for one in (q, x))
+    holds, start, n = [], 0, len(q)
+    stops = _stops(q, band)
     while start <= n - _SHORTEST_HOLD:
-        stop = stops[start]
+        stop = int(stops[start])
         if stop - start >= _LONGEST:
             stop = _stop(q, start, band)
         long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
@@ -222,7 +221,7 @@ def _stop(q: Array, start: int, band: float) -> int:
         size *= 2
 
 
-def _is_abrupt(q: list[float], x: list[float], start: int, stop: int, band: float) -> bool:
+def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, band: float) -> bool:
     """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
 
     At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
@@ -239,7 +238,7 @@ def _is_abrupt(q: list[float], x: list[float], start: int, stop: int, band: floa
     return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))
 
 
-def _median(values: list[float]) -> float:
+def _median(values: Sequence[float]) -> float:
     ordered, half = sorted(values), len(values) // 2
     return ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
 

@@ -61,13 +61,20 @@ _CHANGES, _EXCEEDED = WIDEST + 1.0, _MOST
 class _Miss:
     """By how much extrapolations from one side miss each sample (n,), in their own standard deviations.
 
-    ``clean`` says whether the samples that were extrapolated are of the same branch as the sample; ``size`` is the miss
-    in the unit of the signal. ``score`` and ``size`` are nan where there are too few samples on that side.
+    ``score`` is nan where there are too few samples on that side; ``large`` says whether the miss is as large as that
+    of a spike, ``alone`` whether it makes a spike where there is no other side, and ``clean`` whether the samples that
+    were extrapolated are of the same branch as the sample.
     """
 
     score: Array
-    size: Array
+    large: Mask
+    alone: Mask
     clean: Mask
+
+    @property
+    def mirrored(self) -> _Miss:
+        """The misses from the last sample to the first."""
+        return _Miss(self.score[::-1], self.large[::-1], self.alone[::-1], self.clean[::-1])
 
 
 def spikes(
@@ -120,18 +127,22 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
         As in `spikes`.
     """
     n = len(values)
-    left = [_miss(values, x, branch, gap) for gap in range(1, WIDEST + 1)]
-    right = [_mirrored(_miss(values[::-1], -x[::-1], branch[::-1], gap)) for gap in range(1, WIDEST + 1)]
-    height = np.zeros((WIDEST, n))
     at_end = np.maximum(floor, _CHANGES * np.quantile(np.abs(np.diff(values)), 1.0 - _EXCEEDED))
+    back = slice(None, None, -1)
+    left = [_miss(values, x, branch, floor, at_end, gap, False) for gap in range(1, WIDEST + 1)]
+    right = [
+        _miss(values[back], -x[back], branch[back], floor[back], at_end[back], gap, True).mirrored
+        for gap in range(1, WIDEST + 1)
+    ]
+    height = np.zeros((WIDEST, n))
     for width in range(1, WIDEST + 1):
         block = np.full(n, np.inf)
         for k in range(width):
             before, after = left[k], right[width - k - 1]
-            one = _agreed(before, after, floor)
-            if ends:
-                one = np.where(np.isnan(before.score), _alone(after, values, at_end, True), one)
-                one = np.where(np.isnan(after.score), _alone(before, values, at_end, False), one)
+            one = _agreed(before, after)
+            for side, other in ((after, before), (before, after)) if ends else ():
+                none = np.flatnonzero(np.isnan(other.score))
+                one[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
             block[: n - k] = np.minimum(block[: n - k], one[k:])
         block[n - width + 1 :] = 0.0
         high = np.flatnonzero(block)
@@ -146,38 +157,18 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
     return np.array(samples, dtype=np.intp)
 
 
-def _agreed(left: _Miss, right: _Miss, floor: Array) -> Array:
+def _agreed(left: _Miss, right: _Miss) -> Array:
     """Return by how many standard deviations (n,) both sides miss each sample in one direction; 0 if they do not."""
     with np.errstate(invalid="ignore"):
-        same = left.score * right.score > 0
-        large = np.minimum(np.abs(left.size), np.abs(right.size)) >= floor
         least = np.minimum(np.abs(left.score), np.abs(right.score))
-        enough = np.where(
-            left.clean & right.clean,
-            least >= _BOTH,
-            (least >= _BOTH)
-            & (np.where(left.clean, np.abs(left.score), np.abs(right.score)) >= _ALONE)
-            & (left.clean | right.clean),
-        )
-    return np.where(same & large & enough, least, 0.0)
-
-
-def _alone(miss: _Miss, values: Array, floor: Array, first: bool) -> Array:
-    """Return by how many standard deviations (n,) one side misses each sample that it alone judges; 0 if it does not.
-
-    Parameters
-    ----------
-    miss : _Miss
-    values : (n,) array
-    floor : (n,) array
-        Least size of a spike, in the unit of the signal.
-    first : bool
-        Whether the samples are the first ones.
-    """
-    score, size = np.nan_to_num(np.abs(miss.score)), np.nan_to_num(miss.size)
-    forecast = values - size
-    begins = first & (values * forecast >= 0.0) & (np.abs(values) <= np.abs(forecast))
-    return np.where(miss.clean & ~begins & (score >= _ALONE) & (np.abs(size) >= floor), score, 0.0)
+        # Few samples are missed by as much.
+        at = np.flatnonzero((least >= _BOTH) & left.large & right.large & (left.score * right.score > 0))
+    clean = left.clean[at], right.clean[at]
+    sure = np.abs(np.where(clean[0], left.score[at], right.score[at])) >= _ALONE
+    at = at[(clean[0] & clean[1]) | (sure & (clean[0] | clean[1]))]
+    found = np.zeros(len(least))
+    found[at] = least[at]
+    return found
 
 
 def _nearby(left: _Miss, right: _Miss, width: int, starts: NDArray[np.intp]) -> Array:
@@ -194,10 +185,29 @@ def _nearby(left: _Miss, right: _Miss, width: int, starts: NDArray[np.intp]) -> 
     return np.asarray(np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0)))
 
 
-def _miss(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
-    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts."""
-    found = _by_parabola(values, x, branch, gap)
-    score, size = found.score, found.size
+def _miss(
+    values: Array,
+    x: Array,
+    branch: NDArray[np.int_],
+    floor: Array,
+    at_end: Array,
+    gap: int,
+    first: bool,
+) -> _Miss:
+    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts.
+
+    Parameters
+    ----------
+    values, x, branch, floor : (n,) array
+        As in `_largest`.
+    at_end : (n,) array
+        Least size of a spike where one side alone judges.
+    gap : int
+    first : bool
+        Whether the samples that this side alone judges are the first ones, not the last.
+    """
+    parabola, size, clean = _by_parabola(values, x, branch, gap)
+    score = parabola
     for samples in _ON_LINES:
         other, miss = _by_line(values, x, samples, gap)
         with np.errstate(invalid="ignore"):
@@ -206,7 +216,13 @@ def _miss(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
             between = other * score < 0
         score = np.where(between, 0.0, np.where(nearer, other, score))
         size = np.where(between, 0.0, np.where(nearer, miss, size))
-    return _Miss(np.where(np.isnan(found.score), np.nan, score), size, found.clean)
+    score = np.where(np.isnan(parabola), np.nan, score)
+    size = np.nan_to_num(size)
+    forecast = values - size
+    begins = first & (values * forecast >= 0.0) & (np.abs(values) <= np.abs(forecast))
+    with np.errstate(invalid="ignore"):
+        alone = clean & ~begins & (np.abs(score) >= _ALONE) & (np.abs(size) >= at_end)
+    return _Miss(score, np.abs(size) >= floor, alone, clean)
 
 
 def _by_line(values: Array, x: Array, samples: int, gap: int) -> tuple[Array, Array]:
@@ -233,20 +249,25 @@ def _scale(score: Array, values: Array) -> float:
     return max(spread, 1e-9 * float(np.ptp(values)), 1e-300)
 
 
-def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
-    """Extrapolate parabolas through up to 9 samples, of the branch alone if it has at least 5 of them."""
-    n = len(values)
+def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> tuple[Array, Array, Mask]:
+    """Extrapolate parabolas through up to 9 samples, of the branch alone if it has at least 5 of them.
+
+    Scores and misses (n,) are nan where there are too few; the mask says where the branch alone has enough.
+    """
+    n, pad = len(values), gap + _SAMPLES - 1
     score, size, clean, known = np.empty(n), np.empty(n), np.empty(n, dtype=bool), np.empty(n, dtype=bool)
+    before = [np.concatenate([np.full(pad, one[0]), one]) for one in (x, values)]
+    numbers = np.concatenate([np.full(pad, branch[0] - 1), branch])
     for begin in range(0, n, _PIECE):
         one = slice(begin, min(begin + _PIECE, n))
-        at = np.arange(one.start, one.stop) - gap - np.arange(_SAMPLES)[:, None]
-        there = at >= 0
-        at = np.maximum(at, 0)
-        own = there & (branch[at] == branch[one])
+        back = [slice(one.start + pad - gap - k, one.stop + pad - gap - k) for k in range(_SAMPLES)]
+        own = np.stack([numbers[part] for part in back]) == branch[one]
         clean[one] = own.sum(axis=0) >= _LEAST
+        there = np.arange(one.start, one.stop) - gap >= np.arange(_SAMPLES)[:, None]
         used = np.where(clean[one], own, there)
         known[one] = used.sum(axis=0) >= _LEAST
-        u = x[at] - x[one]
+        u = np.stack([before[0][part] for part in back])
+        u -= x[one]
         u /= np.maximum(np.abs(u).max(axis=0), 1e-300)
         # The parabola at u = 0 by the normal equations: moments of the abscissae, and the first column of the inverse.
         powers = [used.astype(float)]
@@ -256,13 +277,10 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         inverse = np.stack([s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2])
         determinant = s0 * inverse[0] + s1 * inverse[1] + s2 * inverse[2]
         inverse /= np.where(known[one], determinant, 1.0)
-        y = values[at] - values[one]
+        y = np.stack([before[1][part] for part in back])
+        y -= values[one]
         size[one] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
         score[one] = size[one] / np.sqrt(1.0 + np.where(known[one], inverse[0], 0.0))
     judged = known & clean
     nan = np.where(known, 0.0, np.nan)
-    return _Miss(score / _scale(score[judged], values) + nan, size + nan, judged)
-
-
-def _mirrored(miss: _Miss) -> _Miss:
-    return _Miss(miss.score[::-1], miss.size[::-1], miss.clean[::-1])
+    return score / _scale(score[judged], values) + nan, size + nan, judged

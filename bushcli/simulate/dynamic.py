@@ -209,11 +209,11 @@ def _check(case: Case) -> None:
                 "g1 = 0 says that the rubber has no loss"
             )
             problems.append(Problem(where, what, "", expected))
-        remembered = [one for one in in_state(active, unrelaxed=False) if one.effect.has_memory]
-        for one in remembered:
-            what = f"{name}: {readable_name(one.name)} depends on the path before the vibration"
-            expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
-            problems.append(Problem(where, what, "", expected))
+        for one in in_state(active, unrelaxed=False):
+            if one.effect.acts != "rig" and (one.effect.feature is None or one.effect.has_memory):
+                what = f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
+                expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
+                problems.append(Problem(where, what, "", expected))
     if problems:
         raise InputError(*problems)
 
@@ -377,7 +377,7 @@ def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
         names = " and ".join(readable_name(one.name) for one in sliding)
         what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
         found.append(Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct"))
-    rig = [one for one in active if one.effect.feature is None]
+    rig = [one for one in active if one.effect.acts == "rig"]
     if rig:
         names = " and ".join(readable_name(one.name) for one in rig)
         what = f"{name}: the stiffness is that of the part, without {names} of the rig"

@@ -26,8 +26,7 @@ from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
-from bushcli.simulate.admitted import admitted
-from bushcli.simulate.channels import SimulatedChannel
+from bushcli.simulate.channels import SimulatedChannel, admitted
 from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.measured import Measured

@@ -2,6 +2,7 @@
 
 import json
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -458,7 +459,7 @@ def test_a_line_break_cannot_smuggle_in_keys(folder):
         ("a = 1\na = 2\n", "case.toml:2:6: is not valid TOML: Cannot overwrite a value"),
         ("[geometry\n", "case.toml:1:10: is not valid TOML"),
         ('a = 1\ntitle = "open', "case.toml:2:14: is not valid TOML: Unterminated string (in: title"),
-        (b"title = '\xff\xfe'\n", "case.toml:1: is not UTF-8 text"),
+        (b"title = '\x00\xff\xfe'\n", "case.toml: is not a text file"),
         ("x = " + "[" * 5000, "case.toml: has too many brackets inside each other"),
         ("x = 1" + "0" * 5000, "case.toml: has a number of 5001 digits"),
         ("", "case.toml: [geometry] is missing"),
@@ -470,6 +471,49 @@ def test_what_is_no_case_file(folder, text, message):
 
 def test_a_byte_order_mark_is_no_mistake(folder):
     assert load(folder, b"\xef\xbb\xbf" + CASE.encode()).title == "plain bushing"
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-le", "utf-16-be"])
+def test_a_case_file_in_another_encoding_is_read(folder, encoding):
+    assert load(folder, CASE.replace("plain bushing", "Prüfling 3").encode(encoding)).title == "Prüfling 3"
+
+
+@pytest.mark.parametrize(
+    ("line", "better"),
+    [
+        ("title = \u201cPart 7\u201d", 'title = "Part 7"'),
+        ("title = \u201ePart 7\u201c", 'title = "Part 7"'),
+        ("title = \u2018Part 7\u2019", "title = 'Part 7'"),
+        ("title\u00a0= 'Part 7'", "title = 'Part 7'"),
+        ('title = "runs\\day 3"', 'title = "runs/day 3"'),
+        ("length = 34,5 # mm", "length = 34.5 # mm"),
+        ("length = 34,5 mm", "length = 34.5"),
+        ("length = \u221234.5", "length = -34.5"),
+    ],
+)
+def test_signs_that_toml_does_not_know_are_refused_with_the_line_to_write(folder, line, better):
+    found = problems(folder, f"{line}\n{CASE}")
+    assert len(found) == 1
+    assert found[0].endswith(f"; write {better})")
+    tomllib.loads(better)
+
+
+def test_a_unit_that_case_files_do_not_have_is_not_taken_away(folder):
+    assert "write" not in problems(folder, f"length = 1.5 in\n{CASE}")[0]
+
+
+@pytest.mark.parametrize("written", ["'runs\\tension.csv'", '"runs\\\\tension.csv"', '"runs\\tension.csv"'])
+def test_a_path_with_backslashes_that_exists_with_slashes_is_read(folder, written):
+    (folder / "runs").mkdir()
+    (folder / "runs" / "tension.csv").write_text("time_s,displacement_mm,force_N\n")
+    text = f"{CASE}\n[[recordings]]\nmode = 'axial'\nfile = {written}\n"
+    assert load(folder, text).recordings[-1].file == folder / "runs" / "tension.csv"
+
+
+def test_a_diameter_in_place_of_a_radius_is_refused_once(folder):
+    found = problems(folder, CASE.replace("inner_radius", "inner_diameter"))
+    assert len(found) == 1
+    assert found[0].endswith("(give inner_radius, half the diameter, in mm)")
 
 
 def test_files_that_are_none(folder):

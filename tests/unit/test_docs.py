@@ -65,6 +65,7 @@ TABLES = {
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema_recordings.RecordingTable,
+    "### Dynamic tests": schema.VibrationTable,
     "### Tables of dynamic stiffness": dynamic.DynamicRecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }

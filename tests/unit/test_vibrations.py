@@ -92,11 +92,18 @@ def test_angles_and_density_are_converted_and_shown_as_written(tmp_path: Path) -
     assert again.vibrations == found.vibrations
 
 
-def test_frequencies_in_a_range(tmp_path: Path) -> None:
-    linear = one("axial", "frequency = {from = 10, to = 40, points = 4}", tmp_path)
-    assert linear.vibrations[0].frequency == (10, 20, 30, 40)
-    spread = one("axial", 'frequency = {from = 1, to = 100, points = 3, spacing = "logarithmic"}', tmp_path)
-    assert spread.vibrations[0].frequency == (1, 10, 100)
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("from = 10, to = 40, points = 4", (10, 20, 30, 40)),
+        ("from = 1, to = 100, points = 3", (1, 10, 100)),
+        ('from = 1, to = 101, points = 3, spacing = "linear"', (1, 51, 101)),
+        ('from = 1, to = 4, points = 3, spacing = "logarithmic"', (1, 2, 4)),
+    ],
+)
+def test_frequencies_in_a_range(tmp_path: Path, given: str, expected: tuple[float, ...]) -> None:
+    """Over more than a decade they are spaced evenly in the logarithm, unless said otherwise."""
+    assert one("axial", f"frequency = {{{given}}}", tmp_path).vibrations[0].frequency == expected
 
 
 def test_the_motion_of_a_pose_that_goes_furthest_vibrates(tmp_path: Path) -> None:
@@ -285,8 +292,12 @@ def test_effects_without_dynamic_stiffness_are_said_or_refused(tmp_path: Path) -
     assert [one.name for one in found.conditions] == ["effect_left_out", "effect_left_out"]
     plain = vibrate(case(tmp_path))
     assert_allclose(found.curves[0].stiffness, plain.curves[0].stiffness)
-    with pytest.raises(InputError, match=r"mullins depends on the path.*channels"):
-        vibrate(case(tmp_path, more.format("mullins", "r = 2, m = 0.5, beta = 0.1") + AXIAL))
+    for refused in (
+        more.format("mullins", "r = 2, m = 0.5, beta = 0.1"),
+        more.format("batch_stiffness", "log_factor = 0.1"),
+    ):
+        with pytest.raises(InputError, match=r"changes the force along a path.*channels"):
+            vibrate(case(tmp_path, refused + AXIAL))
 
 
 def test_contact_that_stays_is_said(tmp_path: Path) -> None:

@@ -52,15 +52,7 @@ def decoded(path: Path) -> str:
         ) from None
     except (OSError, ValueError) as error:
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
-    marked = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
-    text = ""
-    for encoding in marked or _unmarked(content):
-        try:
-            text = content.decode(encoding)
-            break
-        except UnicodeDecodeError:
-            continue
-    text = text.rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # Ctrl-Z: the end of a file for DOS
+    text = text_of(content)
     if "\0" in text or (content and not text):
         raise RecordingError(
             Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")
@@ -68,6 +60,18 @@ def decoded(path: Path) -> str:
     if not text.strip():
         raise RecordingError(Problem(str(path), "is empty"))
     return text
+
+
+def text_of(content: bytes) -> str:
+    """Return the text that bytes stand for; empty, or with null characters, where they are no text."""
+    marked = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
+    for encoding in marked or _unmarked(content):
+        try:
+            # Ctrl-Z: the end of a file for DOS.
+            return content.decode(encoding).rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n")
+        except UnicodeDecodeError:
+            continue
+    return ""
 
 
 def _unmarked(content: bytes) -> list[str]:

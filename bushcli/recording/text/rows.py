@@ -153,15 +153,6 @@ class Run:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         if column >= len(self.form.numeric) or not self.form.numeric[column]:
             return np.full(len(self), np.nan), False
-        if column not in self._parsed:
-            self._parsed[column] = self._numbers(column)
-        return self._parsed[column], True
-
-    @cached_property
-    def _parsed(self) -> dict[int, Array]:
-        return {}
-
-    def _numbers(self, column: int) -> Array:
         found = []
         for piece in self._pieces():
             # What stands in other columns is not parsed.
@@ -169,7 +160,7 @@ class Run:
             lines = (text.replace(",", ".") if self.form.decimal == "," else text).split("\n")[:-1]
             delimiter = None if self.form.delimiter == " " else self.form.delimiter
             found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
-        return np.concatenate(found)
+        return np.concatenate(found), True
 
     def first(self, count: int) -> Run:
         """Return the first rows."""

@@ -71,9 +71,8 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     RecordingError
         When the time does not increase for another reason than wrong stamps.
     """
-    rows = np.column_stack([stamps.values, displacement, force])
-    kept = np.ones(len(rows), dtype=bool)
-    kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    kept = np.ones(len(force), dtype=bool)
+    kept[1:] = np.logical_or.reduce([one[1:] != one[:-1] for one in (stamps.values, displacement, force)])
     time = stamps.values[kept]
     wrong = int(np.count_nonzero(np.diff(time) <= 0))
     if not wrong:

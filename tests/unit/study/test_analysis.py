@@ -4,8 +4,7 @@ from scipy import stats
 
 from bushcli.case import Material
 from bushcli.case.hardness import hardened, youngs_modulus
-from bushcli.study.analysis import Columns, Limits, failures, summary, within
-from bushcli.study.limits import limits_of
+from bushcli.study.analysis import Columns, Limits, failures, limits_of, summary, within
 from bushcli.study.plan import plan
 from bushcli.study.variable import variable
 from forms.law import laws
