@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from bushcli.effects.names import within
-from bushcli.report.diagnosis_names import law_title
+from bushcli.report.views.diagnosis.words import law_title
 
 PICTURE = Path(__file__).with_name("pictures") / "diagnosis.png"
 # Okabe and Ito's palette, as in the report.

@@ -78,7 +78,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class Band:
+class Stripe:
     """A rectangle behind everything else; a line, where its two ends are equal.
 
     Attributes
@@ -150,7 +150,7 @@ class Plot:
     labels: tuple[str, str]
     series: Sequence[Series] = ()
     regions: Sequence[Region] = ()
-    bands: Sequence[Band] = ()
+    bands: Sequence[Stripe] = ()
     notes: Sequence[Note] = ()
     x: tuple[float, float] | None = None
     y: tuple[float, float] | None = None

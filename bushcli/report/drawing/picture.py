@@ -217,8 +217,8 @@ def _axis(axes: Axes, plot: Plot, name: str) -> None:
     if plot.log == name:
         (axes.set_xscale if name == "x" else axes.set_yscale)("log")
         axis.set_minor_locator(NullLocator())
-    most = plot.width / 75 if name == "x" else (plot.height - 58) / 45
-    axis.set_major_locator(FixedLocator(ticks(*limits, max(3, round(most)), plot.log == name)))
+    most = plot.width / 75 if name == "x" else (plot.height - 58) / 40
+    axis.set_major_locator(FixedLocator(ticks(*limits, max(4, round(most)), plot.log == name)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: tick(value)))
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bushcli.report.document import Band, Note, Picture, Plot, Region, Series
+from bushcli.report.document import Note, Picture, Plot, Region, Series, Stripe
 from bushcli.report.drawing.prepared import pane, position, prepared, shade
 
 Array = NDArray[np.floating[Any]]
@@ -141,7 +141,7 @@ def _grid(plot: Plot) -> str:
             parts.append(f'<line{zero} x1="{x:.2f}" x2="{x:.2f}" y1="{top:g}" y2="{top + height:g}"/>')
         parts.append(_words("x", x, top + height + 17, name or tick(value), first=True))
     for value, name in plot.y_names or [
-        (v, "") for v in ticks(*plot.y, max(3, round(height / 45)), plot.log == "y")
+        (v, "") for v in ticks(*plot.y, max(4, round(height / 40)), plot.log == "y")
     ]:
         y = top + float(position(plot, plot.x[0], value)[1])
         if not plot.y_names:
@@ -202,7 +202,7 @@ def _series(plot: Plot, series: Series) -> str:
     return "".join(made)
 
 
-def _band(plot: Plot, band: Band) -> str:
+def _band(plot: Plot, band: Stripe) -> str:
     _, _, width, height = pane(plot)
     x, y = position(plot, np.array(band.x), np.array(band.y))
     left, right = np.where(np.isnan(x), [-_FAR * width, _FAR * width], x)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.report.document import Panels, Plot, Series
-from bushcli.report.plots.direct import capital, padded, rest_lines
+from bushcli.report.plots.direct import capital, rest_lines
 from bushcli.report.quantity import quantities
 from bushcli.study.batch import Batch
 
@@ -31,14 +31,7 @@ def batch_panels(found: Batch) -> list[Panels]:
             Series("before", "tolerance band", np.r_[q, np.nan, q], np.r_[curve.lower, np.nan, curve.upper]),
             Series("after", "mean", q, curve.mean.force),
         ]
-        plot = Plot(
-            f"batch-{curve.mode}",
-            f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance",
-            shown.displacement_label,
-            shown.force_label,
-            padded(np.concatenate([line.x for line in series])),
-            series=series,
-            bands=rest_lines(shown),
-        )
-        panels.append(Panels(f"{curve.mode}-batch", "curve", plot.title, [[plot]], curve.mode))
+        plot = Plot("curves", (shown.displacement_label, shown.force_label), series, bands=rest_lines(shown))
+        title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
+        panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
     return panels

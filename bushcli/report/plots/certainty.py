@@ -9,7 +9,7 @@ import numpy as np
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.names import effect_name
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, title
-from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.fit import bar
 from bushcli.report.views.diagnosis.values import ShownQuantity, derived_text, shown
 from bushcli.report.views.diagnosis.words import short_chance, undetectable, unlikely
@@ -37,7 +37,7 @@ def probability_panels(found: Diagnosis) -> Panels:
         x=(0.0, 112.0),
         y=(len(drawn) - 0.5, -0.5),
         regions=regions,
-        bands=[Band("level", x=(95.0, 95.0))],
+        bands=[Stripe("level", x=(95.0, 95.0))],
         notes=notes,
         height=50.0 + 36.0 * len(drawn),
         x_names=[(v, f"{v} %" if v == 95 else f"{v}") for v in (0, 25, 50, 75, 95)],

@@ -28,12 +28,7 @@ def compare_panels(found: Comparison) -> list[Panels]:
             for i, item in drawn
         ]
         plot = Plot(
-            f"compare-{names[channel]}",
-            capital(channel),
-            shown.displacement_label,
-            shown.force_label,
-            series=series,
-            bands=rest_lines(shown),
+            "curves", (shown.displacement_label, shown.force_label), series, bands=rest_lines(shown)
         )
-        panels.append(Panels(f"{names[channel]}-compare", "curve", plot.title, [[plot]], channel))
+        panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))
     return panels

@@ -11,7 +11,7 @@ import numpy as np
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
-from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import capital, rest_lines
 from bushcli.report.quantity import Quantities, number, percent, quantities
 
@@ -128,7 +128,7 @@ def _by_cycle(
     span = (0.4, last + 0.6)
     step = -(-last // _TICKS)
     names = [(n, f"{n}") for n in range(1, last + 1, step)]
-    zero = [Band("zero", y=(0.0, 0.0))] if name == "energy" else []
+    zero = [Stripe("zero", y=(0.0, 0.0))] if name == "energy" else []
     return Plot(
         name, ("cycle", label), series, x=span, bands=zero, heading=heading, width=450.0, x_names=names
     )

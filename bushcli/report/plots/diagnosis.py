@@ -11,7 +11,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
 from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
-from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.direct import SEPARATE, Array, capital, padded
 from bushcli.report.plots.fit import force_limits
 from bushcli.report.quantity import percent, quantities
@@ -93,7 +93,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         at = np.stack([x[worst], before[worst]], axis=1)
         regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     noise = 2 * channel.noise_percent
-    bands = [Band("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
+    bands = [Stripe("noise", y=(-noise, noise), label="noise (± 2 standard deviations)")]
     bands += _faulty_bands(x, channel.faulty)
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
@@ -191,14 +191,14 @@ def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= least]
 
 
-def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Band]:
+def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Stripe]:
     """Return a band for each run of faulty samples, to the middle of the gaps around it; neighbours are one band."""
     runs = _runs(faulty, least=1)
     middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     start, stop = middle[[run.start for run in runs]], middle[[run.stop for run in runs]]
     apart = start[1:] - stop[:-1] > _BESIDE * float(np.ptp(x))
     ends = zip(start[np.append(True, apart)], stop[np.append(apart, True)], strict=True) if runs else ()
-    return [Band("faulty", x=(float(a), float(b))) for a, b in ends]
+    return [Stripe("faulty", x=(float(a), float(b))) for a, b in ends]
 
 
 def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.recording import Recording, branches
-from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
@@ -28,9 +28,9 @@ def capital(name: str) -> str:
     return name[:1].upper() + name[1:]
 
 
-def rest_lines(shown: Quantities) -> tuple[Band, Band]:
+def rest_lines(shown: Quantities) -> tuple[Stripe, Stripe]:
     """Return the lines of no force and of no displacement."""
-    return Band("zero", y=(0.0, 0.0)), Band("zero", x=(shown.rest, shown.rest))
+    return Stripe("zero", y=(0.0, 0.0)), Stripe("zero", x=(shown.rest, shown.rest))
 
 
 def recorded_series(recording: Recording, shown: Quantities) -> Series:
@@ -95,7 +95,7 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
     reach = found.tolerance.percent
     below = difference_plot(
         Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
-        Band("tolerance", y=(-reach, reach)),
+        Stripe("tolerance", y=(-reach, reach)),
         shown,
         span,
         f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
@@ -105,7 +105,7 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
 
 
 def difference_plot(
-    off: Series, band: Band, shown: Quantities, span: tuple[float, float], heading: str
+    off: Series, band: Stripe, shown: Quantities, span: tuple[float, float], heading: str
 ) -> Plot:
     """Return the difference of two curves in percent of the force range, with a band that lies inside the picture."""
     reach = 1.15 * max(band.y[1], float(np.abs(off.y).max()), 1e-3)
@@ -158,4 +158,4 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
 def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
     series = [Series(f"line-{i}", one, time, values[:, i], "both") for i, one in enumerate(labels)]
     span = (float(time[0]), float(time[-1]))
-    return Plot(what, ("time [s]", label), series, x=span, bands=[Band("zero", y=(0.0, 0.0))], width=450.0)
+    return Plot(what, ("time [s]", label), series, x=span, bands=[Stripe("zero", y=(0.0, 0.0))], width=450.0)

@@ -12,7 +12,7 @@ from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.refit import RISE_95
 from bushcli.inverse.result import NORMAL
-from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.search import convergence_panels, ends_panels
@@ -47,7 +47,7 @@ def _coupon(curve: FittedCurve, stable: tuple[float, float] | None, index: int) 
     if stable is not None:
         ends = [(left, min(stable[0], right)), (max(stable[1], left), right)]
         # Where the law violates Drucker's postulate.
-        bands = [Band("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
+        bands = [Stripe("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
     return Plot(
         f"coupon-{index}", shown.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
@@ -103,7 +103,7 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     below = difference_plot(
         # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
         Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots"),
-        Band("noise", y=(-2 * noise, 2 * noise)),
+        Stripe("noise", y=(-2 * noise, 2 * noise)),
         shown,
         span,
         f"{label} - recorded, in % of the recorded {shown.force} range: rms {rms}; grey: noise {percent(noise)}, "
@@ -150,7 +150,7 @@ def _ranked(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
         x=(left, right),
         y=(len(fits) - 0.5, -0.5),
         regions=bars,
-        bands=[Band("level", x=(noise, noise), label=label)] if noise > 0 else [],
+        bands=[Stripe("level", x=(noise, noise), label=label)] if noise > 0 else [],
         notes=notes,
         heading=f"{curve.name} (held out)" if curve.held_out else curve.name,
         height=95.0 + 30.0 * len(fits),
@@ -198,12 +198,12 @@ def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
     values, rise = profile.values[good], profile.rise[good]
     least, most = float(profile.values.min()), float(profile.values.max())
     bands = [
-        Band("limit", y=(RISE_95, RISE_95), label="95 %"),
-        Band("zero", x=(estimate.value, estimate.value)),
+        Stripe("limit", y=(RISE_95, RISE_95), label="95 %"),
+        Stripe("zero", x=(estimate.value, estimate.value)),
     ]
     if estimate.interval is not None:
         low, high = (min(max(end, least), most) for end in estimate.interval)
-        bands.insert(0, Band("shaded", x=(low, high)))
+        bands.insert(0, Stripe("shaded", x=(low, high)))
     series = []
     if estimate.std > 0:
         # Where profile and parabola differ, the standard error is misleading.

@@ -9,7 +9,7 @@ import numpy as np
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.mismatch.bins import KINDS, Bin
 from bushcli.mismatch.maps import LocalMap, MissingProfile
-from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.diagnosis import BEST, changed, force_range
 from bushcli.report.plots.direct import Array, around
@@ -58,7 +58,7 @@ def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Pan
             regions,
             x=(min(span), max(span)),
             y=(len(cycles) - 0.5, -0.5),
-            bands=[Band("zero", x=(units.rest, units.rest))],
+            bands=[Stripe("zero", x=(units.rest, units.rest))],
             heading=f"{what}: {kind}",
             height=95.0 + min(24.0 * max(len(cycles), 2), 500.0),
             width=900.0 / len(kinds),
@@ -150,7 +150,7 @@ def _missing(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
         series,
         regions,
         x=span,
-        bands=[Band("zero", y=(0.0, 0.0))],
+        bands=[Stripe("zero", y=(0.0, 0.0))],
         log="x" if wide else "",
     )
 
@@ -166,7 +166,7 @@ def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
     heading = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
     series = [Series("after", "", time / 60.0 if minutes else time, units.shown(q))]
     label = "time [min]" if minutes else "time [s]"
-    bands, title = [Band("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
+    bands, title = [Stripe("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
     plot = Plot(
         "program", (label, units.displacement_label), series, bands=bands, heading=heading, height=240.0
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.inverse import Fit
-from bushcli.report.document import Band, Panels, Plot, Series
+from bushcli.report.document import Panels, Plot, Series, Stripe
 from bushcli.report.quantity import number
 
 # Largest number of evaluations that are drawn with a mark on each.
@@ -31,7 +31,7 @@ def convergence_panels(fit: Fit) -> Panels:
         series.append(
             Series("after", "best so far", np.repeat(at[searched], 2)[1:], np.repeat(so_far, 2)[:-1])
         )
-    level = Band("level", y=(1.0, 1.0), label="noise")
+    level = Stripe("level", y=(1.0, 1.0), label="noise")
     failed = at[~np.isfinite(misfit)]
     if len(failed):
         # Along the upper edge, because they have no misfit.
@@ -40,7 +40,7 @@ def convergence_panels(fit: Fit) -> Panels:
     shade = []
     if profiles.any():
         shade = [
-            Band(
+            Stripe(
                 "shaded", x=(float(at[profiles].min()) - 0.5, float(at.max()) + 0.5), label="for the profiles"
             )
         ]
@@ -62,7 +62,7 @@ def convergence_panels(fit: Fit) -> Panels:
         ratios,
         x=span,
         y=limits,
-        bands=[Band("zero", y=(1.0, 1.0))],
+        bands=[Stripe("zero", y=(1.0, 1.0))],
         heading=heading,
     )
     end = "converged" if fit.converged else "not converged"
@@ -103,7 +103,7 @@ def ends_panels(fit: Fit) -> Panels:
         f"{name}\nfrom {number(a)}\nto {number(b)}" for name, a, b in zip(names, low, high, strict=True)
     ]
     title = f"Where {len(ends)} starts ended: {int(best.sum())} at the best misfit"
-    axes = [Band("zero", x=(i, i)) for i in range(len(names))]
+    axes = [Stripe("zero", x=(i, i)) for i in range(len(names))]
     plot = Plot(
         "starts",
         ("", ""),

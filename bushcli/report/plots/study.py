@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from bushcli.report.document import Band, Panels, Plot, Region, Series
+from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around
 from bushcli.report.plots.fit import bar
 from bushcli.report.quantity import number, quantities
 from bushcli.study.analysis import Summary
-from bushcli.study.bands import Band as CurveBand
+from bushcli.study.bands import Band
 from bushcli.study.study import Study
 
 # Largest number of bars in a tornado diagram, of panels of the scatter plots across and down, and of characters of a
@@ -44,11 +44,11 @@ def study_panels(found: Study) -> list[Panels]:
     return made
 
 
-def _limits(found: Summary, axis: str) -> list[Band]:
+def _limits(found: Summary, axis: str) -> list[Stripe]:
     if found.limits is None:
         return []
     ends = [(v, v) for v in (found.limits.low, found.limits.high) if math.isfinite(v)]
-    return [Band("limit", x=end) if axis == "x" else Band("limit", y=end) for end in ends]
+    return [Stripe("limit", x=end) if axis == "x" else Stripe("limit", y=end) for end in ends]
 
 
 def _tornado(found: Summary, label: str, index: int) -> Plot:
@@ -65,7 +65,7 @@ def _tornado(found: Summary, label: str, index: int) -> Plot:
         (i, key if math.isnan(one.total) else f"{key}\nSobol {one.first:.2f}, total {one.total:.2f}")
         for i, (key, one) in enumerate(chosen)
     ]
-    bands = [Band("level", x=(found.mean, found.mean)), *_limits(found, "x")]
+    bands = [Stripe("level", x=(found.mean, found.mean)), *_limits(found, "x")]
     size = (len(chosen) - 0.5, -0.5)
     return Plot(
         f"answer-{index}",
@@ -78,7 +78,7 @@ def _tornado(found: Summary, label: str, index: int) -> Plot:
     )
 
 
-def band_panels(found: Study, one: CurveBand) -> Panels:
+def band_panels(found: Study, one: Band) -> Panels:
     """Return the median curve, and the bands that contain 90 % of the curves and all of them."""
     shown = quantities(dict(found.case.channels)[one.channel])
     q, (least, low, middle, high, most) = one.displacement, one.force
@@ -145,7 +145,7 @@ def _spread(found: Study, name: str, label: str) -> Plot:
     boxes = [
         np.array([(a, 0), (b, 0), (b, n), (a, n)]) for (a, b), n in zip(pairwise(edges), count, strict=True)
     ]
-    median = Band("level", x=(one.quantiles[1], one.quantiles[1]))
+    median = Stripe("level", x=(one.quantiles[1], one.quantiles[1]))
     heading = (
         f"median {number(one.quantiles[1], 4)}"
         if one.limits is None

@@ -52,7 +52,7 @@ for (const figure of document.querySelectorAll("figure.plot")) {
       element("line", { x1: x, x2: x, y1: top, y2: top + height, class: value || frame.dataset.log === "x" ? "" : "zero" });
       element("text", { x, y: top + height + 17, class: "x" }, shown(value, "x"));
     }
-    for (const value of ticks(toY(view.y + view.h), toY(view.y), Math.max(3, Math.round(height / 45)), "y")) {
+    for (const value of ticks(toY(view.y + view.h), toY(view.y), Math.max(4, Math.round(height / 40)), "y")) {
       const y = top + ((((y1 - value) / (y1 - y0)) * height - view.y) / view.h) * height;
       element("line", { x1: left, x2: left + width, y1: y, y2: y, class: value || frame.dataset.log === "y" ? "" : "zero" });
       element("text", { x: left - 7, y: y + 4, class: "y" }, shown(value, "y"));

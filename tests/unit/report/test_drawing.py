@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.text import Text as MplText
 
-from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
+from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.drawing import projection
 from bushcli.report.drawing.body import _Drawing, deformed_figure
 from bushcli.report.drawing.bushing_map import map_figure
@@ -375,7 +375,10 @@ def everything(**changes):
             ),
             Region("tolerance", "accepted", [np.array([(0.0, 0.0), (10.0, 90.0), (10.0, 110.0)])]),
         ],
-        "bands": [Band("noise", y=(-5.0, 5.0), label="noise"), Band("limit", x=(9.0, 9.0), label="limit")],
+        "bands": [
+            Stripe("noise", y=(-5.0, 5.0), label="noise"),
+            Stripe("limit", x=(9.0, 9.0), label="limit"),
+        ],
         "notes": [Note("a & b", (5.0, 25.0))],
     }
     return Plot("all", ("x", "y"), **given | changes)
