@@ -159,7 +159,7 @@ def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[
     taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    if "time" in found:
+    if "time" in found or source.is_untimed:
         return said
     said += untaken_time(table, taken)
     return said if source.sample_rate is not None or source.rate is not None else said + rate_remarks(table)

@@ -26,7 +26,7 @@ from bushcli.recording.text.fields import (
 )
 from bushcli.recording.text.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
 from bushcli.recording.text.rows import Form, Rows, Run, end_of_head, sifted
-from bushcli.recording.text.table import SHOWN, TextTable
+from bushcli.recording.text.table import CALCULATE, SHOWN, TextTable
 
 #: Most columns of a table.
 MOST_COLUMNS = 1_000
@@ -150,8 +150,10 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         default=(0, "."),
     )
     if not fewest:
-        what = "has no table with two columns of numbers"
-        raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
+        what, expected = "has no table with two columns of numbers", ""
+        if any(field.startswith("=") for fields in split for field in fields):
+            what, expected = f"{what}: its formulas have no values", CALCULATE
+        raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what, "", expected))
     start, width, repeats, _ = _rows(path, lines, body, split, "\t", decimal, fewest)
     width = _named_width(lines, body[start].number, "\t", width, MOST_COLUMNS)
     top = header(path, lines, body[start].number, width, "\t", decimal)

@@ -96,6 +96,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         When the column is missing, ambiguous, of another kind than the mode needs, in an unknown unit, or contains
         fields that are not numbers.
     """
+    if quantity == "time" and source.is_untimed:
+        return None
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
     index, remarks = _found(table, wanted) if chosen is None else (chosen_index(table, chosen), ())

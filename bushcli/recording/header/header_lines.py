@@ -68,6 +68,8 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
+        if fields and re.match(r"%[^\W\d_]", fields[0]) and not match_quality(fields[0][1:], "strain"):
+            fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
         if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
             passed += [] if line.comment else [line]
@@ -93,6 +95,9 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
         units = _merged(path, rows, place, units)
         _refuse_other_names(path, fields, units, further)
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
+        # A name in cells that are merged over two rows stands in the upper one.
+        upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
+        fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
     units = _merged(path, rows, place, units)
     lost = [

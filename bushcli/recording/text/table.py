@@ -23,6 +23,9 @@ LARGEST = 1e100
 SHOWN = 40
 #: Characters of a line above a table in which units and factors are searched.
 LONGEST_LINE = 5000
+#: What to do where a workbook has formulas without values.
+CALCULATE = "open the workbook in Excel or LibreOffice, which calculate them, and save it"
+_PERCENT = 'remove the % behind the numbers; the name of the column has the unit: "Strain [%]"'
 # What to do with a row that lacks a value, and with times of two numbers.
 _NO_VALUE = "delete the row, or put # and a blank in front of it"
 _MINUTES = 'units = {time = "mm:ss"} or "hh:mm" in the table of the case file'
@@ -304,7 +307,12 @@ class TextTable(Table):
             if not is_number(written, self.decimal):
                 if not written:
                     raise self._refused(i, column, "a field is empty", _NO_VALUE)
-                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number')
+                if written.startswith("="):
+                    raise self._refused(
+                        i, column, f"{written[:SHOWN]} is a formula without a value", CALCULATE
+                    )
+                remedy = _PERCENT if written.endswith("%") else ""
+                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number', remedy)
             if says_missing(written):
                 raise self._refused(i, column, f"{written} is a missing value", _NO_VALUE)
             if not np.isfinite(values[i]):

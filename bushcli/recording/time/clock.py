@@ -153,7 +153,9 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
         what += f", and likewise in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
     back = (np.diff(time)[wrong] < 0).any()
     expected = (
-        "write each recording into a file of its own, with its rows in the order of time"
+        "write each recording into a file of its own, with its rows in the order of time; or, if the rows are those of "
+        'one test in its order, read them without these stamps: columns = {time = "none"} in the table of the case '
+        "file, with sample_rate if the samples are at equal intervals"
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )

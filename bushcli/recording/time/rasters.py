@@ -330,7 +330,8 @@ def own_clocks(
         if at is None:
             return table
         every.append(_with_clock(table, index, at, source, mode))
-    own, travels, chosen = every[0], every[len(forced) :], source.columns.get("time")
+    own, travels = every[0], every[len(forced) :]
+    chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
         every.append(_with_clock(table, own.columns[0], chosen_index(table, chosen), source, mode))
     if all(_same_clock(own, one, True) for one in every):
