@@ -5,7 +5,7 @@
 OLD and NEW are checkouts, or folders of outputs that an earlier run left in DIR/old or DIR/new. Both run with the
 Python that runs this script. JSON is compared value by value, CSV and exported files byte by byte, the terminal's text
 and the text of the pages line by line; what a run cannot repeat (times, versions, digests of the code) is left out.
-Of pictures only the names are compared. Exit code 1 if anything differs.
+Of pictures only the names, and the places on the page, are compared. Exit code 1 if anything differs.
 """
 
 from __future__ import annotations
@@ -153,26 +153,29 @@ def repeatable(value: Any) -> Any:
 
 
 class PageText(html.parser.HTMLParser):
-    """Collects the text of a page, its headings, and the titles of its pictures."""
+    """Collects the text of a page; a figure, with what is written in it, is one line."""
+
+    HIDDEN = ("script", "style", "figure")
 
     def __init__(self) -> None:
         super().__init__()
         self.lines: list[str] = []
-        self.hidden = False
+        self.within: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Note a picture by its title; scripts and styles are no text."""
-        self.hidden = tag in ("script", "style")
-        if tag == "img":
-            self.lines.append(f"[picture] {dict(attrs).get('alt')}")
+        """Note a figure; nothing within it is text."""
+        if tag in self.HIDDEN:
+            self.within.append(tag)
+            self.lines += ["[figure]"] if self.within == ["figure"] else []
 
     def handle_endtag(self, tag: str) -> None:
         """End what is no text."""
-        self.hidden = False
+        if tag in self.HIDDEN and self.within:
+            self.within.pop()
 
     def handle_data(self, data: str) -> None:
         """Keep the text."""
-        if not self.hidden and data.strip():
+        if not self.within and data.strip():
             self.lines.append(" ".join(data.split()))
 
 

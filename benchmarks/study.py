@@ -118,9 +118,8 @@ def _overhead(name: str, file: Path, designs: int = 60) -> str:
     from bushcli.case import load_case
     from bushcli.study import task as module
     from bushcli.study.answers import default_answers
-    from bushcli.study.cache import DesignCache
     from bushcli.study.plan import plan
-    from bushcli.study.task import SECONDS, StudyTask, evaluate, settled
+    from bushcli.study.task import SECONDS, DesignCache, StudyTask, evaluate, settled
     from bushcli.study.variable import of_tolerance
 
     marched = []

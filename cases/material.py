@@ -149,8 +149,8 @@ class RubberAtPoints:
         In the order of `cases.parameters.Numbers.branches`.
     points
         Number of points.
-    guard : shape (points, 1), optional
-        1 at points whose volumes have a further energy (`forms.volumetric.guard_energy`), 0 at others.
+    guard : shape (points, 2)
+        Which points have the further energies of volumes (`forms.answers.volumetric_answer`).
 
     Attributes
     ----------
@@ -166,16 +166,14 @@ class RubberAtPoints:
         names: tuple[str, ...],
         branches: Sequence[Branch],
         points: int,
-        guard: Array | None = None,
+        guard: Array,
     ) -> None:
         self._setting, self._law, self._names, self._points = setting, law, names, points
-        self._guarded = guard is not None
-        self._guard = {} if guard is None else {"guard": guard}
+        self._guard = guard
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
-        count = answers.volumetric_count(self._guarded)
-        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(count)}
+        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.VOLUMETRIC)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
 
@@ -232,7 +230,7 @@ class RubberAtPoints:
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
-        function = kernel(answers.volumetric_answer(self._setting, moduli, self._guarded))
+        function = kernel(answers.volumetric_answer(self._setting, moduli))
         volumetric = function.bound(total, self._volumetric_inputs(self.strain))
         return _Answered(law, total, begin, adding, volumetric)
 
@@ -275,12 +273,12 @@ class RubberAtPoints:
     @cached_property
     def _apart(self) -> tuple[Call, Array]:
         """Return the contribution of the volumetric part in an array of its own."""
-        function = kernel(answers.volumetric_answer(self._setting, False, self._guarded))
+        function = kernel(answers.volumetric_answer(self._setting, False))
         row = np.zeros((self._points, function.size))
         return function.bound(row, self._volumetric_inputs(self.strain), clear=True), row
 
     def _volumetric_inputs(self, strain: Array) -> dict[str, Array]:
-        return self._guard | {"strain": strain, "parameters": self._parameters["volumetric"]}
+        return {"guard": self._guard, "strain": strain, "parameters": self._parameters["volumetric"]}
 
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
@@ -311,7 +309,7 @@ class RubberAtPoints:
 
     def volumetric_slopes(self, at: PointState) -> Array:
         """Return derivatives of the volumetric part's [W, W_a] by its parameters."""
-        function = kernel(answers.volumetric_slopes(self._setting, self._guarded))
+        function = kernel(answers.volumetric_slopes(self._setting))
         rows = function(self._points, self._volumetric_inputs(at.strain))
         return np.ascontiguousarray(rows.reshape(self._points, -1, 1 + self.variables).transpose(1, 0, 2))
 
@@ -326,9 +324,9 @@ class RubberAtPoints:
             Change of the strain variables, shape (points, variables).
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
-        volumetric = answers.volumetric_slopes(self._setting, self._guarded)
+        volumetric = answers.volumetric_slopes(self._setting)
         own = kernel(answers.work_slopes(law, len(self._names)))
-        other = kernel(answers.work_slopes(volumetric, answers.volumetric_count(self._guarded)))
+        other = kernel(answers.work_slopes(volumetric, answers.VOLUMETRIC))
         return (
             own(self._points, {"strain": strain, "change": change, "parameters": self._parameters["law"]}),
             other(self._points, {"change": change} | self._volumetric_inputs(strain)),

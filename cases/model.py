@@ -103,7 +103,7 @@ class FiniteElementModel:
             mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
         )
         self.state = fem.Function(self.space)
-        self.parameters = Parameters(mesh, law, parameters, bulk_modulus, self.features, guarded(mesh))
+        self.parameters = Parameters(mesh, law, parameters, bulk_modulus, self.features)
         self.constants, self.marked = self.parameters.constants, self.parameters.marked
         self.duration, self.stage = self.parameters.duration, self.parameters.stage
         self._stress_free = StressFree(mesh, self.features, self.parameters)
@@ -141,9 +141,8 @@ class FiniteElementModel:
             return MaterialCells(self.setting.kinematics, points, material(points.number), moved)
 
         def rubber(points: int) -> RubberAtPoints:
-            guard = self._guard(points) if guarded(mesh) else None
             return RubberAtPoints(
-                self._gradients, self.law, self.parameters.law_names, branches, points, guard
+                self._gradients, self.law, self.parameters.law_names, branches, points, self._guard(points)
             )
 
         def metal(points: int) -> MetalAtPoints:
@@ -152,10 +151,11 @@ class FiniteElementModel:
         return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
 
     def _guard(self, points: int) -> NDArray[np.float64]:
-        """Return 1 at the points of rubber cells that touch no bond, 0 at those of the others, shape (points, 1)."""
+        """Return which points have further energies of volumes, (points, 2): those of cells that touch no bond."""
         cells = self.cells("rubber")
         free = apart_from_bonds(self.mesh, self.space, cells, self._bonds)
-        return np.repeat(free.astype(float), points // max(len(cells), 1))[:, None]
+        which = np.outer(free, [1.0, float(guarded(self.mesh))])
+        return np.repeat(which, points // max(len(cells), 1), axis=0)
 
     @property
     def _bonds(self) -> tuple[str, ...]:

@@ -92,7 +92,7 @@ def bends(model: FiniteElementModel, ksp: PETSc.KSP, matrix: PETSc.Mat) -> bool:
 
 
 def negative_eigenvalues(ksp: PETSc.KSP) -> int:
-    """Return how many negative eigenvalues a factorised tangent has."""
+    """Return how many negative eigenvalues a factorised tangent has, on all ranks together."""
     if ksp.getPC().getType() == PETSc.PC.Type.PYTHON:
         context: Small = ksp.getPC().getPythonContext()
         return context.negative_eigenvalues()

@@ -43,7 +43,7 @@ class Numbers:
     law : shape (m,)
         The law's parameters.
     volumetric : shape (2,) or (3,)
-        Compliance (1/MPa), swelling (1) and, in guarded elements, the law's initial shear modulus (MPa).
+        Compliance (1/MPa), swelling (1), and the law's initial shear modulus (MPa).
     branches : tuple of Array
         For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s).
     metals : tuple of Array
@@ -66,8 +66,6 @@ class Parameters:
     ----------
     mesh, law, parameters, bulk_modulus, features
         As in `cases.model.Model`.
-    guarded
-        Whether the volumetric part needs the shear modulus (`cases.elements.guarded`).
 
     Attributes
     ----------
@@ -86,9 +84,7 @@ class Parameters:
         parameters: Mapping[str, float],
         bulk_modulus: float,
         features: Sequence[Installed],
-        guarded: bool = False,
     ) -> None:
-        self._guarded = guarded
         self._law, self._features, self._sleeves = law, features, tuple(mesh.sleeves.values())
         self.law_names = tuple(parameters)
         values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
@@ -190,8 +186,7 @@ class Parameters:
         for sleeve in self._sleeves:
             E, nu = self._youngs_modulus(sleeve, values), sleeve.poissons_ratio
             metals.append([E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))])
-        volumetric = [compliance, swelling, shear] if self._guarded else [compliance, swelling]
-        return [list(law.values()), volumetric, branches, metals, shear]
+        return [list(law.values()), [compliance, swelling, shear], branches, metals, shear]
 
 
 def _parts(made: Sequence[Any], part: Any, scale: float) -> Numbers:

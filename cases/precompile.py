@@ -71,11 +71,10 @@ def _functions() -> Iterator[PointFunction]:
     for name, setting in SETTINGS.items():
         yield from (make(name, setting) for make in (gradients.strains, gradients.strain_rates))
         yield from (make(name, setting) for make in (gradients.forces, gradients.moduli))
-        for guarded in (False, True) if name == "cartesian" else (False,):
-            for moduli in (False, True):
-                yield answers.volumetric_answer(setting, moduli, guarded)
-            volumetric, count = answers.volumetric_slopes(setting, guarded), answers.volumetric_count(guarded)
-            yield from (volumetric, answers.work_slopes(volumetric, count))
+        for moduli in (False, True):
+            yield answers.volumetric_answer(setting, moduli)
+        volumetric = answers.volumetric_slopes(setting)
+        yield from (volumetric, answers.work_slopes(volumetric, answers.VOLUMETRIC))
         yield from (answers.metal_answer(setting), answers.resting_answer(setting))
         for law, names in _laws():
             for moduli in (False, True):

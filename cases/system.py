@@ -95,8 +95,8 @@ class System:
 
     @cached_property
     def free_pressures(self) -> int:
-        """Number of pressure unknowns on this rank that are not constrained."""
-        return len(np.setdiff1d(self.owned_pressures, self._constrained))
+        """Number of pressure unknowns on all ranks that are not constrained; collective when first read."""
+        return int(summed(self._comm, len(np.setdiff1d(self.owned_pressures, self._constrained))))
 
     # -- residual ------------------------------------------------------------------------------------------------
 

@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[1]
 _WITH_CONSTANTS = ("likelihood", "evidence", "inverse", "selection", "mismatch", "diagnosis")
 # A constant is a number or made of numbers, not a text.
 _NUMBER, _WORD = re.compile(r"\d"), re.compile(r"[\"']|\bre\.|^[A-Z]\w*\(")
-_UNIT = re.compile(r", (mm|MPa|degrees)\b")
+_UNIT = re.compile(r", (mm|MPa|degrees|kg/m3)\b")
 
 
 def table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import ufl
 
-from forms.kinematics import principal, strain_of
+from forms.kinematics import Kinematics, principal, strain_of
 from forms.law import Law, Scalar
 from forms.point import PointFunction, answer, named, variables
 from forms.potential import sleeve_energy
 from forms.setting import KinematicDescription
-from forms.volumetric import guard_energy, mixed_energy
+from forms.volumetric import guard_energy, mixed_energy, stabilising_energy
 
 # Points per call: an axial march with Ogden's law of three terms takes a tenth less time, with Yeoh's a tenth more.
 BATCH = 8
@@ -77,8 +77,15 @@ def law_slopes(setting: KinematicDescription, law: Law, names: tuple[str, ...]) 
     )
 
 
-def volumetric_answer(setting: KinematicDescription, moduli: bool, guarded: bool = False) -> PointFunction:
-    """Answer of the volumetric part; parameters compliance (1/MPa), swelling (1), and the shear modulus if guarded.
+# Parameters of the volumetric part: compliance (1/MPa), swelling (1), initial shear modulus (MPa).
+VOLUMETRIC = 3
+
+
+def volumetric_answer(setting: KinematicDescription, moduli: bool) -> PointFunction:
+    """Answer of the volumetric part, with the further energies of volumes that the pressures do not prescribe.
+
+    The input ``guard`` has two numbers, each 1 at points that have such an energy and 0 at others: `stabilising_energy`
+    and `guard_energy` of `forms.volumetric`.
 
     Parameters
     ----------
@@ -86,63 +93,50 @@ def volumetric_answer(setting: KinematicDescription, moduli: bool, guarded: bool
         Kinematics, with its strain variables.
     moduli : bool
         Whether second derivatives are included.
-    guarded : bool
-        Whether volumes that the pressures do not prescribe have an energy (`forms.volumetric.guard_energy`): the input
-        ``guard`` is 1 at points that have it, 0 at others.
     """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
-        J = strain_of(y[:-1]).J
-        W = _volumetric_energy(J, y[-1], list(given["parameters"]), given)
-        return answer(W, (J, y[-1]), y, given, moduli)
+        strain = strain_of(y[:-1])
+        W = _volumetric_energy(strain, y[-1], list(given["parameters"]), given)
+        return answer(W, (*strain.measures, y[-1]), y, given, moduli)
 
-    key = (_volumetric_name(guarded), "moduli" if moduli else "stress", str(len(setting.names)))
-    return PointFunction(key, _volumetric_blocks(setting, guarded), make)
+    key = ("volumetric", "moduli" if moduli else "stress", str(len(setting.names)))
+    return PointFunction(key, _volumetric_blocks(setting), make)
 
 
-def volumetric_slopes(setting: KinematicDescription, guarded: bool = False) -> PointFunction:
+def volumetric_slopes(setting: KinematicDescription) -> PointFunction:
     """Derivatives of [W, W_a] with respect to the parameters of `volumetric_answer`.
 
     Parameters
     ----------
     setting : KinematicDescription
         Kinematics, with its strain variables.
-    guarded : bool
-        As in `volumetric_answer`.
     """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
-        J = strain_of(y[:-1]).J
+        strain = strain_of(y[:-1])
         marked = [ufl.variable(value) for value in given["parameters"]]
-        slopes = [ufl.diff(_volumetric_energy(J, y[-1], marked, given), value) for value in marked]
-        return [part for slope in slopes for part in answer(slope, (J, y[-1]), y, given, moduli=False)]
+        slopes = [ufl.diff(_volumetric_energy(strain, y[-1], marked, given), value) for value in marked]
+        measures = (*strain.measures, y[-1])
+        return [part for slope in slopes for part in answer(slope, measures, y, given, moduli=False)]
 
-    key = (_volumetric_name(guarded), "slopes", str(len(setting.names)))
-    return PointFunction(key, _volumetric_blocks(setting, guarded), make)
-
-
-def volumetric_count(guarded: bool) -> int:
-    """Return the number of parameters of `volumetric_answer`."""
-    return 3 if guarded else 2
+    return PointFunction(("volumetric", "slopes", str(len(setting.names))), _volumetric_blocks(setting), make)
 
 
-def _volumetric_name(guarded: bool) -> str:
-    return "volumetric with guard" if guarded else "volumetric"
-
-
-def _volumetric_blocks(setting: KinematicDescription, guarded: bool) -> dict[str, int]:
-    blocks = {"strain": len(setting.names) + 1, "parameters": volumetric_count(guarded)}
-    return blocks | {"guard": 1} if guarded else blocks
+def _volumetric_blocks(setting: KinematicDescription) -> dict[str, int]:
+    return {"strain": len(setting.names) + 1, "parameters": VOLUMETRIC, "guard": 2}
 
 
 def _volumetric_energy(
-    J: Scalar, p: Scalar, parameters: Sequence[Scalar], given: Mapping[str, Scalar]
+    strain: Kinematics, p: Scalar, parameters: Sequence[Scalar], given: Mapping[str, Scalar]
 ) -> Scalar:
-    compliance, swelling, *shear = parameters
-    W = mixed_energy(J / swelling, p, compliance)
-    return sum((given["guard"][0] * guard_energy(J / swelling, modulus) for modulus in shear), W)
+    compliance, swelling, shear_modulus = parameters
+    J = strain.J / swelling
+    stabilising = stabilising_energy(J, p, strain.I1, compliance, shear_modulus)
+    folding = guard_energy(J, shear_modulus)
+    return mixed_energy(J, p, compliance) + given["guard"][0] * stabilising + given["guard"][1] * folding
 
 
 def work_slopes(function: PointFunction, rows: int) -> PointFunction:

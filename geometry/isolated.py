@@ -43,7 +43,8 @@ _ROOT = Path(__file__).resolve().parents[1]
 # What an error in a program raises. A damaged file makes our parsers raise errors of values, keys or numbers, and
 # libraries anything.
 _MISTAKES = (AssertionError, AttributeError, ImportError, NameError, NotImplementedError, TypeError)
-_SIMPLER = (
+#: Remedy for a file that takes too long.
+SIMPLER = (
     "a simpler file: without small faces, curves that zigzag, and parts that do not belong to the bushing"
 )
 _REMEDY = "is the file complete, and does the program that wrote it open it? if so, export it again"
@@ -80,11 +81,11 @@ def isolated(
             try:
                 answer, error, details = _reader.ask(question, _WAITING * most)
             except TimeoutError:
-                raise GeometryError(place, f"{failed}: {_too_long(most)}", _SIMPLER) from None
+                raise GeometryError(place, f"{failed}: {_too_long(most)}", SIMPLER) from None
             except EOFError:
                 code = -_reader.end()
                 if code == signal.SIGXCPU:
-                    raise GeometryError(place, f"{failed}: {_too_long(most)}", _SIMPLER) from None
+                    raise GeometryError(place, f"{failed}: {_too_long(most)}", SIMPLER) from None
                 how = signal.Signals(code).name if code > 0 else str(-code)
                 raise GeometryError(
                     place, f"{failed}: the program library for it crashes ({how})", _REMEDY

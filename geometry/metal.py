@@ -37,7 +37,9 @@ class Plate(BaseModel):
     youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
     poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
     # EN 1993-1-1, 3.2.6.
-    density: float = Field(default=7850.0, ge=500, le=25000, description="kg/m3 (steel); of vibrations only")
+    density: float = Field(
+        default=7850.0, ge=500, le=25000, description="density (steel), kg/m3; for vibrations only"
+    )
     rigid: bool = Field(default=False, description="true = does not deform, whatever its modulus")
 
     @model_validator(mode="after")

@@ -56,7 +56,7 @@ class Sleeve(BaseModel):
     poissons_ratio: float = Field(default=0.33, ge=0, lt=0.5, description="Poisson's ratio (aluminium)")
     # Wrought aluminium alloys: 2,660 to 2,810 kg/m3 (EN 573-3; EN AW-6082 2,700).
     density: float = Field(
-        default=2700.0, ge=500, le=25000, description="kg/m3 (aluminium); of vibrations only"
+        default=2700.0, ge=500, le=25000, description="density (aluminium), kg/m3; for vibrations only"
     )
     grip: Literal["surface", "ends"] = Field(
         default="surface",

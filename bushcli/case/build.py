@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -22,6 +23,7 @@ from bushcli.case.case import (
 )
 from bushcli.case.dynamic import KIND, DynamicRecordingTable, sources
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
+from bushcli.case.hardness import from_hardness
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
     CaseTable,
@@ -52,8 +54,6 @@ _SECTIONS = (
     *("title", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "coupons", "effects"),
 )
-#: kg/m3: cellular rubber, and rubber filled with lead.
-RUBBER = (100.0, 5000.0)
 #: Keys of a load case of which one gives the program.
 PROGRAMS = ("amplitude", "path", "file", "force", "force_path", "force_file")
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
@@ -99,7 +99,7 @@ class Builder:
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, tests, recordings, shape)
+        active = self._effects(data, load_cases, tests, (*recordings, *tables), shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 "material.parameters are not given, and there are neither coupons nor recordings to identify "
@@ -209,9 +209,13 @@ class Builder:
         if table.law not in laws():
             self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
             return None
-        material = Material(
-            table.law, table.bulk_modulus, dict(table.parameters), table.terms, DENSITY * table.density
-        )
+        self.findings += checks.density(table.density)
+        density = DENSITY * table.density
+        if table.hardness is not None:
+            others = [name for name in ("parameters", "terms") if getattr(table, name)]
+            self.findings += checks.hardness(table.hardness, others, bool(data.get("coupons")))
+            return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
+        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
         return material
 
@@ -347,7 +351,7 @@ class Builder:
         data: dict[str, Any],
         load_cases: Sequence[LoadCase | None],
         tests: Sequence[DynamicTest | None],
-        recordings: Sequence[Source],
+        recordings: Sequence[Source | DynamicSource],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))

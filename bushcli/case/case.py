@@ -59,6 +59,8 @@ class Material:
         Number of terms to identify of a law that has optional ones.
     density : float
         t/mm^3; of vibrations only.
+    hardness : float, optional
+        Shore A from which the parameters were taken, because nothing else is known.
     """
 
     law: str
@@ -66,6 +68,7 @@ class Material:
     parameters: Mapping[str, float] = field(default_factory=dict)
     terms: int | None = None
     density: float = 1.1e-9
+    hardness: float | None = None
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -124,7 +127,10 @@ class DynamicTest:
     frequency : tuple of float
         Hz.
     preload : tuple of float
-        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon); 0 with ``six``.
+        Displacements about which the bushing vibrates, mm or rad (stretch - 1 of a coupon), or forces, N or N mm; 0
+        with ``six``.
+    by_force : bool
+        Whether the preloads are forces.
     amplitude : float, optional
         Peak, mm or rad; None = small.
     transfer : bool
@@ -140,6 +146,7 @@ class DynamicTest:
     mode: str
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
+    by_force: bool = False
     amplitude: float | None = None
     transfer: bool = True
     steps: int = 20
@@ -174,6 +181,8 @@ class Case:
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
         Tolerances by dotted key, for the numbers that were given with one.
+    tables : mapping
+        The tables of the case file as written, with the overrides; empty where no file was read.
     """
 
     title: str
@@ -189,6 +198,7 @@ class Case:
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
+    tables: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -221,7 +231,7 @@ class Case:
 
 
 def load_case_names(
-    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source]
+    load_cases: Sequence[LoadCase | DynamicTest], recordings: Sequence[Source | DynamicSource]
 ) -> tuple[str, ...]:
     """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
 
@@ -280,6 +290,7 @@ def resolved(case: Case) -> dict[str, Any]:
             "parameters": dict(case.material.parameters),
             "terms": case.material.terms,
             "density": float(f"{case.material.density / DENSITY:.12g}"),
+            "hardness": case.material.hardness,
         },
         "load_cases": [
             *(_load_case(load_case, folder) for load_case in case.load_cases),
@@ -327,7 +338,10 @@ def _vibrations(test: DynamicTest) -> dict[str, Any]:
         shown |= {"motion": MOTIONS[test.motion]}
         shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
         return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
-    shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
+    if test.by_force:
+        shown["preload_force"] = list(test.preload)
+    else:
+        shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
     return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from annotated_types import Ge, Gt
 
 from bushcli.case.case import LoadCase, Material, parameter_terms
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.hardness import HIGHEST, LOWEST
 from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.typical import SHEAR_WORDS
 from bushcli.errors import nearest
@@ -20,6 +21,8 @@ from geometry.size import LARGEST
 _PARAMETERS: Keys = ("material", "parameters")
 # MPa; four decades beyond any rubber on both sides, so that residuals and tolerances stay well above rounding.
 SHEAR = (1e-5, 1e5)
+# kg/m3: cellular rubber, and rubber filled with lead.
+DENSITIES = (100.0, 5000.0)
 # Bulk over shear modulus at a Poisson's ratio of zero.
 LEAST_BULK = 2.0 / 3.0
 # mm: if the largest dimension is below this, the dimensions are in metres.
@@ -28,6 +31,14 @@ SMALLEST_SHAPE = 0.5
 SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
 # mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
 SMALLEST_TRAVEL = 1e-6
+
+
+def density(value: float) -> Iterator[Finding]:
+    """Check that a density in kg/m3 can be that of a rubber."""
+    if not DENSITIES[0] <= value <= DENSITIES[1]:
+        what = f"material.density = {value:g} kg/m3 is not that of a rubber"
+        expected = f"{DENSITIES[0]:g} to {DENSITIES[1]:g} kg/m3; a density in g/cm3 is multiplied by 1000"
+        yield Finding(("material", "density"), what, expected=expected)
 
 
 def parameters(material: Material) -> Iterator[Finding]:
@@ -124,6 +135,28 @@ def _terms(material: Material) -> Iterator[Finding]:
     elif material.parameters:
         what = "material.terms is for a law without parameters, but material.parameters are given"
         yield Finding(("material", "terms"), what, expected="give one of them")
+
+
+def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[Finding]:
+    """Check a hardness that is given for the law's parameters, and that nothing better is given beside it.
+
+    Parameters
+    ----------
+    shore_a : float
+        Shore A hardness, a number without a unit.
+    others : sequence of str
+        Keys of ``[material]`` that are given as well and determine the law.
+    coupons : bool
+        Whether there are coupon tests.
+    """
+    keys = ("material", "hardness")
+    if not LOWEST <= shore_a <= HIGHEST:
+        what = f"material.hardness = {shore_a:g} is no hardness for which Gent's relation holds"
+        yield Finding(keys, what, expected=f"Shore A, {LOWEST:g} to {HIGHEST:g}")
+    known = [f"material.{name}" for name in others] + ["[[coupons]]"] * coupons
+    if known:
+        what = f"material.hardness and {' and '.join(known)} are given: a hardness says less than they do"
+        yield Finding(keys, what, expected="leave material.hardness out")
 
 
 def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:

@@ -60,17 +60,7 @@ def shown(value: object) -> str:
 
 
 def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
-    """Return the finding for a key that a section does not have.
-
-    Parameters
-    ----------
-    keys : Keys
-        Path to the key.
-    known : iterable of str
-        Keys that the section has.
-    section : str
-        The section as the message names it, such as ``[mesh]``.
-    """
+    """Return the finding for a key that a section does not have."""
     known, key = tuple(known), str(keys[-1])
     what = f"{dotted(keys)} is not a key of {section}"
     radius = key.replace("diameter", "radius")
@@ -85,19 +75,7 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
 
 
 def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
-    """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``.
-
-    Parameters
-    ----------
-    keys : Keys
-        Path to the key that holds the name.
-    name : object
-        What the user wrote.
-    known : iterable of str
-        Names in the registry.
-    kind : str
-        What the registry holds, in the singular: "law", "mode".
-    """
+    """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``."""
     known = tuple(known)
     return Finding(
         keys,

@@ -89,7 +89,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
             _refuse_name(file, folder)
             entries.append(_entry(file, tables))
         except RecordingError as error:
-            problems += error.problems
+            problems += map(_without_case, error.problems)
     if problems:
         raise CaseError(*problems)
     bushing = [entry for entry in entries if modes()[entry.source.mode].specimen == "bushing"]
@@ -105,6 +105,14 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     )
     text = head + "".join(map(_table, bushing, _names(bushing), repeat("recordings"), repeat(folder)))
     return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
+
+
+def _without_case(problem: Problem) -> Problem:
+    """Return a problem that says where to put the line of the case file that its remedy asks for."""
+    if "case file" not in problem.expected:
+        return problem
+    added = "there is none yet: `bushcli init DIR` writes an example whose file and mode you replace"
+    return replace(problem, expected=f"{problem.expected}; {added}")
 
 
 def _refuse_name(file: Path, folder: Path) -> None:

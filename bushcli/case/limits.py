@@ -14,6 +14,8 @@ from geometry.shape import Shape
 
 #: Bytes of a case file. The largest in use has some ten thousand.
 LARGEST_CASE = 1_000_000
+#: Bytes of a result; one of many long recordings has some tens of MB.
+LARGEST_RESULT = 500_000_000
 #: Tables in tables; the deepest key of a case file has four.
 DEEPEST = 20
 #: Largest numbers of entries in a list of tables, and of problems that are listed.
@@ -31,13 +33,7 @@ _DOT = re.compile(r"[\w\"'-][ \t]*\.(?=[ \t]*[\w\"'-])")
 
 
 def too_deep_line(text: str) -> int | None:
-    """Return the line, from 1, of a key with more dots than `DEEPEST`, or None; the parser takes hours over such a key.
-
-    Parameters
-    ----------
-    text : str
-        A case file before it is parsed.
-    """
+    """Return the line of a key with more dots than `DEEPEST`, or None; the parser takes hours over such a key."""
     for number, line in enumerate(text.split("\n"), start=1):
         if line.count(".") <= DEEPEST:
             continue
@@ -70,13 +66,6 @@ def is_too_deep(data: Any) -> bool:
 
 def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[Finding]:
     """Refuse a mesh that is larger than `LARGEST_MESH`; the size of a free mesh is estimated.
-
-    Parameters
-    ----------
-    shape : Shape
-    mesh : MeshOptions
-    used : iterable of str
-        Modes that the case simulates; if empty, all modes of the specimen.
 
     Raises
     ------

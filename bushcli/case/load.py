@@ -2,32 +2,48 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bushcli.case.build import Builder
-from bushcli.case.case import Case
+from bushcli.case.case import Case, resolved
 from bushcli.case.finding import Finding, Keys
-from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_deep, too_deep_line
+from bushcli.case.identified import IDENTIFIED
+from bushcli.case.limits import (
+    DEEPEST,
+    LARGEST_CASE,
+    LARGEST_RESULT,
+    MOST_PROBLEMS,
+    is_too_deep,
+    too_deep_line,
+)
 from bushcli.case.override import Override, apply
+from bushcli.case.rebuild import found_case
 from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.decode import text_of
 from bushcli.runtime.bounded import TooLarge, read_bounded
+from bushcli.runtime.condition import Condition
 from geometry.shape import shapes
+
+#: The numbers of a result, in its folder.
+RESULT = "result.json"
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> Case:
-    """Read a case file.
+    """Read a case file, or the case of a results folder.
 
     Parameters
     ----------
     path : path
+        The case file, or a folder that a command wrote: its identified case, else the case that its result is of.
     overrides : sequence of str
         ``KEY=VALUE`` with dotted keys as in the case file; values as in TOML.
     tables : TableCache, optional
@@ -38,18 +54,18 @@ def load_case(path: str | Path, overrides: Sequence[str] = (), tables: TableCach
     CaseError
         It lists everything that is wrong, with file or override, key, and what was expected.
     """
-    path = Path(path)
+    path = _case_file(Path(path))
     data, done = apply(_read(path), overrides)
     if is_too_deep(data):
         raise CaseError(
             Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
-    data, deviating = nominal(data)
+    written, (data, deviating) = deepcopy(data), nominal(data)
     builder = Builder(path.parent, tables)
     case = builder.case(data, path)
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))
-    return replace(case, toleranced=deviating)
+    return replace(case, toleranced=deviating, tables=written)
 
 
 def shape_of_part(path: Path) -> str | None:
@@ -83,6 +99,29 @@ def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))
     return case
+
+
+def _case_file(path: Path) -> Path:
+    """Return the case file that a results folder means; any other path as it is."""
+    folder = path.parent if path.name == RESULT else path
+    if not (folder / RESULT).is_file():
+        return path
+    if (folder / IDENTIFIED).is_file():
+        return folder / IDENTIFIED
+    try:
+        shown = json.loads(read_bounded(folder / RESULT, LARGEST_RESULT))["case"]
+        file = found_case(Path(shown["path"]), folder)
+        now = json.loads(json.dumps(resolved(load_case(file))))
+    except (OSError, ValueError, KeyError, TypeError, TooLarge):
+        what = "is a folder whose result names no case"
+        raise CaseError(
+            Problem(str(path), what, expected="a case file, or a folder of `bushcli inverse`")
+        ) from None
+    differing = [key for key in now if key != "path" and now[key] != shown.get(key)]
+    if differing:
+        what = f"holds a result of another state of {file} ({', '.join(differing)} differ)"
+        raise CaseError(Problem(str(path), what, expected=f"give {file}, with --set as in that run"))
+    return file
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -215,3 +254,29 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         what = "changes the law, but material.parameters are those of another law"
         problems.append(Problem(changed.where, what, expected="also give --set material.parameters={...}"))
     return problems
+
+
+_MARK = re.compile(r"#\s*<--")
+
+
+def unedited(path: Path) -> tuple[Condition, ...]:
+    """Return a condition if a case file still has lines that its user was asked to complete.
+
+    Parameters
+    ----------
+    path : Path
+    """
+    if path.suffix != ".toml" or not path.is_file():
+        return ()
+    text = text_of(path.read_bytes())
+    lines = [i for i, line in enumerate(text.splitlines(), start=1) if _MARK.search(line)]
+    if not lines:
+        return ()
+    places = f"{'line' if len(lines) == 1 else 'lines'} {', '.join(map(str, lines))}"
+    return (
+        Condition(
+            "unedited_case",
+            f"{path.name}: `bushcli init` marked {places} with <--: it cannot know these values",
+            "compare these lines with your bushing and files, and delete the marks",
+        ),
+    )

@@ -31,7 +31,7 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     CaseError
         Something in it is wrong, such as a geometry file that is no longer there.
     """
-    path = _found(Path(str(shown.get("path", "case.toml"))), folder)
+    path = found_case(Path(str(shown.get("path", "case.toml"))), folder)
     data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
     # A path in several directions cannot be exported, and its table is not a list of points.
     data["load_cases"] = [one for one in data.get("load_cases", []) if not isinstance(one.get("path"), dict)]
@@ -47,7 +47,16 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     return case
 
 
-def _found(path: Path, folder: Path) -> Path:
+def found_case(path: Path, folder: Path) -> Path:
+    """Return where a result's case file is: as named from the working folder, else from a folder above the result.
+
+    Parameters
+    ----------
+    path : Path
+        As the result names it.
+    folder : Path
+        Folder of the result.
+    """
     if path.is_absolute() or path.exists():
         return path
     above = (parent / path for parent in folder.resolve().parents)

@@ -69,7 +69,10 @@ class MaterialTable(CaseTable):
     parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
     # 100 parts of rubber of 920 kg/m3, 50 of carbon black of 1,800 and 10 of others of 1,000 have 1,090.
     density: float = Field(
-        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); of vibrations only"
+        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations only"
+    )
+    hardness: float | None = Field(
+        default=None, description="Shore A, for a law without parameters where nothing else is known"
     )
     terms: int | None = Field(
         default=None, ge=1, description="number of terms to fit, when no parameters are given"
@@ -162,13 +165,16 @@ class FrequenciesTable(CaseTable):
     first: float = Field(gt=0, alias="from", description="Hz")
     last: float = Field(gt=0, alias="to", description="Hz")
     points: int = Field(ge=2, le=10_000, description="number of frequencies")
-    spacing: Literal["linear", "logarithmic"] = Field(default="linear", description="between the frequencies")
+    spacing: Literal["linear", "logarithmic"] | None = Field(
+        default=None, description="absent = logarithmic over more than a decade"
+    )
 
 
-class DynamicTable(CaseTable):
+class VibrationTable(CaseTable):
     """``[load_cases.dynamic]``: small vibrations about one or several preloads."""
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
+    preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
     amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"
@@ -197,7 +203,7 @@ class LoadCaseTable(FileTable):
     file: Name | None = Field(default=None, description="file with the path of the displacement")
     force_file: Name | None = Field(default=None, description="file with the path of the force")
     steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
-    dynamic: DynamicTable | None = Field(
+    dynamic: VibrationTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"
     )
 

@@ -28,14 +28,7 @@ _PATTERN = re.compile(r"[*?\[]")
 
 
 def source_of(table: FileTable, mode: str, file: Path) -> Source:
-    """Return a source with a table's options for reading its file.
-
-    Parameters
-    ----------
-    table : FileTable
-    mode : str
-    file : Path
-    """
+    """Return a source with a table's options for reading its file."""
     quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
     return Source(
         mode=mode,
@@ -53,15 +46,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
 
 
 def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
-    """Yield a finding for each unit of a source that does not fit the quantity in its column.
-
-    Parameters
-    ----------
-    keys : tuple
-        Place of the source in the case file.
-    source : Source
-        Source in a known mode.
-    """
+    """Yield a finding for each unit of a source that does not fit the quantity in its column."""
     from bushcli.recording.header.units import scaled_unit  # its tables of spellings serve recordings alone
     from bushcli.recording.text.clock_times import is_form
 
@@ -315,19 +300,7 @@ def is_folder(path: Path) -> bool:
 
 
 def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> Path | None:
-    """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the case file.
-    keys : Keys
-        Place of the name in the case file.
-    name : str
-        As written there.
-    findings : list of Finding
-        An error is added to it.
-    """
+    """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist."""
     file = folder / with_slashes(folder, name)
     try:
         if file.is_file():

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
-from typing import Any
 
 from bushcli.case.case import Case
+from bushcli.case.identified import inline
 
 _TEXT = """\
 title = "{title}"
@@ -35,16 +34,6 @@ steps = 10
 """
 
 
-def _toml(value: Any) -> str:
-    """Write a JSON-ready value as TOML in one line, without keys that have no value."""
-    if isinstance(value, dict):
-        inside = ", ".join(f"{json.dumps(k)} = {_toml(v)}" for k, v in value.items() if v not in (None, []))
-        return "{" + inside + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return json.dumps(value, ensure_ascii=False)
-
-
 def starter_case(case: Case, folder: Path) -> str:
     """Return the text of a case file to start from, with all that was found in a geometry file.
 
@@ -66,7 +55,7 @@ def starter_case(case: Case, folder: Path) -> str:
     # Thickness of a plate of the same volume and bonds; the travels below are shares of it.
     reach = 2.0 * measures["rubber"] / bonds
     chosen = [
-        f"{name} = {_toml(value)}"
+        f"{name} = {inline(value)}"
         for name, value in shape.model_dump(mode="json", by_alias=True, exclude_defaults=True).items()
         if name != "file"
     ]

@@ -12,7 +12,7 @@ import numpy as np
 from bushcli.case import checks, six
 from bushcli.case.case import DynamicTest, LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown
-from bushcli.case.schema import FileTable, FrequenciesTable, LoadCaseTable
+from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from cases.mode import modes
 from cases.six import MOTIONS, SixPath
 from geometry.shape import Shape
@@ -56,16 +56,28 @@ def test(
             )
     turned = motion >= 3 if posed else modes()[table.mode].rotational
     unit = math.radians(1.0) if turned else 1.0
-    preload = tuple(unit * q for q in given.preload or (0.0,))
+    name = "preload" if given.preload_force is None else "preload_force"
+    values = getattr(given, name) or (0.0,)
+    preload = values if given.preload_force is not None else tuple(unit * q for q in values)
+    if given.preload is not None and given.preload_force is not None:
+        what = f"{dotted(at)} has preload and preload_force"
+        findings.append(Finding((*at, name), what, expected="give one of the two"))
     if len(set(preload)) < len(preload):
-        what = f"{dotted((*at, 'preload'))} = {shown(list(given.preload or ()))} has a value twice"
-        findings.append(Finding((*at, "preload"), what, expected="each preload once"))
-    for q in preload:
+        what = f"{dotted((*at, name))} = {shown(list(values))} has a value twice"
+        findings.append(Finding((*at, name), what, expected="each preload once"))
+    for q in preload if given.preload_force is None else ():
         if shape is not None and q:
             findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
     if findings or (posed and path is None):
         return None, findings
-    found = DynamicTest(table.mode, frequency, preload, transfer=given.point == "transfer", steps=table.steps)
+    found = DynamicTest(
+        table.mode,
+        frequency,
+        preload,
+        given.preload_force is not None,
+        transfer=given.point == "transfer",
+        steps=table.steps,
+    )
     amplitude = None if given.amplitude is None else unit * given.amplitude
     return replace(found, amplitude=amplitude, six=path, motion=motion), []
 
@@ -74,13 +86,13 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
     """Return findings for keys that a dynamic test does not take."""
     given = table.dynamic
     assert given is not None
-    unused = {"amplitude", "rate", "file", *FileTable.model_fields} | (set() if posed else {"path"})
+    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", *(("path",) if posed else ())}
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
     found = [
         Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)
         for name in sorted(unused & table.model_fields_set)
     ]
-    for name in ("preload",) if posed else ("motion",):
+    for name in ("preload", "preload_force") if posed else ("motion",):
         if getattr(given, name) is not None:
             at = (*keys, "dynamic", name)
             of = "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
@@ -105,7 +117,9 @@ def _frequencies(
         if table is None:
             # What is wrong has been recorded.
             return ()
-        spaced = np.geomspace if table.spacing == "logarithmic" else np.linspace
+        wide = max(table.first, table.last) > 10.0 * min(table.first, table.last)
+        spacing = table.spacing or ("logarithmic" if wide else "linear")
+        spaced = np.geomspace if spacing == "logarithmic" else np.linspace
         values = tuple(float(f"{one:.12g}") for one in spaced(table.first, table.last, table.points))
     else:
         values = cast(tuple[float, ...], raw)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,7 +14,11 @@ from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, is_first_rank, on_a_case
 from bushcli.errors import InputError, Problem
+from cases.mode import modes
 from geometry.errors import GeometryError
+
+if TYPE_CHECKING:
+    from bushcli.report.document import Document, Picture
 
 
 @click.command()
@@ -30,7 +36,8 @@ def check(run: Run, strict: bool) -> int:
     """
     from bushcli import report
     from bushcli.case import load_case_names
-    from bushcli.case.marks import unedited
+    from bushcli.case.hardness import known_from_hardness
+    from bushcli.case.load import unedited
     from bushcli.case.typical import unusual
     from bushcli.faults import find_faults
     from bushcli.faults.dynamic import table_faults
@@ -67,7 +74,12 @@ def check(run: Run, strict: bool) -> int:
     forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
     moved = [one for one in programs if one is not None and one.name not in forced]
     odd = unusual(case, case.material, (*records, *materials, *moved))
-    found = (*unedited(case.path), *untried_dolfinx(installed_dolfinx()), *odd)
+    found = (
+        *unedited(case.path),
+        *known_from_hardness(case.material),
+        *untried_dolfinx(installed_dolfinx()),
+        *odd,
+    )
     tests = protocol(case, curves, coupons, moved)
     checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
     run.deliver(
@@ -157,6 +169,10 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
+    from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.json.dynamic_tables import compared_json
+    from bushcli.report.views.dynamic_tables import with_tables
+    from bushcli.simulate.dynamic_tables import compare_tables
     from bushcli.simulate.kept import PredictionCache
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
@@ -167,7 +183,10 @@ def direct(
         what = "is a state of stiffness matrices, and none is asked for"
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
-    if not case.recordings and not case.load_cases:
+    tables = [
+        read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"
+    ]
+    if not case.recordings and not case.load_cases and not tables:
         expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
@@ -189,11 +208,19 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    run.deliver(
-        lambda: report.direct_json(response, compared, found, run.timings()),
-        lambda pictures=(): report.direct_document(response, compared, found, pictures),
-        lambda: report.direct_files(response, compared, found),
-    )
+    with run.timed("dynamic"):
+        vibrations, doubts = compare_tables(case, response.material, () if interrupted else tables)
+
+    def document(pictures: Sequence[Picture] = ()) -> Document:
+        static = report.direct_document(response, compared, found, pictures)
+        return with_tables(static, vibrations, doubts, alone=not response.channels)
+
+    def result() -> dict[str, Any]:
+        static = report.direct_json(response, compared, found, run.timings())
+        static["problems"] += [vars(one) for one in doubts]
+        return static | ({"dynamic": compared_json(vibrations)} if tables else {})
+
+    run.deliver(result, document, lambda: report.direct_files(response, compared, found))
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete:

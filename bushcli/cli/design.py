@@ -114,7 +114,7 @@ def design(
 
 
 def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> StudyTask:
-    from bushcli.study.hardness import HARDNESS
+    from bushcli.case.hardness import HARDNESS
     from bushcli.study.task import StudyTask
 
     nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)

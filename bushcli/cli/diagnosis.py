@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bushcli.cli.listed import names_in
-from bushcli.cli.positive import PositiveNumber
 from bushcli.cli.run import (
     DONE,
     INTERRUPTED,
@@ -20,7 +18,7 @@ from bushcli.cli.run import (
     on_a_case,
     ranks_there_are,
 )
-from bushcli.cli.shared import elsewhere, resumes, say_what_is_saved, scheduled
+from bushcli.cli.shared import PositiveNumber, elsewhere, names_in, resumes, say_what_is_saved, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 
@@ -91,6 +89,10 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
+    if case.dynamic:
+        run.say(
+            "tables of dynamic stiffness are not used here; direct compares them, fit fits those of coupons"
+        )
     several = ranks_there_are() > 1
     _one_way_to_share(several, workers, scheduler)
     if resume and run.output is None:
@@ -164,15 +166,7 @@ def _names(requested: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
-    """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit.
-
-    Parameters
-    ----------
-    run : Run
-        Options of the command.
-    budget : float or None
-        s; None if there is none, so that the time left is not known.
-    """
+    """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit."""
     if run.quiet or not is_first_rank():
         return None
     begin, last = time.perf_counter(), ""

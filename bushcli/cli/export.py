@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bushcli.cli.identification import fit_to_coupons
-from bushcli.cli.positive import PositiveNumber
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, Run, on_a_case, ranks_there_are
+from bushcli.cli.shared import PositiveNumber
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:

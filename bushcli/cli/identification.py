@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from bushcli.cli.listed import names_in
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import (
     DONE,
@@ -20,7 +19,7 @@ from bushcli.cli.run import (
     on_a_case,
     wait_for_ranks,
 )
-from bushcli.cli.shared import pool, resumes, scheduled
+from bushcli.cli.shared import names_in, pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -95,19 +94,7 @@ def fit(
 
 
 def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
-    """Fit a law to the coupon tests of a case and show the progress if the user asked for details.
-
-    Parameters
-    ----------
-    run : Run
-        Options of the command, and the timings to add to.
-    case : Case
-        Case with at least one coupon test.
-    model : str or None
-        Name of the law; None for the law of the case.
-    weighting : str
-        "relative" (misfit over the stress itself) or "absolute" (over the largest stress of the coupon).
-    """
+    """Fit a law to the coupon tests of a case and show the progress if the user asked for details."""
     from bushcli.inverse import fit_coupons
     from forms.law import laws
 
@@ -211,6 +198,10 @@ def inverse(
     from bushcli.inverse import Task, refuse_fixed
 
     case = run.load()
+    if case.dynamic:
+        run.say(
+            "tables of dynamic stiffness are not used here; direct compares them, fit fits those of coupons"
+        )
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:

@@ -12,15 +12,6 @@ from typing import Any
 def page_server(page: Path, address: str, port: int) -> ThreadingHTTPServer:
     """Return a server of a page, which has bound its port but not started.
 
-    Parameters
-    ----------
-    page : Path
-        The only file that is served: a page of bushcli contains its pictures.
-    address : str
-        Address of this machine to listen on, "127.0.0.1".
-    port : int
-        Port number, 0 to 65535; 0 takes a free one.
-
     Raises
     ------
     OSError

@@ -59,15 +59,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
 
 @contextmanager
 def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], None] | None]:
-    """Show how much of a long list of work is done, and the time left: a bar on a terminal, lines when piped.
-
-    Parameters
-    ----------
-    run : Run
-        Options of the command; with ``--quiet`` there is no progress.
-    what : str
-        What is counted: "designs".
-    """
+    """Show how much of a long list of work is done, and the time left: a bar on a terminal, lines when piped."""
     if run.quiet or not is_first_rank():
         yield None
         return
@@ -119,15 +111,6 @@ def search_progress(
 
     Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
     scaling of the start, profiles, robust losses). Fast fits to coupons show their lines only on request (-v).
-
-    Parameters
-    ----------
-    run : Run
-        Options of the command; with ``--quiet`` there is no progress.
-    turned : mapping of str to EffectParameter
-        Parameters that are shown in degrees, by full name.
-    starts : int
-        Number of start points; if there are several, the time left is printed at the beginning of each.
     """
     if run.quiet or not is_first_rank():
         return None

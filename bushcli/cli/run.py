@@ -127,15 +127,6 @@ class Run:
         """Write the result into the folder of -o, then print it.
 
         An interruption waits until the numbers are on disk. Whatever prevents the writing is raised after the printing.
-
-        Parameters
-        ----------
-        result : callable
-            Returns the result as JSON-ready data.
-        document : callable
-            Returns the document of the result, with the pictures that it is given.
-        files : callable
-            Returns the files to be written besides result.json.
         """
         failure: BaseException | None = None
         if self.output is not None and is_first_rank():
@@ -272,15 +263,7 @@ def on_a_case(
     into: str = "DIR",
     writes: str = "Write result.json there and, by command, report.html, curves, plots and fields.",
 ) -> Callable[..., None]:
-    """Give a command the CASE argument and the common options, and turn its errors into exit codes.
-
-    Parameters
-    ----------
-    command : callable
-        Takes a `Run` and its own options.
-    into, writes : str
-        What -o names, and what is written there.
-    """
+    """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
 
     @click.argument("case", type=click.Path(path_type=Path))
     @click.option(
@@ -319,15 +302,7 @@ def on_a_case(
 
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:
-    """Run a command and exit with the code that its result or its error calls for.
-
-    Parameters
-    ----------
-    work : callable
-        The command; returns an exit code, None for 0.
-    debug : bool
-        Let errors through with their traceback instead of printing one sentence.
-    """
+    """Run a command and exit with the code that its result or its error calls for."""
     listen()
     try:
         if 0 < _memory_limit() < _LEAST:

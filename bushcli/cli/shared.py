@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -73,17 +74,7 @@ def resumes(what: str) -> Callable[[F], F]:
 
 
 def say_what_is_saved(error: BaseException, folder: Path | None, what: str) -> None:
-    """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on.
-
-    Parameters
-    ----------
-    error : BaseException
-        What has ended the run; of other errors nothing is said.
-    folder : Path or None
-        That of -o.
-    what : str
-        What is saved, in the plural.
-    """
+    """Say on stderr, where a run has been interrupted or its scheduler was lost, what is saved and how to go on."""
     from bushcli.runtime.executor import SchedulerLost
 
     lost = isinstance(error, SchedulerLost)
@@ -157,3 +148,39 @@ def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]
             yield found.executor
     else:
         yield None
+
+
+class PositiveNumber(click.FloatRange):
+    """A finite number above zero.
+
+    Comparisons with nan are false, so that it would pass the bounds of its base class.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(min=0.0, min_open=True)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number.
+
+        Parameters
+        ----------
+        value : object
+            As given on the command line.
+        param : click.Parameter or None
+        ctx : click.Context or None
+
+        Raises
+        ------
+        click.BadParameter
+            It is not a finite number above zero.
+        """
+        found = float(super().convert(value, param, ctx))
+        if not math.isfinite(found):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return found
+
+
+def names_in(options: Sequence[str]) -> tuple[str, ...]:
+    """Return the names that all uses of an option give, each once."""
+    names = [name.strip() for option in options for name in option.split(",")]
+    return tuple(dict.fromkeys(name for name in names if name))

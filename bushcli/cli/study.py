@@ -90,7 +90,7 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
-    from bushcli.study.limits import limits_of
+    from bushcli.study.analysis import limits_of
     from bushcli.study.rows import parquet
     from bushcli.study.study import study as simulate
 
@@ -158,9 +158,9 @@ def _plan(
 
 
 def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> StudyTask:
+    from bushcli.case.hardness import HARDNESS
     from bushcli.report import described
     from bushcli.study.answers import answer, default_answers
-    from bushcli.study.hardness import HARDNESS
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:

@@ -248,6 +248,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         ),
         forward_solves=search.solves + plain.solves,
         failed_solves=search.failed + plain.failed,
+        uniform_odds=search.uniform,
         seconds=0.0,
     )
 

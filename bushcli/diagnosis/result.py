@@ -288,6 +288,8 @@ class Diagnosis:
         Of the plain law's misfit, in the bushing.
     faults : tuple of DataFault
         What is wrong with the data.
+    uniform_odds
+        Whether all effects had the same prior odds.
     """
 
     case: Case
@@ -316,6 +318,7 @@ class Diagnosis:
     forward_solves: int
     failed_solves: int
     seconds: float
+    uniform_odds: bool = False
 
     @property
     def unsearched(self) -> bool:

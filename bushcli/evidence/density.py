@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.inverse.channel import Channel
-from bushcli.inverse.patience import Patience
+from bushcli.inverse.channel import Channel, Patience
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.stopping import Stopping
 from bushcli.likelihood.calibration import factor_of

@@ -47,29 +47,12 @@ def ogden_terms(values: Mapping[str, float]) -> list[tuple[float, float]]:
 
 
 def incompressibility(order: Order, factor: float = 1.0) -> float:
-    """Return D = 2 / kappa of the energy 1/D (J - 1)^2, in the order's units; 0 for an incompressible rubber.
-
-    Parameters
-    ----------
-    order : Order
-        With a rubber.
-    factor : float
-        Factor on the bulk modulus, dimensionless.
-    """
+    """Return D = 2 / kappa of the energy 1/D (J - 1)^2, in the order's units; 0 for an incompressible rubber."""
     return 2.0 / order.units.of_stress(factor * rubber(order).bulk_modulus)
 
 
 def poisson_field(order: Order, program: str, width: int) -> str:
     """Return Poisson's ratio right-aligned in a field; the program takes the bulk modulus from its distance from 0.5.
-
-    Parameters
-    ----------
-    order : Order
-        With a rubber.
-    program : str
-        Name of the writer, for the message.
-    width : int
-        Characters.
 
     Raises
     ------
@@ -87,17 +70,7 @@ def poisson_field(order: Order, program: str, width: int) -> str:
 
 
 def bulk_refused(order: Order, program: str, why: str) -> InputError:
-    """Return the error that a program would take another bulk modulus than that of the rubber.
-
-    Parameters
-    ----------
-    order : Order
-        With a rubber.
-    program : str
-        Name of the writer.
-    why : str
-        What the program does with the number, a predicate.
-    """
+    """Return the error that a program would take another bulk modulus than that of the rubber."""
     what = f"the program {why}: not the bulk modulus of {rubber(order).bulk_modulus:.6g} MPa"
     return InputError(
         Problem(f"--to {program}", what, "", "a rubber has some 2000: --set material.bulk_modulus=2000")

@@ -13,17 +13,16 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case import Case, load_case
+from bushcli.case.identified import identified
+from bushcli.case.limits import LARGEST_RESULT
+from bushcli.case.load import RESULT
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.effects.active import require_values
-from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
-RESULT = "result.json"
-# Bytes; a result of many long recordings has some tens of MB.
-_LARGEST = 500_000_000
 _COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
 
 
@@ -119,7 +118,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
 
 def _read(file: Path, given: Path) -> dict[str, Any]:
     try:
-        result = json.loads(read_bounded(file, _LARGEST))
+        result = json.loads(read_bounded(file, LARGEST_RESULT))
     except FileNotFoundError:
         what = "is a folder without result.json"
         raise InputError(Problem(str(given), what, "", "a case file, or a folder written with -o")) from None
@@ -133,48 +132,6 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
 
 
 def _from_result(result: dict[str, Any], where: str, folder: Path) -> ExportSource:
-    shown = dict(result["case"])
-    command = result["command"]
-    if command == "direct":
-        shown["material"] = _material(shown, result.get("material", {}))
-    elif command == "diagnose":
-        shown["material"] = _material(shown, result.get("material", {}))
-        shown["effects"] = [
-            {
-                "name": one["name"],
-                "parameters": {name: value["value"] for name, value in one["parameters"].items()},
-                "channels": one.get("channels"),
-            }
-            for one in result.get("effects", [])
-        ]
-    elif command in ("fit", "inverse"):
-        _put_identified(shown, result)
+    shown = dict(result["case"]) | identified(result)
     case = rebuilt_case(shown, folder)
     return ExportSource(case, where, curves_of(result), *matrix_of(result))
-
-
-def _material(shown: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
-    kept = {key: value for key, value in shown["material"].items() if key != "terms"}
-    return kept | {key: found[key] for key in ("law", "bulk_modulus", "parameters") if key in found}
-
-
-def _put_identified(shown: dict[str, Any], result: dict[str, Any]) -> None:
-    """Replace the case's parameters by those of the identified law and of the effects identified with it."""
-    values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
-    law = {name: value for name, value in values.items() if "." not in name and name != "compliance"}
-    given = shown["material"].get("parameters") or {}
-    # Parameters that were fixed with --fix keep the value of the case.
-    if result["law"] == shown["material"]["law"]:
-        law = {**given, **law}
-    found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
-    shown["material"] = _material(shown, found)
-    effects = [dict(one, parameters=dict(one.get("parameters") or {})) for one in shown.get("effects", [])]
-    for full, value in values.items():
-        owner, _, parameter = full.rpartition(".")
-        for one in effects:
-            # "offset@radial" belongs to the rig of a channel; without one, the first effect of that name is meant.
-            rig, channels = rig_of(owner), one.get("channels")
-            if owner and one["name"] == effect_name(owner) and (not rig or (channels and channels[0] == rig)):
-                one["parameters"][parameter] = value
-                break
-    shown["effects"] = effects

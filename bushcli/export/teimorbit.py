@@ -30,15 +30,7 @@ def block(name: str, lines: Sequence[str]) -> list[str]:
 
 
 def units_block(units: UnitSystem, angle: str) -> list[str]:
-    """Return the block [UNITS].
-
-    Parameters
-    ----------
-    units : UnitSystem
-        Units of lengths, forces and times; the unit of mass is kg, and no value contains it.
-    angle : str
-        The program's name of a degree.
-    """
+    """Return the block [UNITS]."""
     values = {
         "LENGTH": _LENGTHS[units.length_name],
         "ANGLE": angle,

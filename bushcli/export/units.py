@@ -97,15 +97,7 @@ def unit_system(name: str) -> UnitSystem:
 
 
 def poisson_ratio(shear: float, bulk: float) -> float:
-    """Return Poisson's ratio of an initial shear and a bulk modulus in MPa; 0.5 where the latter is infinite.
-
-    Parameters
-    ----------
-    shear : float
-        MPa.
-    bulk : float
-        MPa.
-    """
+    """Return Poisson's ratio of an initial shear and a bulk modulus in MPa; 0.5 where the latter is infinite."""
     # As a difference from 0.5, so that a large bulk modulus neither overflows nor loses its digits.
     return 0.5 - 1.5 * shear / (3 * bulk + shear)
 

@@ -60,12 +60,10 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
 
 def _faults(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
     yield from _unit(shape, table)
-    left = table
     off = _off_curve(table)
     if off.any():
-        left = table.rows(~off)
         yield _rows_fault(table, off)
-    yield from _temperatures(left)
+    yield from _temperatures(table, off)
 
 
 def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
@@ -166,8 +164,9 @@ def _belongs(table: DynamicTable, row: int) -> str:
     return ""
 
 
-def _temperatures(table: DynamicTable) -> Iterator[DataFault]:
+def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataFault]:
     """Yield a fault for two sweeps at neighbouring temperatures that agree, while their neighbours differ."""
+    table = whole.rows(~off)
     over = np.log(table.frequency if table.over_frequency else table.amplitude)
     if np.isnan(over).any() or np.isnan(table.temperature).any():
         return
@@ -187,7 +186,7 @@ def _temperatures(table: DynamicTable) -> Iterator[DataFault]:
             beside = [rate[near] * min(rate[near] / rate[next_one], 1.0)]
         expected = float(np.exp(np.mean(np.log(beside))))
         if rate[k] * _STEADY < expected and abs(change[k]) < _SAME:
-            rows = np.zeros(len(table), dtype=bool)
+            rows = np.zeros(len(whole), dtype=bool)
             where = (
                 f"the sweeps at {at[k]:.4g} and {at[k + 1]:.4g} degrees C agree within {100 * abs(change[k]):.1f} %, "
                 f"where the stiffness changes by {100 * expected:.1f} % per kelvin beside them"

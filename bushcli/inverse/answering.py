@@ -25,13 +25,6 @@ def with_effects(
 ) -> Simulation | None:
     """Return the simulation of a channel with its effects along the whole record; None where no effect acts on it.
 
-    Parameters
-    ----------
-    recording : Recording
-        The samples in use.
-    shape, rubber, case, comm, prepared
-        Arguments of the finite-element model; the effects are the case's.
-
     Raises
     ------
     InputError
@@ -69,16 +62,6 @@ def with_others(
     prepared: Prepare,
 ) -> Reaction:
     """Return the model of one channel of a path of six motions; the channels of a path share one march.
-
-    Parameters
-    ----------
-    recording : Recording
-    path : RecordedPath
-        The path with all its motions.
-    paths : dict of str to SixSimulation
-        Simulations of the paths so far, by name; that of a new path is added.
-    shape, rubber, case, comm, prepared
-        Arguments of the finite-element model; the effects are the case's.
 
     Raises
     ------

@@ -71,17 +71,7 @@ class CorrelatedErrors:
 
 
 def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
-    """Return variance and correlation of the errors of which a fit left the residual.
-
-    Parameters
-    ----------
-    residual : (n,) array
-        Measured less fitted force, weighted.
-    rows : (n, p) array
-        Derivatives of the fitted force by the parameters, with the same weights.
-    freedom : float
-        Number of parameters that this recording determined.
-    """
+    """Return variance and correlation of the errors of which a fit left the residual."""
     n, power = len(residual), float(residual @ residual)
     plain = power / max(n - freedom, 1.0)
     if n - rows.shape[1] < FEWEST or power == 0.0:

@@ -28,13 +28,6 @@ def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Arra
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
     step. Candidates that are unstable in the coupon modes are skipped: their march would take long to fail.
 
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
-
     Returns
     -------
     point : shape (parameters,)
@@ -124,15 +117,7 @@ def shear(problem: LeastSquaresProblem, x: Array) -> float:
 
 
 def is_stable(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is stable in all monitored states; this takes milliseconds, a march much longer.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Whether the law is stable in all monitored states; this takes milliseconds, a march much longer."""
     tangents = moduli(problem.law, problem.law_parameters(x), problem.states)
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 

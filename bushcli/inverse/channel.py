@@ -22,7 +22,6 @@ from bushcli.curve.odd import swept_range, unfolded
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
 from bushcli.inverse.answering import with_effects, with_others
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -33,7 +32,7 @@ from bushcli.simulate.simulation import Simulation
 from bushcli.simulate.six_simulation import Reaction, SixSimulation
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
-from cases.march import unsolved
+from cases.march import History, unsolved
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
@@ -306,3 +305,38 @@ def _noise(recording: Recording) -> float:
     """Return the noise of the force, with that of the displacement converted by the mean stiffness."""
     stiffness = abs(recording.secant_stiffness())
     return float(np.hypot(force_noise(recording), stiffness * displacement_noise(recording)))
+
+
+# Failed steps that every march is allowed if no limit is given.
+ALLOWED = 3
+
+
+@dataclass
+class Patience:
+    """Failed steps after which marches of one channel are given up; it belongs to one fit, and learns from its marches.
+
+    Once a march has reached its end, a march with far more failed steps belongs to a trial that is too far off; to cut
+    its steps down to the smallest takes a hundred times as long as to solve a good trial.
+
+    Attributes
+    ----------
+    given : int or None
+        Limit of every march. None: unlimited at first, then derived from the marches that have reached their end.
+    hardest : int or None
+        Largest number of failed steps of a march that reached its end; None before the first one.
+    """
+
+    given: int | None = None
+    hardest: int | None = None
+
+    @property
+    def limit(self) -> int | None:
+        """Failed steps after which the next march is given up; None: `cases.march` decides."""
+        if self.given is not None or self.hardest is None:
+            return self.given
+        return ALLOWED + 2 * self.hardest
+
+    def learn(self, history: History) -> None:
+        """Take note of a march that has reached its end."""
+        failed = sum(not one.accepted for one in history.attempts)
+        self.hardest = failed if self.hardest is None else max(self.hardest, failed)

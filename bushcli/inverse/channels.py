@@ -25,19 +25,7 @@ FEWEST = 3
 def coupon_channels(
     case: Case, rubber: Rubber, weighting: Weighting, measured: Measured | None = None
 ) -> list[Channel]:
-    """Return the channels of the case's material tests; every rank of a parallel run solves these small models itself.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    rubber : Rubber
-        Law, parameters and bulk modulus to begin with.
-    weighting : Weighting
-        What the misfit of a coupon is divided by.
-    measured : Measured, optional
-        Cache of the recordings that the caller reads.
-    """
+    """Return the channels of the case's coupon tests; every rank of a parallel run solves these small models itself."""
     shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
     found = []
     for source in case.coupons:
@@ -54,12 +42,6 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
 
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
     where the recording has no other.
-
-    Parameters
-    ----------
-    source : Source
-    recording : Recording
-        Of the coupon.
 
     Raises
     ------
@@ -88,23 +70,7 @@ def bushing_channels(
     measured: Measured | None = None,
     corrected: Corrected | None = None,
 ) -> list[Channel]:
-    """Return the channels of the case's recordings; `prepared` makes their finite-element models.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    rubber : Rubber
-        Law, parameters and bulk modulus to begin with.
-    comm : MPI.Comm
-        Ranks that share each model.
-    prepared : Prepare
-        Makes the finite-element model of a channel.
-    measured : Measured, optional
-        Cache of the recordings that the caller reads.
-    corrected : Corrected, optional
-        Returns the correction of a channel's mesh.
-    """
+    """Return the channels of the case's recordings; `prepared` makes their finite-element models."""
     measured = Measured() if measured is None else measured
     paths: dict[str, SixSimulation] = {}
     found = []

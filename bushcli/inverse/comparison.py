@@ -22,19 +22,6 @@ def compared_curves(
     """Return each channel's recording with its curve at `x`, and at `start` where that has been solved.
 
     Channels held out are predicted; one that cannot be solved at `x` is left out.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    held_out : list[Channel]
-        Channels that are predicted instead of fitted.
-    x : Array
-        Identified parameters, shape (parameters,), in the units of the law.
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
     """
     # The search has solved both points already: nothing is solved again for the fitted channels.
     after = problem.answers(x)

@@ -39,15 +39,6 @@ def minimise_by_dogleg(problem: LeastSquaresProblem, start: Array, max_iteration
 
     A parameter set that cannot be solved ends the search if a derivative needs it, and counts as a rejection if it is
     a trial.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
-    max_iterations : int
-        Largest number of iterations.
     """
     x, radius, rejections = start.copy(), RADIUS, 0
     value = problem.residual(x)

@@ -33,15 +33,7 @@ POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 
 def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
-    """Continue a search that the law's stability held back, to a minimum within the edge of stability.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    ended : Minimum
-        End of the search so far.
-    """
+    """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
     x, radius, steps, rejected = ended.x, np.inf, 0, 0
     value, slope = problem.residual(x), problem.jacobian(x)
     enough = min(STATIONARY, problem.stopping.tolerance)
@@ -132,14 +124,7 @@ class _Linearised:
 
 
 def _step(at: _Linearised, radius: float) -> tuple[Array, float]:
-    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares.
-
-    Parameters
-    ----------
-    at : _Linearised
-    radius : float
-        Largest change of a parameter, in units of the norm of its column.
-    """
+    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares."""
     start = np.zeros(len(at.x))
     low = np.maximum((at.problem.bounds.lower - at.x) * at.norms, -radius)
     high = np.minimum((at.problem.bounds.upper - at.x) * at.norms, radius)

@@ -14,23 +14,22 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.typical import unusual
 from bushcli.curve.earlier import not_from_rest
-from bushcli.errors import InputError
+from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
-from bushcli.inverse.first import first_minimum
+from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import opened
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
-from bushcli.inverse.search import search
+from bushcli.inverse.search import first_minimum, search
 from bushcli.inverse.task import Task
-from bushcli.inverse.unsolvable import tried, unsolvable
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
@@ -228,15 +227,7 @@ class _Searches:
         problem.begin_profiles(states[_best(self.minima)])
 
     def result(self, interrupted: bool, begin: float) -> Fit:
-        """Return the best minimum as a fit, with its uncertainty.
-
-        Parameters
-        ----------
-        interrupted : bool
-            Whether Ctrl-C or SIGTERM ended the search.
-        begin : float
-            When the identification began, s of `time.perf_counter`.
-        """
+        """Return the best minimum as a fit, with its uncertainty."""
         task, problem = self.task, self.problem
         best = self.minima[_best(self.minima)]
         searched = problem.sweeps, problem.forward_solves, problem.failed_solves
@@ -362,3 +353,36 @@ def _profiled(
         # The search is complete: its result is kept although intervals are missing.
         cut = True
     return best, [found[index] for index in sorted(found)], cut
+
+
+def tried(task: Task, x: NDArray[np.float64]) -> dict[str, float]:
+    """Return the values of the parameters by name, in the units of the case file.
+
+    Parameters
+    ----------
+    task : Task
+    x : (parameters,) array
+        In N, mm, MPa, s, rad.
+    """
+    return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
+
+
+def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFault]) -> Problem:
+    """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one.
+
+    Parameters
+    ----------
+    task : Task
+    initial : (parameters,) array
+        Where the search should have begun, in N, mm, MPa, s, rad.
+    faults : sequence of DataFault
+        Of the recordings.
+    """
+    fatal = next((one for one in faults if one.fatal), None)
+    values = ", ".join(f"{name} = {value:g}" for name, value in tried(task, initial).items())
+    what = (
+        f"the curves cannot be simulated with {task.model}, from {values} or from the law's own start values"
+    )
+    if fatal is not None:
+        return Problem(task.case.path.name, f"{what}; {fatal.channel}: {fatal.where}", "", fatal.remedy)
+    return Problem(task.case.path.name, what, "", "give other start values in [material.parameters]")

@@ -260,15 +260,7 @@ def _is_minimum_already(problem: LeastSquaresProblem, start: Array, x: Array) ->
 
 
 def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:
-    """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum."""
     value = problem.residual(x)
     _, left = full_step(problem, x)
     return float(value @ value - left) / max(float(value @ value), NOTHING * len(problem.channels))

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.channel import Channel, ChannelForces
+from bushcli.inverse.channel import Channel, ChannelForces, Patience
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli

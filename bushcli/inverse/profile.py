@@ -61,17 +61,6 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty,
 
     It is the rise at one standard error of a parameter, which accounts for the correlation of neighbouring errors,
     enlarged where few independent samples make the interval wider than that of a normal distribution.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    uncertainty : Uncertainty
-        Uncertainty of the parameters at the best point.
-    index : int
-        Index of the parameter.
     """
     forces = problem.forces(x)
     assert forces is not None
@@ -96,15 +85,6 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     effects) they are those that are poorly determined themselves; the compliance is never profiled. None if the curves
     leave several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change
     of one, and the interval of a single parameter is meaningless.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    best : Minimum
-        End of the search.
-    uncertainty : Uncertainty
-        Uncertainty of the parameters at the best point.
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
@@ -130,17 +110,6 @@ def profiles_of(
 
     States in which the law was found unstable on the way lead the later profiles around parameters that cannot be
     solved. Earlier profiles that ended at such parameters are computed again.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    best : Minimum
-        End of the search.
-    uncertainty : Uncertainty
-        Uncertainty of the parameters at the best point.
-    found : dict[int, Profile]
-        Profiles by index of their parameter; filled in.
     """
     again = list(parameters_to_profile(problem, best, uncertainty))
     while again:

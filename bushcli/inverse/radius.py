@@ -79,15 +79,7 @@ class Follower:
             self.misfit = misfit
 
     def derives(self, x: Array, jacobian: Array) -> None:
-        """Record that the optimiser asks for the derivatives at `x`, which it does after it has moved there.
-
-        Parameters
-        ----------
-        x : Array
-            Parameters, shape (parameters,), in the units of the law.
-        jacobian : Array
-            Derivatives of the weighted misfit, shape (samples, parameters).
-        """
+        """Record that the optimiser asks for the derivatives at `x`, which it does after it has moved there."""
         norms = np.linalg.norm(jacobian, axis=0)
         if self.radius is None:
             self._norms = np.where(norms == 0, 1.0, norms)

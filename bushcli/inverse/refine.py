@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Channel, ChannelForces
+from bushcli.inverse.channel import Channel, ChannelForces, Patience
 from bushcli.inverse.journal import Journal, opened
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
@@ -150,15 +149,7 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
 
 
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:
-    """Whether a search with these costs so far should be given up.
-
-    Parameters
-    ----------
-    costs : Sequence[float]
-        `Problem.cost` of each evaluation so far, a number without unit; NaN where there was no solution.
-    reference : float
-        Cost of the first start's minimum, a number without unit.
-    """
+    """Whether a search with these costs so far should be given up."""
     if len(costs) < OUTPERFORMED_AFTER:
         return False
     best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
@@ -201,17 +192,7 @@ class ProblemCache:
 def coarse_costs(
     task: Task, tables: TableCache, pool: Pool | None = None
 ) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
-    """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    tables : TableCache
-        Of this process.
-    pool : Pool, optional
-        Processes that may be on other machines; without it, the task's own workers.
-    """
+    """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool."""
     cache = ProblemCache()
     if pool is not None:
         yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]

@@ -12,11 +12,12 @@ Along a wall that stability does not explain, the search is guided by the known 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.inverse.begin import first_point
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -87,28 +88,57 @@ def watch(problem: LeastSquaresProblem, x: Array) -> bool:
 
 
 def is_stable_there(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is stable in the states that the rubber reaches at `x`.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Whether the law is stable in the states that the rubber reaches at `x`."""
     return not is_unstable(problem, x, problem.reached(x))
 
 
 def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
-    """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3).
+    """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
+    return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)
+
+
+@dataclass(frozen=True)
+class First:
+    """The first search of an identification.
+
+    Attributes
+    ----------
+    minimum : Minimum
+    initial : shape (parameters,)
+        Where the search began.
+    instead : shape (parameters,) or None
+        Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
+    states : shape (n, 3)
+        Principal stretches in which the law's stability was watched when the search began.
+    """
+
+    minimum: Minimum
+    initial: Array
+    instead: Array | None
+    states: Array
+
+
+def first_minimum(
+    problem: LeastSquaresProblem,
+    start: Array,
+    loss: Loss = "linear",
+) -> First | None:
+    """Search from the start, or from the nearest point that can be solved; return None if there is none.
+
+    This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
 
     Parameters
     ----------
     problem : LeastSquaresProblem
         The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    states : Array
-        Principal stretches, shape (n, 3); None for those that the problem watches.
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    loss : Loss
+        Loss function, as in `scipy.optimize.least_squares`.
     """
-    return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)
+    initial, instead = first_point(problem, start)
+    if not np.isfinite(problem.residual(initial)).all():
+        return None
+    problem.watch(problem.reached(initial), initial)
+    states = problem.states
+    return First(search(problem, initial, loss), initial, instead, states)

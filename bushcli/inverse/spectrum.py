@@ -143,17 +143,7 @@ class SpectrumFit:
 
 
 def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool = True) -> SpectrumFit:
-    """Return the spectrum of a table of frequencies.
-
-    Parameters
-    ----------
-    table : DynamicTable
-        Sweeps over frequency at one amplitude and preload, at one or more temperatures.
-    reference : float, optional
-        Temperature of the spectrum, degrees C; the step nearest to it. The middle one when None.
-    lag : bool
-        Whether the rig's lag is identified. It needs several temperatures: at one it is a short relaxation time.
-    """
+    """Return the spectrum of a table of frequencies."""
     step, temperatures = _steps(table.temperature)
     count = len(temperatures)
     shown = count // 2 if reference is None else int(np.argmin(np.abs(temperatures - reference)))

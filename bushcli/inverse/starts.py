@@ -68,38 +68,14 @@ def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
 
 
 def from_unit(unit: Array, low: Array, high: Array) -> Array:
-    """Map points of the unit cube to the box, logarithmically along parameters whose box is positive.
-
-    Parameters
-    ----------
-    unit : Array
-        Points of the unit cube, shape (n, parameters).
-    low : Array
-        Lower corner of the box, shape (parameters,).
-    high : Array
-        Upper corner of the box, shape (parameters,).
-    """
+    """Map points of the unit cube to the box, logarithmically along parameters whose box is positive."""
     safe = np.where(low > 0, low, 1.0)
     ratio = np.where(low > 0, np.maximum(high, safe) / safe, 1.0)
     return np.asarray(np.where(low > 0, safe * ratio**unit, low + unit * (high - low)))
 
 
 def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
-    """Return the `count` points of a larger hypercube that have the lowest cost on the coarse mesh.
-
-    Parameters
-    ----------
-    costs : Costs
-        Returns the cost of each of n points, shape (n, parameters).
-    count : int
-        Number of points.
-    low : Array
-        Lower corner of the box, shape (parameters,).
-    high : Array
-        Upper corner of the box, shape (parameters,).
-    seed : int
-        Seed of the random numbers.
-    """
+    """Return the `count` points of a larger hypercube that have the lowest cost on the coarse mesh."""
     candidates = list(hypercube(SCREENED * count, low, high, seed))
     found = costs(candidates)
     order = sorted((cost, i) for i, cost in enumerate(found) if np.isfinite(cost))
@@ -110,17 +86,6 @@ def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     """Return the best point of differential evolution on the coarse mesh; points that cannot be solved always lose.
 
     Each generation is evaluated as a whole, so that any number of processes can share it without changing the result.
-
-    Parameters
-    ----------
-    costs : Costs
-        Returns the cost of each of n points, shape (n, parameters).
-    low : Array
-        Lower corner of the box, shape (parameters,).
-    high : Array
-        Upper corner of the box, shape (parameters,).
-    seed : int
-        Seed of the random numbers.
     """
     from scipy.optimize import differential_evolution
 

@@ -17,11 +17,10 @@ from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.channel import Channel, Corrected
+from bushcli.inverse.channel import Channel, Corrected, Patience
 from bushcli.inverse.channels import bushing_channels, coupon_channels
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache

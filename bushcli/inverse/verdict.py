@@ -114,15 +114,7 @@ def history_not_saved(reason: str) -> Condition:
 
 
 def start_replaced(instead: Mapping[str, float], task: Task) -> Condition:
-    """Return the condition that the start values were unstable or could not be solved, and were replaced.
-
-    Parameters
-    ----------
-    instead : Mapping[str, float]
-        Values by name, in their units, with which the search began.
-    task : Task
-        Definition of the identification.
-    """
+    """Return the condition that the start values were unstable or could not be solved, and were replaced."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",

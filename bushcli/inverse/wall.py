@@ -38,17 +38,7 @@ def along_the_wall(
     ended: Minimum,
     loss: Loss,
 ) -> Minimum:
-    """Continue a search that ended beside failures; its end counts as a minimum only away from the boundary.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    ended : Minimum
-        End of the search so far.
-    loss : Loss
-        Loss function, as in `scipy.optimize.least_squares`.
-    """
+    """Continue a search that ended beside failures; its end counts as a minimum only away from the boundary."""
     best = ended
     for _ in range(ROUNDS):
         before = best.cost

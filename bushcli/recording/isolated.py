@@ -197,9 +197,15 @@ def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
     """Read a file within the limits of the child, and write its contents to the standard output."""
     # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
     output, sys.stdout = sys.stdout.buffer, sys.stderr
-    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for what, soft, hard in (
+        (resource.RLIMIT_CPU, LONGEST, LONGEST + 5),
+        (resource.RLIMIT_AS, MOST_MEMORY, MOST_MEMORY),
+        (resource.RLIMIT_CORE, 0, 0),
+    ):
+        # A limit of the shell may be narrower, and nobody may widen it.
+        most = resource.getrlimit(what)[1]
+        most = hard if most == resource.RLIM_INFINITY else min(hard, most)
+        resource.setrlimit(what, (min(soft, most), most))
     copy_contents(format_name, path, wanted, output)
 
 

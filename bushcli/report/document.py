@@ -122,19 +122,20 @@ class Plot:
     Attributes
     ----------
     name : str
-        Unique on the page.
-    title, x_label, y_label : str
-    x, y : (float, float), optional
-        Range that is shown at first; by default that of everything drawn.
+        Unique in its panels.
+    labels : (str, str)
+        Of the axes.
     series : sequence of Series
         Later series are drawn on top.
     regions, bands, notes : sequences
+    x, y : (float, float), optional
+        Range that is shown at first; by default that of everything drawn.
+    heading : str
+        Text above the plot.
     height, width : float
         In the units of a page that is 900 wide.
     numbers_only : bool
         Whether the regions are described elsewhere on the page, so that the legend has their numbers only.
-    heading : str
-        Text above the plot.
     log : {"", "x", "y"}
         The axis that is logarithmic.
     x_names, y_names : sequence of (float, str)
@@ -146,19 +147,17 @@ class Plot:
     """
 
     name: str
-    title: str
-    x_label: str
-    y_label: str
-    x: tuple[float, float] | None = None
-    y: tuple[float, float] | None = None
+    labels: tuple[str, str]
     series: Sequence[Series] = ()
     regions: Sequence[Region] = ()
     bands: Sequence[Band] = ()
     notes: Sequence[Note] = ()
-    height: float = 430.0
+    x: tuple[float, float] | None = None
+    y: tuple[float, float] | None = None
+    heading: str = ""
+    height: float = 280.0
     width: float = 900.0
     numbers_only: bool = False
-    heading: str = ""
     log: Literal["", "x", "y"] = ""
     x_names: Sequence[tuple[float, str]] = ()
     y_names: Sequence[tuple[float, str]] = ()

@@ -61,6 +61,11 @@ class Quantities:
         )
 
     @property
+    def labels(self) -> tuple[str, str]:
+        """Labels of the axes of a curve."""
+        return self.displacement_label, self.force_label
+
+    @property
     def force_label(self) -> str:
         """Label of an axis for the force."""
         return f"{self.force} [{self.force_unit}]"
@@ -127,10 +132,36 @@ def with_std(value: float, std: float) -> str:
     return f"{value:.{decimals}f} ± {std:.{decimals}f}"
 
 
-def percent(value: float | None) -> str:
-    """Return a percentage as text: one decimal below ten."""
+def beside(value: float, limit: float, decimals: int = 0) -> str:
+    """Return a number with as many decimals as show on which side of a limit it is: 10.3 beside 10, 10.004 beside 10.
+
+    Parameters
+    ----------
+    value, limit : float
+        In the same unit.
+    decimals : int
+        Fewest decimals.
+    """
+    # Beyond twelve digits the two are the same but for rounding.
+    for digits in range(decimals, 12):
+        text = f"{value:.{digits}f}"
+        if (float(text) > limit) == (value > limit) and (float(text) < limit) == (value < limit):
+            return text
+    return f"{value:.{decimals}f}"
+
+
+def percent(value: float | None, limit: float | None = None) -> str:
+    """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is.
+
+    Parameters
+    ----------
+    value, limit : float or None
+        Percent.
+    """
     if value is None or not math.isfinite(value):
         return "-"
+    if limit is not None:
+        return f"{beside(value, limit, 2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
     return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.faults import DataFault
-from bushcli.report.quantity import Quantities, listed, number, percent, quantities
+from bushcli.report.quantity import Quantities, beside, listed, number, percent, quantities
 from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:
@@ -202,8 +202,8 @@ def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> Chann
     unit, ratio = shown.stiffness_unit, found.stiffness_ratio
     predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
     text = (
-        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: {stiffer(ratio)}; "
-        f"{_band(found)}"
+        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
+        f"{stiffer(ratio, found.tolerance.percent)}; {_band(found)}"
     )
     if found.compared < 1.0:
         text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
@@ -234,14 +234,22 @@ def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bo
     return None if verdict.within is None else bool(found) and all(found) and not lost
 
 
-def stiffer(ratio: float) -> str:
-    """Return the ratio of simulated to measured stiffness in words: "78 % too stiff"."""
+def stiffer(ratio: float, limit: float) -> str:
+    """Return the ratio of simulated to measured stiffness in words: "78 % too stiff".
+
+    Parameters
+    ----------
+    ratio : float
+        Simulated over measured stiffness.
+    limit : float
+        Accepted deviation, percent, to which the digits shown leave no doubt.
+    """
     if not math.isfinite(ratio):
         return "no stiffness to compare"
     off = 100 * abs(ratio - 1.0)
-    if off < 0.5:
+    if off < 0.5 and off <= limit:
         return "as stiff as measured"
-    return f"{off:.0f} % too {'stiff' if ratio > 1 else 'soft'}"
+    return f"{beside(off, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
 
 
 def _band(found: Misfit) -> str:
@@ -255,7 +263,7 @@ def _band(found: Misfit) -> str:
     if found.peak_percent > found.tolerance.percent:
         return (
             f"the secant stiffness is within {accepted}, the curve is not: it departs by up to "
-            f"{percent(found.peak_percent)} of the force range"
+            f"{percent(found.peak_percent, found.tolerance.percent)} of the force range"
         )
     return f"within {accepted} as far as the simulation went"
 

@@ -33,14 +33,6 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
 
     The effect without it may be too poor for all its neighbours to be predicted: a rig of constant compliance may
     explain little of a recording that one which grows stiffer under load explains.
-
-    Parameters
-    ----------
-    fits : Fits
-    known : collection of Key
-        Models whose branches have been predicted already.
-    share : float
-        Share of the posterior that the model with the branch must be able to reach, if it left nothing but noise.
     """
     likelihood = fits.problem.likelihood
     most = likelihood.judge(likelihood.nothing).log
@@ -60,15 +52,6 @@ def with_one_more(
     """Return predictions of a model with one effect more, whose derivatives are those beside the plain law.
 
     The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
-
-    Parameters
-    ----------
-    state : State
-        A fitted model with the plain law.
-    beside_plain : mapping of str to sequence of Addition
-        Derivatives beside the plain law, by effect.
-    most : int
-        Largest number of effects in a model.
     """
     if len(state.model.identities) >= most:
         return []

@@ -20,8 +20,7 @@ from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
-from bushcli.inverse.channel import Channel
-from bushcli.inverse.patience import Patience
+from bushcli.inverse.channel import Channel, Patience
 from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
@@ -111,13 +110,7 @@ def trials(
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
-    """Return why the specimen cannot have these effects together; empty if it can.
-
-    Parameters
-    ----------
-    case : Case
-    names : sequence of str
-    """
+    """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
         for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):

@@ -23,8 +23,8 @@ from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.begin import own_start, scaled, sized
+from bushcli.inverse.channel import Patience
 from bushcli.inverse.local import Ends
-from bushcli.inverse.patience import Patience
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.search import search
 from bushcli.inverse.stopping import Stopping

@@ -72,13 +72,7 @@ class Model:
         return found
 
     def off_values(self, names: Sequence[str]) -> list[float]:
-        """Return the off value of each of these parameters, 0 where it has none.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Full names.
-        """
+        """Return the off value of each of these parameters, 0 where it has none."""
         values = {one.full_name(p): float(p.off or 0.0) for one in self.effects for p in one.parameters}
         return [values.get(name, 0.0) for name in names]
 

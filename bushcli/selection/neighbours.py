@@ -14,13 +14,7 @@ TERMS, TERMS_OF_COUPON = 2, 3
 
 
 def other_laws(case: Case, model: Model) -> list[Model]:
-    """The model with other laws of at least as many parameters, or with a law from coupons freed from them.
-
-    Parameters
-    ----------
-    case : Case
-    model : Model
-    """
+    """The model with other laws of at least as many parameters, or with a law from coupons freed from them."""
     if model.fixed:
         free = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
         return [replace(model, fixed=False, effects=free)]
@@ -37,15 +31,7 @@ def other_laws(case: Case, model: Model) -> list[Model]:
 
 
 def with_law_of(plain: Model, model: Model) -> Model:
-    """The effects of a model with the law of another one.
-
-    Parameters
-    ----------
-    plain : Model
-        Model whose law it is.
-    model : Model
-        Model whose effects they are.
-    """
+    """The effects of a model with the law of another one."""
     return replace(plain, effects=model.effects, anchor=None)
 
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.evidence.density import features_of
-from bushcli.inverse.first import first_minimum
-from bushcli.inverse.search import search
+from bushcli.inverse.search import first_minimum, search
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.noise import NoiseModel
 from bushcli.selection.fit import FittedSamples, fitted, pose

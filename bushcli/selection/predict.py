@@ -120,13 +120,7 @@ class Beside:
         return np.linalg.norm(G, axis=0), np.linalg.norm(self._left(G), axis=0)
 
     def any_law(self, more: int) -> float:
-        """Log evidence of the model if its law could remove all misfit that is a function of the displacement.
-
-        Parameters
-        ----------
-        more
-            Number of parameters that a law has beyond the model's, all taken to be as well determined as the others.
-        """
+        """Log evidence of the model if its law could remove all misfit that is a function of the displacement."""
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):

@@ -74,12 +74,6 @@ def reachable(likelihood: Likelihood, before: Left, after: Left) -> float:
 
     If it is predicted to explain most of the misfit, a fit may find that it explains all: what first order leaves of a
     long lag is as large as other effects, but it is small beside what the lag does.
-
-    Parameters
-    ----------
-    likelihood : Likelihood
-    before, after : Left
-        Misfit without and with the effect, as predicted.
     """
     more = SHARE_SLACK * np.maximum(before.excess - after.excess, 0.0)
     excess = np.maximum(after.excess - more, np.minimum(after.excess, 0.0))
@@ -113,15 +107,6 @@ def known_amplitudes(
     """Return what is known of the amplitudes of an addition.
 
     Their bounds are those of the effect and, if a finite size was tried, near that size.
-
-    Parameters
-    ----------
-    addition : Addition
-    case : Case
-        Bounds and priors depend on its specimen.
-    shear : float
-        Shear modulus, MPa.
-    recordings : sequence of Recording
     """
     trial = addition.trial
     priors = known_parameters(case, (trial.active,), shear, recordings)

@@ -32,15 +32,7 @@ class Cuts:
     values: Array
 
     def and_one(self, slope: Array, value: float) -> Cuts:
-        """Return these and another one.
-
-        Parameters
-        ----------
-        slope : array, shape (p,)
-            Its derivative by the parameters.
-        value : float
-            Its value at the fit, in the unit of the others.
-        """
+        """Return these and another one."""
         return Cuts(np.vstack([self.slopes, slope]), np.append(self.values, value))
 
     def after(self, change: Array) -> Cuts:

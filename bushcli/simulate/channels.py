@@ -12,8 +12,13 @@ from bushcli.case import Case, LoadCase, load_case_names
 from bushcli.effects.active import acting
 from bushcli.effects.change import Signal
 from bushcli.effects.rig import parallel
+from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
+from bushcli.simulate.admissible import check_travel
+from bushcli.simulate.measured import Measured
+from bushcli.simulate.play import check_play
 from bushcli.simulate.six import program_of
 from bushcli.simulate.six_schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
@@ -161,3 +166,25 @@ def recorded(case: Case, recording: Recording) -> SimulatedChannel:
         recording,
         path=followed,
     )
+
+
+def admitted(case: Case, measured: Measured) -> tuple[list[SimulatedChannel], tuple[DataFault, ...]]:
+    """Return the channels to simulate, and faults of the recordings; all files are read before the first march.
+
+    Raises
+    ------
+    InputError
+        There is nothing to simulate, or a travel or a free play is not admissible.
+    """
+    recordings, faults = measured(case)
+    if not recordings and not case.load_cases and not case.dynamic:
+        wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+    check_travel(case, recordings, faults)
+    channels = [
+        prescribed(case, load, number, measured.tables) for number, load in enumerate(case.load_cases)
+    ]
+    channels += [recorded(case, one) for one in recordings]
+    for channel in [one for one in channels if not one.by_force]:
+        check_play(case, channel.name, channel.mode, channel.displacement)
+    return channels, faults

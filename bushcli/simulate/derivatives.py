@@ -40,19 +40,7 @@ def columns(found: Array | None, inner: Sequence[str], names: Sequence[str], cou
 def elastic_curve(
     history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]
 ) -> rig.Response:
-    """Return the solved curve as a function of the displacement: force, stiffness, derivatives by all names.
-
-    Parameters
-    ----------
-    history : History
-        The sweep: displacement (mm or rad) and force (N or N mm) at its steps, and their derivatives.
-    odd : bool
-        Whether the curve has to be continued to negative displacements as an odd function.
-    inner : tuple of str
-        Parameters that the model was differentiated by.
-    names : tuple of str
-        All parameters, in the order of the derivatives returned.
-    """
+    """Return the solved curve as a function of the displacement: force, stiffness, derivatives by all names."""
     from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
 
     q = history.displacement
@@ -77,17 +65,7 @@ def elastic_curve(
 def extension_in_series(
     active: Sequence[ActiveEffect], names: tuple[str, ...], start: float
 ) -> Callable[[float, float, float], Extension]:
-    """Return the function for the extension of springs in series, given one state of the bushing.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, with values.
-    names : tuple of str
-        Parameters by which derivatives are wanted.
-    start : float
-        Time at which the recording starts, s.
-    """
+    """Return the function for the extension of springs in series, given one state of the bushing."""
     local = ("", " ", *names)
 
     def extended(q: float, force: float, time: float) -> Extension:

@@ -24,11 +24,12 @@ from bushcli.simulate.response import Progress
 from bushcli.simulate.six import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
-from cases.dynamic.model import Branches, DynamicModel, sweep
+from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
 from cases.dynamic.reduction import reduced
 from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
+from cases.load import PrescribedForce
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.model import FiniteElementModel
@@ -39,6 +40,8 @@ from cases.six import PAIR_MODES
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
+NEAR = 1e-6
 # Relative error of the stiffness by the reduction: what is promised, and what vectors are chosen for.
 PROMISED, CHOSEN = 1e-4, 1e-5
 
@@ -206,11 +209,11 @@ def _check(case: Case) -> None:
                 "g1 = 0 says that the rubber has no loss"
             )
             problems.append(Problem(where, what, "", expected))
-        remembered = [one for one in in_state(active, unrelaxed=False) if one.effect.has_memory]
-        for one in remembered:
-            what = f"{name}: {readable_name(one.name)} depends on the path before the vibration"
-            expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
-            problems.append(Problem(where, what, "", expected))
+        for one in in_state(active, unrelaxed=False):
+            if one.effect.acts != "rig" and (one.effect.feature is None or one.effect.has_memory):
+                what = f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
+                expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
+                problems.append(Problem(where, what, "", expected))
     if problems:
         raise InputError(*problems)
 
@@ -244,9 +247,8 @@ class _Run:
         made = _Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
         for program in made.programs():
             self._march(made, program)
-        order = {q: i for i, q in enumerate(test.preload)}
-        self.curves += sorted(made.curves, key=lambda one: order.get(one.preload, 0))
-        for q in made.unstable:
+        self.curves += [made.curves[i] for i in sorted(made.curves)]
+        for q in made.unstable.values():
             self._complete = False
             self._conditions.append(_unstable(name, test, q))
         self._seconds["dynamic"] += made.seconds
@@ -260,7 +262,8 @@ class _Run:
 
         begin = time.perf_counter()
         try:
-            march(made.model, program, progress=report, observer=made.observe)
+            drive = PrescribedForce() if made.test.by_force else None
+            march(made.model, program, drive=drive, progress=report, observer=made.observe)
         except NotConverged as failure:
             self._complete = False
             self._conditions.append(_not_reached(made.name, made.test, failure))
@@ -276,8 +279,9 @@ class _Vibrations:
     ) -> None:
         self.name, self.test, self.model = name, test, model
         self._branches, self._density = branches, density
-        self.curves: list[DynamicCurve] = []
-        self.unstable: list[float] = []
+        # By number of the preload; of the unstable ones the displacement.
+        self.curves: dict[int, DynamicCurve] = {}
+        self.unstable: dict[int, float] = {}
         self.seconds = 0.0
 
     def programs(self) -> Iterator[Program]:
@@ -294,24 +298,30 @@ class _Vibrations:
 
     def observe(self, solver: Equilibrium) -> None:
         """Compute the stiffness if the equilibrium is a preload."""
-        six = self.test.six
-        wanted = self.test.preload if six is None else (float(six.time[-1]),)
-        known = (*(one.preload for one in self.curves), *self.unstable) if six is None else ()
-        if solver.q not in wanted or solver.q in known:
+        number = self._number(solver)
+        if number is None or number in self.curves or number in self.unstable:
             return
         begin = time.perf_counter()
         try:
-            self.curves.append(self._curve(solver))
+            self.curves[number] = self._curve(solver)
         except Unstable:
-            self.unstable.append(solver.q)
+            self.unstable[number] = solver.q
         finally:
             self.seconds += time.perf_counter() - begin
+
+    def _number(self, solver: Equilibrium) -> int | None:
+        """Return which preload an equilibrium is; None if it is none."""
+        test = self.test
+        if test.six is not None:
+            return 0 if solver.q == test.six.time[-1] else None
+        at, near = (solver.force, NEAR * max(map(abs, test.preload))) if test.by_force else (solver.q, 0.0)
+        return next((i for i, one in enumerate(test.preload) if abs(at - one) <= near), None)
 
     def _curve(self, solver: Equilibrium) -> DynamicCurve:
         test, frequency = self.test, np.array(self.test.frequency)
         metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
         pencil = Pencil(self.model, solver, metal)
-        found = reduced(pencil, sweep(frequency, self._branches), self._density, CHOSEN)
+        found = reduced(pencil, spread(frequency, self._branches), self._density, CHOSEN)
         number = test.motion if test.six is not None else 0
         model = DynamicModel(found, number, test.transfer)
         pose, forces = solver.pose, solver.six
@@ -340,10 +350,16 @@ def _shown(test: DynamicTest, q: float) -> str:
 
 
 def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Condition:
-    what = (
-        f"{name}: the preload {_shown(test, failure.target)} was not reached: no equilibrium beyond "
-        f"{_shown(test, failure.last)} ({failure.reason}); preloads up to there have their results"
-    )
+    if failure.largest is None:
+        what = f"the preload {_shown(test, failure.target)} was not reached: no equilibrium beyond "
+        what += f"{_shown(test, failure.last)} ({failure.reason})"
+    else:
+        q, force = failure.largest
+        unit = "N mm" if modes()[test.mode].rotational else "N"
+        what = (
+            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {_shown(test, q)}"
+        )
+    what = f"{name}: {what}; preloads up to there have their results"
     return Condition("preload_not_reached", what, "set a smaller preload, more steps or a coarser mesh")
 
 
@@ -361,7 +377,7 @@ def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
         names = " and ".join(readable_name(one.name) for one in sliding)
         what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
         found.append(Condition("effect_left_out", what, "add a vibration in time to compare: bushcli direct"))
-    rig = [one for one in active if one.effect.feature is None]
+    rig = [one for one in active if one.effect.acts == "rig"]
     if rig:
         names = " and ".join(readable_name(one.name) for one in rig)
         what = f"{name}: the stiffness is that of the part, without {names} of the rig"

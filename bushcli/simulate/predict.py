@@ -13,6 +13,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.case.hardness import known_from_hardness
 from bushcli.case.typical import unusual
 from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, in_state, require_time, state_in_words
@@ -25,8 +26,7 @@ from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
-from bushcli.simulate.admitted import admitted
-from bushcli.simulate.channels import SimulatedChannel
+from bushcli.simulate.channels import SimulatedChannel, admitted
 from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.kept import PredictionCache
 from bushcli.simulate.measured import Measured
@@ -134,8 +134,16 @@ def _response(
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
     found = [condition for channel in simulated for condition in conditions(case, channel)]
-    found += unusual(case, material, (channel for channel in channels if channel.path is None))
-    response = Response(case, material, simulated, (*map(fault_condition, faults), *unshared, *found), faults)
+    found += unusual(
+        case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
+    )
+    response = Response(
+        case,
+        material,
+        simulated,
+        (*known_from_hardness(material), *map(fault_condition, faults), *unshared, *found),
+        faults,
+    )
     if interrupted:
         raise PredictionInterrupted(response)
     return response

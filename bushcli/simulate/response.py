@@ -245,17 +245,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
 
 
 def _unloaded(q: Array, force: Array, stiffness: float) -> float:
-    """Return the displacement at which a curve carries no force: the nearest on it, else along the slope at rest.
-
-    Parameters
-    ----------
-    q : array, shape (n,)
-        Displacement, mm or rad, zero first.
-    force : array, shape (n,)
-        Force, N or N mm.
-    stiffness : float
-        At rest, N/mm or N mm/rad.
-    """
+    """Return the displacement at which a curve carries no force: the nearest on it, else along the slope at rest."""
     order = np.argsort(q, kind="stable")
     x, y = q[order], force[order]
     (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
@@ -264,16 +254,7 @@ def _unloaded(q: Array, force: Array, stiffness: float) -> float:
 
 
 def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
-    """Return how far the march went, and how far its elements can be trusted.
-
-    Parameters
-    ----------
-    channel : Simulated
-    folded : str
-        Remedy where rubber folds.
-    assembly : str
-        Effects of the assembly, which act before the load; empty if there are none.
-    """
+    """Return how far the march went, and how far its elements can be trusted."""
     found = []
     strained = channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)

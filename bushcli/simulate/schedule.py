@@ -170,17 +170,7 @@ def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
 
 
 def fitted_corners(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
-    """Return the values at the corners of the chain of lines that is nearest to all samples.
-
-    Parameters
-    ----------
-    time : (n,) array
-        s.
-    q : (n, ...) array
-        Displacements or poses, mm or rad.
-    corners : (m,) array of int
-        Samples, from 0, at which lines meet.
-    """
+    """Return the values at the corners of the chain of lines that is nearest to all samples."""
     hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
     return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
 

@@ -72,15 +72,7 @@ class StiffnessMatrices:
 
 
 def six_curve(history: History, six: SixPath) -> SixCurve:
-    """Return the motions and reactions of a march along a path.
-
-    Parameters
-    ----------
-    history : History
-        The march.
-    six : SixPath
-        The path.
-    """
+    """Return the motions and reactions of a march along a path."""
     motion = np.zeros((0, 6)) if history.motion is None else history.motion
     force = np.zeros((0, 6)) if history.reactions is None else history.reactions
     work = np.zeros(6)
@@ -111,15 +103,6 @@ def program_of(six: SixPath, steps: int, also: Sequence[float] = ()) -> Program:
     """Return the steps of a path: `steps` on its longest segment, proportionally fewer on the others.
 
     The length of a segment is the largest motion on it, each motion as a share of its range.
-
-    Parameters
-    ----------
-    six : SixPath
-        The path.
-    steps : int
-        Steps on the longest segment.
-    also : sequence of float
-        Times at which there has to be a step too, s.
     """
     span = np.ptp(six.motion, axis=0)
     ranged = np.where(span > 0.0, span, 1.0)
@@ -169,13 +152,6 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     """Return a mode's program as a path of six motions, without symmetry, and the steps along it from rest on.
 
     The path's parameter is the distance that the sleeve has travelled.
-
-    Parameters
-    ----------
-    mode : Mode
-        A mode of a bushing.
-    program : Program
-        Targets, mm or rad.
     """
     program = program.from_rest
     q, time = program.displacement, program.time
@@ -189,15 +165,7 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
 
 
 def pose_of(mode: Mode, q: float) -> Array:
-    """Return where a mode takes the inner sleeve, (6,) in mm and rad.
-
-    Parameters
-    ----------
-    mode : Mode
-        A mode of a bushing.
-    q : float
-        Its displacement, mm or rad.
-    """
+    """Return where a mode takes the inner sleeve, (6,) in mm and rad."""
     from scipy.spatial.transform import Rotation
 
     corners = np.column_stack([np.zeros(3), np.eye(3)])

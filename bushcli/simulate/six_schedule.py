@@ -56,17 +56,6 @@ def six_schedule(
     """Return path, steps and interpolation that follow a recorded path.
 
     The path's parameter is the time since its beginning; that of the interpolation is the recorded time.
-
-    Parameters
-    ----------
-    time : (n,) array or None
-        s; None where the rate does not matter.
-    motion : (n, 6) array
-        mm and rad.
-    free : tuple of int
-        Motions that no force held.
-    fineness : float
-        Factor on the number of steps: 2 for twice as many.
     """
     clock = np.arange(len(motion), dtype=float) if time is None else np.asarray(time, dtype=float)
     values, tolerance = _quiet(motion, time)

@@ -18,14 +18,7 @@ Array = NDArray[np.float64]
 
 
 def with_state(channel: SimulatedChannel, at: float | None) -> tuple[Program, float | None]:
-    """Return the program of a channel with a step inserted at a displacement, and the displacement in its unit.
-
-    Parameters
-    ----------
-    channel : SimulatedChannel
-    at : float or None
-        mm or degrees, s of a path; None is returned for it if the channel does not pass it.
-    """
+    """Return the program of a channel with a step inserted at a displacement, and the displacement in its unit."""
     program = channel.program
     if at is None:
         return program, None
@@ -49,12 +42,6 @@ def with_state(channel: SimulatedChannel, at: float | None) -> tuple[Program, fl
 
 def check_state(channels: Sequence[SimulatedChannel], at: float | None) -> None:
     """Refuse a travel that no channel passes.
-
-    Parameters
-    ----------
-    channels : sequence of SimulatedChannel
-    at : float or None
-        mm or degrees, s of a path.
 
     Raises
     ------

@@ -90,34 +90,14 @@ def sharing(case: Case, comm: MPI.Comm) -> MPI.Comm:
 def met_unnoticed(
     case: Case, model: FiniteElementModel, history: History, whole: Callable[[], FiniteElementModel]
 ) -> bool:
-    """Whether surfaces passed through each other in a march on a mesh that several processes share.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    model : FiniteElementModel
-        Model of the march.
-    history : History
-        March with its states.
-    whole : callable
-        Returns the same model on a mesh of one process.
-    """
+    """Whether surfaces passed through each other in a march on a mesh that several processes share."""
     if model.comm.size == 1 or not case.geometry.meeting or history.states is None:
         return False
     return passes_through(model, history.states, whole)
 
 
 def not_shared(met: Mapping[str, Sequence[Touched]], comm: MPI.Comm) -> list[Condition]:
-    """Return the condition that channels were solved by each process alone, if there are any.
-
-    Parameters
-    ----------
-    met : mapping of str to sequence of Touched
-        By channel, the surfaces that met.
-    comm : MPI.Comm
-        Processes of the command.
-    """
+    """Return the condition that channels were solved by each process alone, if there are any."""
     names = ", ".join(name for name, touched in met.items() if touched)
     if comm.size == 1 or not names:
         return []

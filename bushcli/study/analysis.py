@@ -9,6 +9,7 @@ Clopper and Pearson (1934), Biometrika 26:404-413, doi:10.1093/biomet/26.4.404.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.case.tolerance import DEFAULT
+from bushcli.case.toleranced import toleranced
+from bushcli.errors import InputError, Problem
 from bushcli.study.plan import Plan, problem
 from bushcli.study.rows import Rows
 from bushcli.study.task import DESIGN, KIND, REASON, STATUS
@@ -287,3 +291,33 @@ def within(limits: Limits, y: Array) -> Limits:
     low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
     high = float(betaincinv(good + 1, n - good, 1.0 - tail)) if good < n else 1.0
     return Limits(limits.low, limits.high, good / n, (low, high))
+
+
+def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]:
+    """Return answer and limits of ``ANSWER=LOW:HIGH``, ``ANSWER=VALUE +- DEVIATION`` (or percent), ``ANSWER=VALUE``.
+
+    Parameters
+    ----------
+    text : str
+    percent : float
+        Deviation from a value that is given alone, %.
+
+    Raises
+    ------
+    InputError
+        The text has none of these forms.
+    """
+    name, equals, spec = text.rpartition("=")
+    found = toleranced(spec)
+    if equals and name.strip() and found is not None:
+        return name.strip(), Limits(found.low, found.high)
+    try:
+        ends = [float(part) for part in spec.split(":")]
+        width = 0.01 * percent * abs(ends[0])
+        low, high = (ends[0] - width, ends[0] + width) if len(ends) == 1 else ends
+    except ValueError:
+        low = high = math.nan
+    if not equals or not name.strip() or not low < high:
+        wanted = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
+        raise InputError(Problem(f"--limits {text}", "has no limits", "", wanted))
+    return name.strip(), Limits(low, high)

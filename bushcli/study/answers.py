@@ -246,15 +246,6 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
 def travel_at(curve: Curve, load: float, name: str) -> float:
     """Return the travel at which a curve first carries a load, mm or rad.
 
-    Parameters
-    ----------
-    curve : Curve
-        In the order of its program.
-    load : float
-        N or N mm.
-    name : str
-        Name of the answer, for the message.
-
     Raises
     ------
     NoAnswer

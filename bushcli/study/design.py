@@ -20,11 +20,10 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Pool
 from bushcli.simulate.measured import Measured
-from bushcli.study.cache import DesignCache
 from bushcli.study.rates import rates
 from bushcli.study.search import MOST_EVALUATIONS, End, search
 from bushcli.study.target import Target
-from bushcli.study.task import StudyTask
+from bushcli.study.task import DesignCache, StudyTask
 from bushcli.study.variable import SIGMAS, Variable
 
 Array = NDArray[np.float64]

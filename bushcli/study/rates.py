@@ -29,9 +29,8 @@ from numpy.typing import NDArray
 from bushcli.case import Case, Material
 from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.predict import rubber_of
-from bushcli.study.cache import DesignCache
 from bushcli.study.target import Target
-from bushcli.study.task import StudyTask
+from bushcli.study.task import DesignCache, StudyTask
 from bushcli.study.variable import Value
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce

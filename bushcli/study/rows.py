@@ -298,14 +298,7 @@ class Rows:
 
 
 def is_defined(folder: Path, definition: Mapping[str, Any]) -> bool:
-    """Whether a folder holds the rows of the study with this definition.
-
-    Parameters
-    ----------
-    folder : Path
-    definition : mapping
-        As of `Rows`.
-    """
+    """Whether a folder holds the rows of the study with this definition."""
     try:
         found = json.loads(read_bounded(folder / DEFINITION, _LARGEST_DEFINITION))
     except (*_DAMAGED, RecursionError):

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError
-from bushcli.study.cache import DesignCache
 from bushcli.study.rates import TargetRates, rates
 from bushcli.study.target import Target
-from bushcli.study.task import StudyTask
+from bushcli.study.task import DesignCache, StudyTask
 from cases.march import NotConverged
 from geometry.errors import GeometryError
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -9,23 +10,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bushcli.case import Case
+from bushcli.case import Case, resolved
 from bushcli.case.typical import unusual
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
 from bushcli.runtime.history import history_of
+from bushcli.runtime.store import code_revision
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
-from bushcli.study.cache import DesignCache
-from bushcli.study.definition import definition
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of, is_defined
 from bushcli.study.task import (
     CONDITIONS,
     SECONDS,
+    DesignCache,
     Row,
     StudyTask,
     curve_columns,
@@ -333,3 +334,31 @@ def _conditions(
             )
         )
     return tuple(found)
+
+
+def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
+    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
+
+    Parameters
+    ----------
+    task : StudyTask
+    plan : Plan
+    case : Case
+        The case without the varied keys' values.
+    """
+    # Of a list `vary` has the name of the file only.
+    listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
+    return listed | {
+        "case": resolved(case),
+        "set": list(task.overrides),
+        "vary": {one.key: one.spec for one in plan.variables},
+        "sampling": plan.sampling,
+        "designs": len(plan.rows),
+        "seed": plan.seed,
+        "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
+        "curves": task.curves,
+        "hardness": task.hardness,
+        "data": case.data_digest(),
+        "program": code_revision(),
+        "material": None if task.material is None else dict(task.material.parameters),
+    }

@@ -13,14 +13,15 @@ from typing import Any
 from mpi4py import MPI
 
 from bushcli.case import Case, Material, load_case
+from bushcli.case.hardness import HARDNESS, hardened
 from bushcli.errors import InputError
 from bushcli.recording.table_cache import TableCache
+from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.kept import PredictionCache
+from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Asked, NoAnswer, answered, quantity_unit
-from bushcli.study.cache import DesignCache
-from bushcli.study.hardness import HARDNESS, hardened
 from bushcli.study.variable import Value
 from cases.mode import modes
 from geometry.errors import GeometryError
@@ -141,16 +142,7 @@ def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tup
 
 
 def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
-    """Return the row of a design without results.
-
-    Parameters
-    ----------
-    task : StudyTask
-    number : int
-        Number of the design, from 0.
-    values : sequence
-        In the order of the keys.
-    """
+    """Return the row of a design without results."""
     row: Row = {DESIGN: number, **dict(zip(task.keys, values, strict=True))}
     row |= {STATUS: "ok", KIND: "", REASON: "", CONDITIONS: "", SECONDS: 0.0}
     return row | dict.fromkeys((one.name for one in task.answers), None)
@@ -218,3 +210,24 @@ def curve_columns(case: Case) -> tuple[str, ...]:
     """Return the names of the columns of `curves`."""
     known = [name for name, mode in case.channels if mode in modes()]
     return tuple(f"{name}.{what}" for name in known for what in ("displacement", "force"))
+
+
+@dataclass(frozen=True)
+class DesignCache:
+    """Finite-element models and recordings, from one design to the next; they serve one thread at a time.
+
+    Attributes
+    ----------
+    bodies : PreparedModels
+        The models.
+    measured : Measured
+        The recordings.
+    """
+
+    bodies: PreparedModels = field(default_factory=PreparedModels)
+    measured: Measured = field(default_factory=Measured)
+
+    @property
+    def tables(self) -> TableCache:
+        """Cache of the binary files that the recordings are read from."""
+        return self.measured.tables

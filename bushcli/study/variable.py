@@ -123,15 +123,7 @@ def value_fault(values: Sequence[Value]) -> ValueFault | None:
 
 
 def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
-    """Return a variable with given values.
-
-    Parameters
-    ----------
-    key, spec : str
-        As in `Variable`.
-    values : tuple
-        At least one.
-    """
+    """Return a variable with given values."""
     numbers = [float(value) for value in values if not isinstance(value, str)]
     middle = sorted(values)[len(values) // 2] if len(numbers) == len(values) else values[0]
     return Variable(

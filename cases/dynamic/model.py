@@ -13,6 +13,10 @@ from cases.dynamic.reduction import Reduced, Sweep
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# A model is also reduced for branches this many times as stiff, so that it serves others than the given ones, too
+# (`DynamicModel.error` says how well).
+STIFFER = 2.0
+
 Branches = Sequence[tuple[float, float]]
 """For each Maxwell branch its modulus over the law's initial shear modulus, and its relaxation time (s)."""
 
@@ -43,6 +47,19 @@ def sweep(frequencies: Array, branches: Branches) -> Sweep:
     branches : Branches
     """
     return Sweep(modulus(frequencies, branches), (2.0 * np.pi * frequencies) ** 2)
+
+
+def spread(frequencies: Array, branches: Branches) -> Sweep:
+    """Return the points for which a model is reduced: those of `sweep`, and the same with stiffer branches.
+
+    Parameters
+    ----------
+    frequencies : shape (f,)
+        Hz.
+    branches : Branches
+    """
+    own = sweep(frequencies, branches)
+    return Sweep(np.concatenate([own.s, STIFFER * own.s]), np.concatenate([own.squared, own.squared]))
 
 
 @dataclass(frozen=True)

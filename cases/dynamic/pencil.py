@@ -161,6 +161,14 @@ class Pencil:
         return solved(self.model, self._solver.factor, completed(self.model, forces))
 
     def products(self, left: Array, forces: Array) -> Array:
-        """Return the work of forces, contributions of this rank (l, n), on motions, (k, n): shape (k, l)."""
+        """Return the work of forces on motions, shape (k, l).
+
+        Parameters
+        ----------
+        left
+            Motions, shape (k, n), mm or rad.
+        forces
+            Contributions of this rank, shape (l, n), N or N mm.
+        """
         work = np.asarray(summed(self.model.comm, left @ forces.T))
         return work * self.model.multiplicity

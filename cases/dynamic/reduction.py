@@ -86,7 +86,15 @@ class Reduced:
     residuals: Array
 
     def states(self, at: Sweep, density: float | None = None) -> Complex:
-        """Return the coefficients of the vectors in the state under each motion, shape (f, m + k, m)."""
+        """Return the coefficients of the vectors in the state under each motion, shape (f, m + k, m).
+
+        Parameters
+        ----------
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+        """
         m, P = self.motions, self._dynamic(at, density)
         free = -np.linalg.solve(P[:, m:, m:], P[:, m:, :m])
         unit = np.broadcast_to(np.eye(m), (len(P), m, m))
@@ -98,6 +106,7 @@ class Reduced:
         Parameters
         ----------
         at : Sweep
+            Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
         """
@@ -116,6 +125,7 @@ class Reduced:
         Parameters
         ----------
         at : Sweep
+            Points, shape (f,).
         density : float or None
             Of the rubber, t/mm^3; None = `density`.
 
@@ -133,6 +143,13 @@ class Reduced:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
 
         Driving-point and transfer stiffness of every motion are looked at.
+
+        Parameters
+        ----------
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
         """
         norms, beta = self._judged(at, density)
         return np.asarray(self._relative(at, density, norms, beta).max(axis=1))
@@ -143,7 +160,15 @@ class Reduced:
         return np.asarray(self.equilibrium + s * self.viscous - squared * mass)
 
     def left_over(self, at: Sweep, density: float | None = None) -> Complex:
-        """Return the residuals solved with K_eq, as coefficients of the vectors of `residuals`, (f, m, vectors)."""
+        """Return the residuals solved with K_eq, as coefficients of the vectors of `residuals`, (f, m, vectors).
+
+        Parameters
+        ----------
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+        """
         m = self.motions
         x = self.states(at, density).transpose(0, 2, 1)
         share = 1.0 if density is None else density / self.density
@@ -191,7 +216,7 @@ def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Redu
     density : float
         Of the rubber, t/mm^3.
     tolerance : float
-        Relative error of driving-point and transfer stiffness.
+        Relative error of driving-point and transfer stiffness, a ratio.
     """
     basis = _Basis(pencil, density)
     basis.add(pencil.followed())
@@ -275,7 +300,15 @@ class _Basis:
         )
 
     def residuals(self, found: Reduced, at: Sweep) -> Array:
-        """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n)."""
+        """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
+
+        Parameters
+        ----------
+        found : Reduced
+            Of the present vectors.
+        at : Sweep
+            Points, shape (f,).
+        """
         left = found.left_over(at) * found.weights(at)[:, :, None]
         every = left.reshape(-1, left.shape[2]).T
         columns: Array = np.hstack([every.real, every.imag])

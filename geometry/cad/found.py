@@ -26,7 +26,7 @@ from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError
-from geometry.isolated import isolated
+from geometry.isolated import SIMPLER, isolated
 from geometry.joined import BONDS, refuse_loose, refuse_touching
 from geometry.session import model, session
 from geometry.size import Unit
@@ -119,6 +119,11 @@ class FoundPart:
         return (RUBBER, *metal)
 
 
+#: Faces of a part whose axis, bonds and symmetry are found: with 400 pockets in its ends it takes 30 s on one core of a
+#: busy machine, growing with the square of their number; `geometry.isolated` allows 60 s.
+MOST_FACES = 600
+
+
 @lru_cache(maxsize=16)
 @isolated("cannot be read as CAD", lambda wanted: wanted.path)
 def find_part(wanted: CadStatements) -> FoundPart:
@@ -139,7 +144,13 @@ def find_part(wanted: CadStatements) -> FoundPart:
             for tag, role in roles.items()
             if role not in (INNER, OUTER, IGNORED) or role in wanted.elastic
         )
-        faces = [sample(face, part.size, part.areas.get(face)) for face in _outside(meshed)]
+        outside = _outside(meshed)
+        if len(outside) > MOST_FACES:
+            what = (
+                f"the meshed solids have {len(outside)} faces, of which at most {MOST_FACES} are interpreted"
+            )
+            raise GeometryError(where, what, SIMPLER)
+        faces = [sample(face, part.size, part.areas.get(face)) for face in outside]
         axis, how = _axis(wanted, part, faces)
         rules = {"inner": wanted.inner, "outer": wanted.outer}
         bonds = find_bonds(part, roles, meshed, faces, axis, rules)

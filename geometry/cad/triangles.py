@@ -31,6 +31,8 @@ def view_of(labels: Mapping[int, str], bodies: Mapping[int, str] | None = None) 
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
     options().setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
     options().setNumber("Mesh.MeshSizeFromCurvature", 24)
+    # Small holes are round, but the faces around them need no small triangles: 90,000 in place of 420,000 beside 200.
+    options().setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     # A picture is not worth an error: the faces that can be meshed are shown.
     with contextlib.suppress(Exception):
         model().mesh.generate(2)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
 from bushcli.cli import main
@@ -234,6 +235,22 @@ def test_too_little_memory_is_said(small, command):
     assert done.returncode in ((0, 2) if command == "check" else (2,)), done.stderr
     if done.returncode:
         assert "memory: is not enough" in done.stderr
+
+
+def test_a_limit_of_the_shell_that_suffices_is_no_fault_of_a_binary_file(small):
+    """The process that reads the file has limits of its own; it keeps a narrower one of the shell."""
+    nptdms = pytest.importorskip("nptdms")
+    q = np.linspace(0.0, 1.0, 50)
+    with nptdms.TdmsWriter(small.parent / "axial.tdms") as file:
+        for name, unit, values in (("Displacement", "mm", q), ("Force", "N", 200.0 * q)):
+            waveform = {"wf_increment": 0.1, "wf_samples": 50, "unit_string": unit}
+            file.write_segment([nptdms.ChannelObject("rig", name, values, properties=waveform)])
+    small.write_text(small.read_text().replace("axial.csv", "axial.tdms"))
+    limited = f'ulimit -v 3000000; exec "{sys.executable}" -m bushcli.cli check "{small}"'
+    done = subprocess.run(
+        ["sh", "-c", limited], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_home_without_a_name(small):

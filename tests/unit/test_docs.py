@@ -65,6 +65,7 @@ TABLES = {
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema_recordings.RecordingTable,
+    "### Dynamic tests": schema.VibrationTable,
     "### Tables of dynamic stiffness": dynamic.DynamicRecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }
@@ -370,9 +371,9 @@ def test_the_walks_through_the_code_find_what_they_name():
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     walks = [
         re.findall(r"^\| `(\S+\.py)` \| `(\w+)` \| .+ \|$", table, re.MULTILINE)
-        for table in section(text, "## Three walks through the code").split("| --- | --- | --- |")[1:]
+        for table in section(text, "## Four walks through the code").split("| --- | --- | --- |")[1:]
     ]
-    assert len(walks) == 3
+    assert len(walks) == 4
     for walk in walks:
         assert 5 <= len(walk) < 10
         for file, name in walk:

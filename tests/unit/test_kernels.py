@@ -119,11 +119,14 @@ def compiled(monkeypatch, tmp_path):
 
 def test_a_compiled_kernel_is_found_by_its_note(compiled):
     function, (note,) = compiled
-    inputs = {"strain": np.array([[1.1, 1.0, 1.0, 1.0, 0.1, 0.3]]), "parameters": np.array([1e-3, 1.0])}
+    inputs = {
+        "strain": np.array([[1.1, 1.0, 1.0, 1.0, 0.1, 0.3]]),
+        "parameters": np.array([1e-3, 1.0, 1.0]),
+    } | {"guard": np.zeros((1, 2))}
     found = kernels.Kernel(function)(1, inputs)
-    assert found.shape == (1, 2 * 7)
+    assert found.shape == (1, 3 * 7)
     assert found[0, 0] == pytest.approx(-0.5 * 0.3**2)  # the mixed energy is p (J - 1) - p^2 / 2 kappa
-    assert json.loads(note.read_text())["size"] == 14
+    assert json.loads(note.read_text())["size"] == 21
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"library": "../x.so", "size": 1, "names": []}', "\0"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bushcli.case.marks import unedited
+from bushcli.case.load import unedited
 
 
 def test_marked_lines_are_named(tmp_path):

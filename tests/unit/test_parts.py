@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ufl
-from bushcli.report.figures.geometry import geometry_figure
 from dolfinx import fem
 
+from bushcli.report.drawing.geometry import geometry_figure
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
@@ -431,3 +431,10 @@ def _reach(body):
     import gmsh
 
     return gmsh.model.getBoundingBox(3, body)[3]
+
+
+def test_a_part_of_very_many_faces_is_refused_before_it_takes_minutes(folder, monkeypatch):
+    monkeypatch.setattr("geometry.isolated._reader", None)
+    monkeypatch.setattr("geometry.cad.found.MOST_FACES", 3)
+    with pytest.raises(GeometryError, match="solids have 4 faces, of which at most 3 are interpreted"):
+        CAD(file=str(make("plain", folder).rename(folder / "many.step"))).notes  # noqa: B018

@@ -455,4 +455,5 @@ def test_init_says_what_is_wrong_in_the_mode_whose_columns_the_file_has(tmp_path
     done = run("init", "--from", tmp_path / "rig.csv", tmp_path / "new")
     assert done.exit_code == 2
     assert '"0.1 N" may be' in done.output
+    assert "there is none yet: `bushcli init DIR`" in done.output
     assert "stretch" not in done.output

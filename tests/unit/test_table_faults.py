@@ -66,4 +66,7 @@ def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
     table = sweeps([0.0, 15.0, 30.0, 45.0])
     same, before = slice(20 * at, 20 * at + 20), slice(20 * at - 20, 20 * at)
     table.storage[same], table.loss[same] = 1.002 * table.storage[before], 1.002 * table.loss[before]
-    assert "temperature" in kinds(table)
+    table.storage[at] *= 1.3
+    found = table_faults(PLAIN, [table])
+    assert {fault.kind for fault in found} == {"spikes", "temperature"}
+    assert all(len(fault.samples) == len(table) for fault in found)

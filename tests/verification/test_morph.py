@@ -10,10 +10,9 @@ from bushcli.effects.library.mullins import feature as mullins
 from bushcli.effects.library.swaging import feature as swaging
 from bushcli.effects.library.viscoelasticity import feature as viscoelasticity
 from bushcli.simulate.bodies import PreparedModels
-from bushcli.study.cache import DesignCache
 from bushcli.study.rates import _difference, rates
 from bushcli.study.target import target
-from bushcli.study.task import StudyTask
+from bushcli.study.task import DesignCache, StudyTask
 from cases.feature import Installed
 from cases.march import march
 from cases.mode import modes

@@ -13,8 +13,7 @@ from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
 from bushcli.study.answers import default_answers
-from bushcli.study.cache import DesignCache
-from bushcli.study.task import StudyTask, evaluate, settled
+from bushcli.study.task import DesignCache, StudyTask, evaluate, settled
 
 CASE = """
 [geometry]

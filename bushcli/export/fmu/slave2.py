@@ -67,14 +67,6 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
         self.begin()
 
     def do_step(self, current_time, step_size):  # type: ignore[no-untyped-def]
-        """Take a step.
-
-        Parameters
-        ----------
-        current_time : float
-            Time at the beginning of the step, s.
-        step_size : float
-            Duration of the step, s.
-        """
+        """Take a step."""
         self.advance(step_size)
         return True

@@ -45,15 +45,7 @@ def write(order: Order) -> str:
 
 
 def in_units(matrix: Array, units: UnitSystem) -> Array:
-    """Return a stiffness matrix in N, mm, rad in other units.
-
-    Parameters
-    ----------
-    matrix : (6, 6) array
-        Forces and moments over displacements and rotations, N, mm, rad.
-    units : UnitSystem
-        Units of force and length.
-    """
+    """Return a stiffness matrix in N, mm, rad in other units."""
     rows = np.array([units.of_force(1.0)] * 3 + [units.of_moment(1.0)] * 3)
     columns = np.array([units.of_length(1.0)] * 3 + [1.0] * 3)
     return np.asarray(matrix * rows[:, None] / columns[None, :])

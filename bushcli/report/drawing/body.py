@@ -41,17 +41,7 @@ _LONGEST = 5.4  # inches of the drawing's longer side
 
 
 def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
-    """Draw the undeformed mesh.
-
-    Parameters
-    ----------
-    surface : Surface
-        Faces of the mesh, mm.
-    title : str
-        Title of the picture, wrapped to its width.
-    note : str
-        Small print below the picture.
-    """
+    """Draw the undeformed mesh."""
     with style():
         view = (
             projection.SECTION if projection.is_section(surface) else projection.cut_view(surface.reference)
@@ -60,17 +50,7 @@ def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
 
 
 def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
-    """Draw the deformed shape and, dashed, the outline before the load.
-
-    Parameters
-    ----------
-    surface : Surface
-        Faces of the mesh with reference and deformed positions, mm.
-    title : str
-        Title of the picture, wrapped to its width.
-    note : str
-        Small print below the picture.
-    """
+    """Draw the deformed shape and, dashed, the outline before the load."""
     scale = _scale(surface)
     with style():
         if not projection.is_section(surface):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.drawing.looks import GREY, INK, METAL
 from bushcli.report.drawing.picture import literal, new_figure, style
-from bushcli.report.drawing.projection import cut
+from bushcli.report.drawing.projection import cut, shade, view_from
 from geometry.view import View
 
 Array = NDArray[np.float64]
@@ -34,22 +34,13 @@ _OTHERS = ("#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#F0E442")
 _PLATES = ("#009E73", "#F0E442", "#CC79A7", METAL)
 # Rows of pixels in a section through an assembly.
 _ROWS = 700
-_LIGHT = np.array([0.3, 0.5, 0.8])
-_AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
+# Direction from which a solid is seen, and how much darker a face is that gets no light.
+_TOWARDS = np.array([0.44, -0.76, 0.47])
+_CONTRAST = 0.45
 
 
 def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Figure:
-    """Draw a geometry with its faces coloured by their interpretation.
-
-    Parameters
-    ----------
-    view
-        Triangles with names.
-    title
-        Title above the picture.
-    measures
-        Volumes (mm^3) and areas (mm^2) by name, bonds as "inner_bond".
-    """
+    """Draw a geometry with its faces coloured by their interpretation."""
     with style():
         figure = new_figure(6.4 if view.flat else 8.6, 5.2)
         if view.flat:
@@ -101,14 +92,9 @@ def _colour(name: str, view: View) -> str:
 
 def _section(axes: Axes, view: View) -> None:
     fill = [_colour(view.names[i], view) for i in view.label]
+    flat = list(view.triangles[:, :, [0, 2]])
     axes.add_collection(
-        PolyCollection(
-            list(view.triangles[:, :, [0, 2]]),
-            facecolors=fill,
-            edgecolors=fill,
-            linewidths=0.3,
-            rasterized=True,
-        )
+        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
     )
     ink = [INK[0] if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
@@ -159,15 +145,7 @@ def _crossed(triangles: Array, level: float) -> Array:
 
 
 def _solid(axes: Axes, view: View, opened: bool) -> None:
-    toward = np.array(
-        [
-            np.cos(_ELEVATION) * np.cos(_AZIMUTH),
-            np.cos(_ELEVATION) * np.sin(_AZIMUTH),
-            np.sin(_ELEVATION),
-        ]
-    )
-    right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-    up = np.cross(toward, right)
+    eye = view_from(_TOWARDS)
     triangles, label = view.triangles, view.label
     if opened:
         x, y = np.eye(3)[:2]
@@ -176,27 +154,18 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
         left, of_left = cut(triangles, -x, above=True)
         triangles = np.concatenate([left, behind])
         label = label[np.concatenate([of_left, of_front[of_behind]])]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    # Where the part is open both sides of a face are visible: the side towards the eye is lit.
-    facing = normals * np.sign(normals @ toward)[:, None]
-    shade = 0.55 + 0.45 * np.clip(facing @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
     colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
-    fill = colours[label] * shade[:, None]
-    order = np.argsort(triangles.mean(axis=1) @ toward)
-    flat = np.stack([triangles @ right, triangles @ up], axis=-1)
+    order = np.argsort(eye.depth(triangles.mean(axis=1)))
+    fill = (colours[label] * shade(triangles, eye, _CONTRAST)[:, None])[order]
+    flat = list(eye.project(triangles)[order])
     axes.add_collection(
-        PolyCollection(
-            list(flat[order]), facecolors=fill[order], edgecolors=fill[order], linewidths=0.3, rasterized=True
-        )
+        PolyCollection(flat, facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
     )
     extent = float(np.abs(view.triangles).max(initial=1.0))
-    for vector, name in ((np.eye(3)[0], "x"), (np.eye(3)[1], "y"), (np.eye(3)[2], "z")):
-        start = np.array([-0.9 * extent, -0.95 * extent])
-        end = start + 0.22 * extent * np.array([vector @ right, vector @ up])
-        axes.annotate(
-            name, xy=tuple(start), xytext=tuple(end), fontsize=8, arrowprops={"arrowstyle": "<-", "lw": 0.8}
-        )
+    start = np.array([-0.9 * extent, -0.95 * extent])
+    for vector, name in zip(np.eye(3), "xyz", strict=True):
+        end, arrow = start + 0.22 * extent * eye.project(vector), {"arrowstyle": "<-", "lw": 0.8}
+        axes.annotate(name, xy=tuple(start), xytext=tuple(end), fontsize=8, arrowprops=arrow)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_axis_off()

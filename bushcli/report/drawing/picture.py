@@ -123,7 +123,7 @@ def draw(axes: Axes, plot: Plot) -> None:
     assert plot.x is not None
     assert plot.y is not None
     handles: dict[str, Any] = {}
-    axes.set(xlim=plot.x, ylim=plot.y, xlabel=literal(plot.x_label), ylabel=literal(plot.y_label))
+    axes.set(xlim=plot.x, ylim=plot.y, xlabel=literal(plot.labels[0]), ylabel=literal(plot.labels[1]))
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:

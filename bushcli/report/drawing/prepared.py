@@ -40,10 +40,10 @@ def prepared(plot: Plot) -> Plot:
 def pane(plot: Plot) -> tuple[float, float, float, float]:
     """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
     longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
-    left = min(max(62.0 if plot.y_label else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
-    left += 16 if plot.y_label else 0
+    left = min(max(62.0 if plot.labels[1] else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
+    left += 16 if plot.labels[1] else 0
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)
-    bottom = (46.0 if plot.x_label else 26.0) + 16 * lines
+    bottom = (46.0 if plot.labels[0] else 26.0) + 16 * lines
     return left, 12.0, plot.width - left - 12.0, plot.height - 12.0 - bottom
 
 
@@ -111,15 +111,6 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
     Of consecutive samples in one column of pixels the first, the last, the lowest and the highest remain (Jugel et al.,
     M4, https://doi.org/10.14778/2732951.2732953). Passes of a loop over pixels that were drawn before are left
     out, but for the lowest and the highest point of each column.
-
-    Parameters
-    ----------
-    x, y : (n,) arrays
-        In any units; NaN interrupts the curve.
-    most : int
-        Number of points.
-    dots : bool
-        Whether the points are not joined by lines.
     """
     points = np.stack([x, y], axis=1)
     good = np.isfinite(points).all(axis=1)

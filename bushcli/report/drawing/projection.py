@@ -79,19 +79,10 @@ def is_twisted(surface: Surface) -> bool:
 
 
 def lattice(surface: Surface, points: Array, pieces: int) -> Array:
-    """Return points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3).
+    """Return points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3), of its corners (n, 4, 3) in mm.
 
     Between its corners a face of a bushing follows the circle on which the corners lie; the displacements from the
     reference positions to ``points`` are interpolated bilinearly.
-
-    Parameters
-    ----------
-    surface : Surface
-        Faces with their reference positions, mm.
-    points : (n, 4, 3) array
-        Positions of the corners of each face, mm.
-    pieces : int
-        Intervals along each side of a face.
     """
     reference = surface.reference
     radius = np.hypot(reference[..., 0], reference[..., 1])
@@ -108,15 +99,7 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
 
 
 def bilinear(corners: Array, pieces: int) -> Array:
-    """Interpolate values at the corners of faces bilinearly on a grid, (n, pieces + 1, pieces + 1, k).
-
-    Parameters
-    ----------
-    corners : (n, 4, k) array
-        Values at the corners in the order around each face, in any unit.
-    pieces : int
-        Intervals along each side of a face.
-    """
+    """Interpolate values at the corners of faces, (n, 4, k), bilinearly on a grid, (n, pieces + 1, pieces + 1, k)."""
     t = np.linspace(0.0, 1.0, pieces + 1)
     s, r = (grid[..., None] for grid in np.meshgrid(t, t, indexing="ij"))
     a, b, c, d = (corners[:, None, None, i] for i in range(4))
@@ -136,15 +119,7 @@ def sides(grid: Array) -> Array:
 
 
 def side_cells(values: NDArray[_Value], pieces: int) -> NDArray[_Value]:
-    """Return the values of the cells beside the segments of `sides`, (4 n * pieces,).
-
-    Parameters
-    ----------
-    values : (n * pieces**2,) array
-        One value per cell, in the order of `cells`, in any unit.
-    pieces : int
-        Intervals along each side of a face.
-    """
+    """Return values of `cells`, (n * pieces**2,), for the cells beside the segments of `sides`, (4 n * pieces,)."""
     beside = values.reshape(-1, pieces, pieces)
     # The cells along each side in the order of the segments of `sides`.
     parts = (beside[:, 0, :], beside[:, :, -1], beside[:, -1, ::-1], beside[:, ::-1, 0])
@@ -157,15 +132,7 @@ def segments(lines: Array) -> Array:
 
 
 def dashes(lines: Array, length: float) -> Array:
-    """Cut lines into dashes with gaps of the same length, shape (m, 2, 3).
-
-    Parameters
-    ----------
-    lines : (n, p + 1, 3) array
-        Polygonal lines, mm.
-    length : float
-        Approximate length of a dash, mm.
-    """
+    """Cut lines (n, p + 1, 3) into dashes (m, 2, 3) of about this length in mm, with gaps of the same length."""
     found = []
     for line in lines:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
@@ -240,12 +207,7 @@ def revolved_view() -> Projection:
 def faces_the_eye(pieces: Array, view: Projection) -> NDArray[np.bool_]:
     """Return whether the faces of a closed body are turned towards the eye, (n,); the others cannot be seen.
 
-    Parameters
-    ----------
-    pieces : (n, 4, 3) array
-        Corners of the faces, counter-clockwise seen from outside, mm.
-    view : Projection
-        Direction of view.
+    Their corners, (n, 4, 3), are counter-clockwise seen from outside.
     """
     return np.asarray(_normal(pieces) @ view.towards > 0.0)
 
@@ -256,20 +218,13 @@ def _normal(pieces: Array) -> Array:
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30))
 
 
-def shade(pieces: Array, view: Projection) -> Array:
-    """Return the brightness (n,) of faces, from 0 to 1, in a light from the upper left.
+def shade(pieces: Array, view: Projection, contrast: float = 0.16) -> Array:
+    """Return the brightness (n,) of faces (n, 3 or 4, 3), from 0 to 1, in a light from the upper left.
 
-    The contrast is low, because the colour of a face shows a value.
-
-    Parameters
-    ----------
-    pieces : (n, 3, 3) or (n, 4, 3) array
-        Corners of the faces in order around them, mm.
-    view : Projection
-        Direction of view.
+    The contrast is low where the colour of a face shows a value.
     """
     light = view.towards + 0.7 * view.up - 0.5 * view.right
-    return np.asarray(0.84 + 0.16 * np.abs(_normal(pieces) @ light) / np.linalg.norm(light))
+    return np.asarray(1.0 - contrast * (1.0 - np.abs(_normal(pieces) @ light) / np.linalg.norm(light)))
 
 
 # What a plane makes of a triangle or a tetrahedron, by the number of corners below it: the corners of each part lie on
@@ -293,24 +248,10 @@ _ACROSS: dict[int, _Shapes] = {
 def cut(
     simplices: Array, normal: Array, level: float = 0.0, *, above: bool
 ) -> tuple[Array, NDArray[np.int_]]:
-    """Cut triangles or tetrahedra by a plane.
+    """Cut triangles (n, 3, 3) or tetrahedra (n, 4, 3), mm, by a plane with this normal at this distance in mm.
 
-    Parameters
-    ----------
-    simplices : (n, 3, 3) or (n, 4, 3) array
-        Corners, mm.
-    normal : (3,) array
-        Unit vector.
-    level : float
-        Distance of the plane from the origin along its normal, mm.
-    above : bool
-        Whether the parts of triangles above the plane are returned, (m, 3, 3); otherwise where it cuts triangles,
-        (m, 2, 3), or tetrahedra, (m, 4, 3), with the last corner of a triangle repeated.
-
-    Returns
-    -------
-    tuple of (m, k, 3) array and (m,) array
-        The parts, and the simplex of which each is a part.
+    Return the parts, and which simplex each is of: of triangles those above the plane, (m, 3, 3); otherwise where the
+    plane cuts triangles, (m, 2, 3), or tetrahedra, (m, 4, 3), with the last corner of a triangle repeated.
     """
     height = simplices @ normal - level
     order = np.argsort(height, axis=1, kind="stable")

@@ -34,19 +34,7 @@ INTERPRETED = "How the file was interpreted"
 def direct_figures(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
 ) -> tuple[Picture, ...]:
-    """Return curves, coupons, deformed shapes and meshes of a direct prediction.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return curves, coupons, deformed shapes and meshes of a direct prediction."""
     from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
@@ -124,60 +112,26 @@ def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
 
 
 def geometry_picture(view: View, title: str, measures: Mapping[str, float]) -> Picture:
-    """Return the picture of the interpretation of a geometry.
-
-    Parameters
-    ----------
-    view : View
-        Faces or edges to draw, mm.
-    title : str
-        Title of the picture.
-    measures : mapping of str to float
-        Areas (mm2) and volumes (mm3) by name.
-    """
+    """Return the picture of the interpretation of a geometry."""
     return picture("geometry", "geometry", title, geometry_figure(view, title, measures))
 
 
 def inverse_figures(fits: Sequence[Fit], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Return curves, search, certainty and, for several laws, their ranking; the best law first.
-
-    Parameters
-    ----------
-    fits : sequence of Fit
-        The best first.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return curves, search, certainty and, for several laws, their ranking; the best law first."""
     from bushcli.report.plots.fit import inverse_panels
 
     return tuple(plotted(one) for one in inverse_panels(fits, names))
 
 
 def history_figures(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Return a picture of the loops of each channel, and one of its holds where the recording has time.
-
-    Parameters
-    ----------
-    histories : sequence of ChannelHistory
-        Channels with cycles or holds.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return a picture of the loops of each channel, and one of its holds where the recording has time."""
     from bushcli.report.plots.cycles import history_panels
 
     return tuple(plotted(one) for one in history_panels(histories, names))
 
 
 def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Return every picture of a diagnosis.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    names : mapping of str to str
-        File name by channel name, and by the name of each map.
-    """
+    """Return every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
     from bushcli.report.plots import certainty, diagnosis, places
 

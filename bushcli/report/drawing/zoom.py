@@ -66,14 +66,7 @@ def figure(picture: Picture) -> Markup:
 
 
 def svg(plot: Plot, prefix: str = "") -> Markup:
-    """Return one plot with its legend; all text is escaped.
-
-    Parameters
-    ----------
-    plot : Plot
-    prefix : str
-        Put before its name, which is unique on the page.
-    """
+    """Return one plot with its legend; all text is escaped."""
     plot = prepared(plot)
     left, top, width, height = pane(plot)
     assert plot.x is not None
@@ -85,7 +78,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
     )
     fixed = plot.x_names or plot.y_names
     names = f'data-fixed="{"x" * bool(plot.x_names)}{"y" * bool(plot.y_names)}" data-log="{plot.log}"'
-    title = html.escape(plot.title)
+    title = html.escape(plot.heading or " over ".join(reversed(plot.labels)))
     return Markup(
         "\n".join(
             [
@@ -105,10 +98,10 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
                 f'<g class="numbers">{"".join(_number(plot, one) for one in plot.regions if one.number)}'
                 f"{''.join(_note(plot, one) for one in plot.notes)}</g>",
                 f'<rect class="edge" x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}"/>',
-                f'<text class="axis" x="{left + width / 2:g}" y="{plot.height - 8:g}">{html.escape(plot.x_label)}'
+                f'<text class="axis" x="{left + width / 2:g}" y="{plot.height - 8:g}">{html.escape(plot.labels[0])}'
                 "</text>",
                 f'<text class="axis" transform="translate(14 {top + height / 2:g}) rotate(-90)">'
-                f"{html.escape(plot.y_label)}</text>",
+                f"{html.escape(plot.labels[1])}</text>",
                 f'<text class="readout" x="{left + width - 8:g}" y="{top + height - 10:g}"></text>',
                 "</svg>",
                 "</figure>",
@@ -118,17 +111,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
 
 
 def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
-    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, in the unit of the axis.
-    most : int
-        Largest number of intervals.
-    logarithmic : bool
-        Whether the axis is logarithmic; it has powers of ten only where it spans more than 50 times.
-    """
+    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
     if logarithmic:
         factors = (1, 2, 5) if high < 50 * low else (1,)
         powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.quantity import quantities
 from bushcli.report.views.dynamic_tables import table_units
+
+if TYPE_CHECKING:
+    from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
 
@@ -24,6 +27,45 @@ def dynamic_tables_json(tables: Sequence[DynamicTable]) -> list[dict[str, Any]]:
     tables : sequence of DynamicTable
     """
     return [_shown(table) for table in tables]
+
+
+def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
+    """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded".
+
+    Parameters
+    ----------
+    compared : iterable of ComparedTable
+    """
+    found = []
+    for one in compared:
+        recorded = _shown(one.table)
+        per = quantities(one.table.mode).per_internal
+        found.append(
+            {
+                "name": one.table.name,
+                "mode": one.table.mode,
+                "units": recorded["units"],
+                "preload": {
+                    "displacement": _listed(per * one.preload),
+                    "force": recorded["preload"]["force"],
+                },
+                "amplitude": recorded["amplitude"],
+                "temperature": recorded["temperature"],
+                "point": "transfer",
+                "frequency": recorded["frequency"],
+                "stiffness": _listed(np.abs(one.simulated)),
+                "storage": _listed(one.simulated.real),
+                "loss": _listed(one.simulated.imag),
+                "loss_angle_deg": _listed(np.degrees(np.angle(one.simulated))),
+                "reduction_error": one.reduction_error,
+                "recorded": recorded,
+                "misfit": {
+                    "stiffness_percent": one.stiffness_percent,
+                    "loss_angle_deg": one.loss_angle_deg,
+                },
+            }
+        )
+    return found
 
 
 def _shown(table: DynamicTable) -> dict[str, Any]:

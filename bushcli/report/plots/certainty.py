@@ -32,12 +32,17 @@ def probability_panels(found: Diagnosis) -> Panels:
         notes.append(Note(short_chance(p), (100.0, i)))
     heading = "Probability of each effect"
     plot = Plot(
-        "probabilities", heading, "", "", (0.0, 112.0), (len(drawn) - 0.5, -0.5), regions=regions, notes=notes,
+        "probabilities",
+        ("", ""),
+        x=(0.0, 112.0),
+        y=(len(drawn) - 0.5, -0.5),
+        regions=regions,
         bands=[Band("level", x=(95.0, 95.0))],
+        notes=notes,
+        height=50.0 + 36.0 * len(drawn),
         x_names=[(v, f"{v} %" if v == 95 else f"{v}") for v in (0, 25, 50, 75, 95)],
         y_names=[(i, title(name)) for i, (name, _) in enumerate(drawn)],
-        height=50.0 + 36.0 * len(drawn),
-    )  # fmt: skip
+    )
     names = {name for name, _ in drawn}
     parts = {
         "Less than 1 %": unlikely(found, _SMALL),
@@ -82,15 +87,12 @@ def _strip(one: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
     dot = Series("significant", labels[2], np.array([one.value]), np.zeros(1), "dots")
     return Plot(
         name,
-        heading,
-        "",
-        "",
-        None,
-        (-0.6, 0.6),
+        ("", ""),
         [dot],
         regions,
-        height=66.0,
+        y=(-0.6, 0.6),
         heading=heading,
+        height=66.0,
         log="x" if logarithmic else "",
         y_names=[(9.0, "")],
     )

@@ -26,15 +26,7 @@ _SAME = 1e-5
 
 
 def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]) -> list[Panels]:
-    """Return the loops of each channel, and its holds where the recording has time.
-
-    Parameters
-    ----------
-    histories : sequence of ChannelHistory
-        Channels with cycles or holds.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return the loops of each channel, and its holds where the recording has time."""
     found = []
     for history in histories:
         found.append(cycle_panels(history, names[history.name]))
@@ -44,14 +36,7 @@ def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]
 
 
 def cycle_panels(history: ChannelHistory, file: str) -> Panels:
-    """Return the loops; beside them energy and secant stiffness of each cycle.
-
-    Parameters
-    ----------
-    history : ChannelHistory
-    file : str
-        Name of the channel's files.
-    """
+    """Return the loops; beside them energy and secant stiffness of each cycle."""
     name, shown = capital(history.name), quantities(history.mode)
     unit, std, parts = energy_unit(history.mode), 0.0, []
     for what, cycles in (("recorded", history.recorded), ("simulated", history.simulated)):
@@ -65,9 +50,7 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
     q = shown.shown(history.path.displacement)
     series = [Series("recorded", "recorded", q, history.path.force)] if history.has_recording else []
     series.append(Series("after", "simulated", q, history.simulated_force))
-    loops = Plot(
-        "loops", title, shown.displacement_label, shown.force_label, series=series, bands=rest_lines(shown)
-    )
+    loops = Plot("loops", shown.labels, series, bands=rest_lines(shown), height=400.0)
     return Panels(
         f"{file}-cycles",
         "cycles",
@@ -142,23 +125,12 @@ def _by_cycle(
                 Series(key, _LABELS[key], np.array(list(values), dtype=float), value, "both", error)
             )
     last = max((known.number for known, _, _ in history.cycles), default=1)
-    title = f"{history.name}: {name} of each cycle"
     span = (0.4, last + 0.6)
     step = -(-last // _TICKS)
     names = [(n, f"{n}") for n in range(1, last + 1, step)]
     zero = [Band("zero", y=(0.0, 0.0))] if name == "energy" else []
     return Plot(
-        name,
-        title,
-        "cycle",
-        label,
-        x=span,
-        series=series,
-        bands=zero,
-        heading=heading,
-        x_names=names,
-        width=450.0,
-        height=280.0,
+        name, ("cycle", label), series, x=span, bands=zero, heading=heading, width=450.0, x_names=names
     )
 
 
@@ -211,13 +183,4 @@ def _relaxation(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> P
     unit = shown.displacement_unit
     where = f"{float(f'{at:.2f}') + 0.0:g} {unit}" if unit else f"stretch {at:.3g}"
     heading, label = f"hold {hold.number}, at {where}", "time since the start of the hold [s]"
-    return Plot(
-        f"hold-{hold.number}",
-        heading,
-        label,
-        shown.force_label,
-        series=series,
-        heading=heading,
-        height=280.0,
-        log="x",
-    )
+    return Plot(f"hold-{hold.number}", (label, shown.force_label), series, heading=heading, log="x")

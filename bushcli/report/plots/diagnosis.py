@@ -26,15 +26,7 @@ BEST = "most probable model"
 
 
 def diagnosed_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
-    """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    channel : DiagnosedChannel
-    file : str
-        Name of the channel's files.
-    """
+    """Return the curves with their mismatches; below them, if simulated, the misfit over time and the noise."""
     rows = [[curve_plot(found, channel)]]
     if simulated(channel):
         rows.append([time_plot(found, channel)])
@@ -42,15 +34,7 @@ def diagnosed_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> 
 
 
 def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Return force over displacement; each numbered area is a mismatch between recording and plain law.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    channel : DiagnosedChannel
-        The channel to plot.
-    """
+    """Return force over displacement; each numbered area is a mismatch between recording and plain law."""
     units = quantities(channel.mode)
     recorded = channel.recording
     q, path = units.shown(recorded.displacement), units.shown(channel.path)
@@ -78,14 +62,13 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         regions.append(Region(_sense(mismatch), sentence(mismatch, len(found.channels)), outlines, i, at))
     return Plot(
         f"curve-{found.channels.index(channel)}",
-        f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
-        units.displacement_label,
-        units.force_label,
-        padded(np.concatenate([q, path]), 0.03),
-        _force_limits(channel),
+        units.labels,
         series,
         regions,
+        x=padded(np.concatenate([q, path]), 0.03),
+        y=_force_limits(channel),
         heading=_heading(found, channel),
+        height=430.0,
     )
 
 
@@ -93,13 +76,6 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     """Return the misfit over time, or over the samples, before and after, with the noise as a band.
 
     The lines are interrupted where samples were left out.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    channel : DiagnosedChannel
-        The channel to plot.
     """
     x = _abscissa(channel)
     before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
@@ -122,17 +98,14 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
-        f"{channel.name}: misfit over time",
-        _abscissa_label(channel),
-        "misfit [% of range]",
-        padded(x, 0.01),
-        padded(np.concatenate(misfits), 0.06),
+        (_abscissa_label(channel), "misfit [% of range]"),
         series,
         regions,
-        bands,
-        height=280.0,
-        numbers_only=True,
+        x=padded(x, 0.01),
+        y=padded(np.concatenate(misfits), 0.06),
+        bands=bands,
         heading=_heading(found, channel),
+        numbers_only=True,
     )
 
 
@@ -158,15 +131,7 @@ def changed(channel: DiagnosedChannel) -> bool:
 
 
 def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
-    """Return the mismatches of a channel, each with its number from 1 among those of all channels.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    channel : DiagnosedChannel
-        The channel whose mismatches are returned.
-    """
+    """Return the mismatches of a channel, each with its number from 1 among those of all channels."""
     return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
 
 
@@ -227,7 +192,7 @@ def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
 
 
 def _faulty_bands(x: Array, faulty: NDArray[np.bool_]) -> list[Band]:
-    """Return a band for each run of faulty samples, to the middle of the gaps around it; those beside each other are one."""
+    """Return a band for each run of faulty samples, to the middle of the gaps around it; neighbours are one band."""
     runs = _runs(faulty, least=1)
     middle = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     start, stop = middle[[run.start for run in runs]], middle[[run.stop for run in runs]]

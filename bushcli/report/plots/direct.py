@@ -66,20 +66,11 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
         return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
     if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
         return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
-    return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
+    return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
 
 
 def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
-    """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit.
-
-    Parameters
-    ----------
-    channel : Simulated
-    found : Misfit or None
-        None where nothing was compared.
-    file : str
-        Name of the channel's files.
-    """
+    """Return a channel's curve, with its recording, the accepted band and the difference where there is a misfit."""
     shown = quantities(channel.mode)
     q, force = smooth(channel.curve)
     series = [] if channel.recording is None else [recorded_series(channel.recording, shown)]
@@ -92,32 +83,36 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
         end = int(np.argmax(np.abs(channel.curve.displacement)))
         at = (shown.shown(channel.curve.displacement[[end]]), channel.curve.force[[end]])
         series.append(Series("stopped", "simulation stopped", *at, "crosses"))
-    compared = found is not None and channel.recording is not None
-    every = np.concatenate([one.x for one in series])
-    span = padded(every)
-    heading = ""
-    if found is not None:
-        simulated, measured = (
-            number(shown.stiffness(one.secant)) for one in (found.predicted, found.measured)
-        )
-        heading = f"secant stiffness: simulated {simulated}, measured {measured} {shown.stiffness_unit}"
-    title = curve_title(channel, found)
-    curves = Plot(
-        "curve",
-        title,
-        "" if compared else shown.displacement_label,
-        shown.force_label,
+    title, span = curve_title(channel, found), padded(np.concatenate([one.x for one in series]))
+    if found is None or channel.recording is None:
+        plot = Plot("curve", shown.labels, series, bands=rest_lines(shown), x=span, height=400.0)
+        return Panels(f"{file}-curve", "curve", title, [[plot]], channel.name)
+    simulated, measured = (number(shown.stiffness(one.secant)) for one in (found.predicted, found.measured))
+    heading = f"secant stiffness: simulated {simulated}, measured {measured} {shown.stiffness_unit}"
+    accepted, labels = _accepted(channel.recording, found, shown), ("", shown.force_label)
+    plot = Plot("curve", labels, series, [accepted], rest_lines(shown), x=span, heading=heading, height=370.0)
+    q, off = shown.shown(found.displacement), 100 * found.difference / found.force_range
+    reach = found.tolerance.percent
+    below = difference_plot(
+        Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line"),
+        Band("tolerance", y=(-reach, reach)),
+        shown,
         span,
-        series=series,
-        regions=[_accepted(channel.recording, found, shown)] if compared else [],  # type: ignore[arg-type]  # both given
-        bands=rest_lines(shown),
-        heading=heading,
-        height=370.0 if compared else 400.0,
+        f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
+        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
     )
-    rows = [[curves]]
-    if found is not None and compared:
-        rows.append([_difference(channel, found, shown, span)])
-    return Panels(f"{file}-curve", "curve", title, rows, channel.name)
+    return Panels(f"{file}-curve", "curve", title, [[plot], [below]], channel.name)
+
+
+def difference_plot(
+    off: Series, band: Band, shown: Quantities, span: tuple[float, float], heading: str
+) -> Plot:
+    """Return the difference of two curves in percent of the force range, with a band that lies inside the picture."""
+    reach = 1.15 * max(band.y[1], float(np.abs(off.y).max()), 1e-3)
+    labels, bands = (shown.displacement_label, "difference [%]"), (band, *rest_lines(shown))
+    return Plot(
+        "difference", labels, [off], (), bands, x=span, y=(-reach, reach), heading=heading, height=190.0
+    )
 
 
 def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
@@ -142,37 +137,8 @@ def around(x: Array, low: Array, high: Array) -> Array:
     return np.concatenate([np.stack([x, low], axis=1), np.stack([x, high], axis=1)[::-1]])
 
 
-def _difference(channel: Simulated, found: Misfit, shown: Quantities, span: tuple[float, float]) -> Plot:
-    """Return simulated minus recorded force in percent of the force range, with the accepted band."""
-    off, accepted = 100 * found.difference / found.force_range, found.tolerance.percent
-    q = shown.shown(found.displacement)
-    reach = 1.15 * max(accepted, float(np.abs(off).max()))
-    return Plot(
-        "difference",
-        f"{channel.name}: simulated minus recorded {shown.force}",
-        shown.displacement_label,
-        "difference [%]",
-        span,
-        (-reach, reach),
-        series=[Series("after", "", q, off, "both" if len(q) <= SEPARATE else "line")],
-        bands=[Band("tolerance", y=(-accepted, accepted)), *rest_lines(shown)],
-        heading=f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
-        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
-        height=190.0,
-    )
-
-
 def six_panels(name: str, six: SixCurve, file: str) -> Panels:
-    """Return motions and reactions of a path, translations and forces on the left, rotations and moments on the right.
-
-    Parameters
-    ----------
-    name : str
-        Name of the channel.
-    six : SixCurve
-    file : str
-        Name of the channel's files.
-    """
+    """Return motions and reactions of a path: translations and forces left, rotations and moments right."""
     motion, largest = shown_motion(six), largest_reactions(six.force)
     title = f"{capital(name)}: motions of the inner sleeve, and the reactions"
     above, below = [], []
@@ -183,30 +149,13 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
         moved = [k for k in part if k in six.free or motion[:, k].any()]
         labels = [MOTIONS[k] + (" (free)" if k in six.free else "") for k in moved]
         pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest[column]]
+        reactions = [REACTIONS[k] for k in pushed]
         above.append(_over_time(kind, f"{kind} [{unit}]", six.time, motion[:, moved], labels))
-        below.append(
-            _over_time(
-                force,
-                f"{force} [{force_unit}]",
-                six.time,
-                six.force[:, pushed],
-                [REACTIONS[k] for k in pushed],
-            )
-        )
+        below.append(_over_time(force, f"{force} [{force_unit}]", six.time, six.force[:, pushed], reactions))
     return Panels(f"{file}-six", "six", title, [above, below], name)
 
 
 def _over_time(what: str, label: str, time: Array, values: Array, labels: list[str]) -> Plot:
     series = [Series(f"line-{i}", one, time, values[:, i], "both") for i, one in enumerate(labels)]
     span = (float(time[0]), float(time[-1]))
-    return Plot(
-        what,
-        f"{what} over time",
-        "time [s]",
-        label,
-        x=span,
-        series=series,
-        bands=[Band("zero", y=(0.0, 0.0))],
-        width=450.0,
-        height=280.0,
-    )
+    return Plot(what, ("time [s]", label), series, x=span, bands=[Band("zero", y=(0.0, 0.0))], width=450.0)

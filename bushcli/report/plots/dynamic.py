@@ -46,6 +46,6 @@ def dynamic_panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
                 series.append(Series(key, "", curve.frequency, function(curve.stiffness), "dots"))
     words = f"{capital(title(curves[0]))}: {point_in_words(curves[0])} and loss angle over frequency"
     unit = stiffness_unit(curves[0].mode)
-    above = Plot("stiffness", words, "", f"|K*| [{unit}]", series=size, log="x" if wide else "")
-    below = Plot("angle", "loss angle", "frequency [Hz]", "loss angle [deg]", series=angle, log=above.log)
+    above = Plot("stiffness", ("", f"|K*| [{unit}]"), size, log="x" if wide else "")
+    below = Plot("angle", ("frequency [Hz]", "loss angle [deg]"), angle, log=above.log)
     return Panels(f"{file}-dynamic", "dynamic", words, [[above], [below]], curves[0].name)

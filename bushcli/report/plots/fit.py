@@ -14,7 +14,7 @@ from bushcli.inverse.refit import RISE_95
 from bushcli.inverse.result import NORMAL
 from bushcli.report.document import Band, Note, Panels, Plot, Region, Series
 from bushcli.report.plots.cycles import in_rows
-from bushcli.report.plots.direct import Array, capital, recorded_series, rest_lines, smooth
+from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.search import convergence_panels, ends_panels
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.report.views.fit import curves_of
@@ -50,29 +50,12 @@ def _coupon(curve: FittedCurve, stable: tuple[float, float] | None, index: int) 
         bands = [Band("unstable", x=(a, b), label="law unstable") for a, b in ends if b > a]
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
     return Plot(
-        f"coupon-{index}",
-        title,
-        shown.displacement_label,
-        shown.force_label,
-        (left, right),
-        None,
-        series,
-        bands=bands,
-        heading=title,
-        height=340.0,
+        f"coupon-{index}", shown.labels, series, x=(left, right), bands=bands, heading=title, height=340.0
     )
 
 
 def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels]:
-    """Return curves, search and certainty and, for several laws, their ranking.
-
-    Parameters
-    ----------
-    fits : sequence of Fit
-        The best first; all pictures except the ranking show the best law.
-    names : mapping of str to str
-        File name by channel name.
-    """
+    """Return curves, search and certainty and, for several laws, their ranking."""
     best = fits[0]
     found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
     if len(fits) > 1:
@@ -91,14 +74,7 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:
-    """Return recording, start and fit; below them the remaining misfit with the noise.
-
-    Parameters
-    ----------
-    curve : FittedCurve
-    file : str
-        Name of the channel's files.
-    """
+    """Return recording, start and fit; below them the remaining misfit with the noise."""
     name, rms, shown = capital(curve.name), percent(curve.rms_percent), quantities(curve.recording.mode)
     if curve.held_out:
         title = f"{name}, held out: predicted to {rms} rms"
@@ -120,46 +96,28 @@ def fitted_panels(curve: FittedCurve, file: str) -> Panels:
     label = "predicted (held out)" if curve.held_out else "after"
     series.append(Series("after", f"{label}: {rms} rms", q, force))
     curves = Plot(
-        "curve", title, "", shown.force_label, span, limits, series, bands=rest_lines(shown), height=370.0
+        "curve", ("", shown.force_label), series, x=span, y=limits, bands=rest_lines(shown), height=370.0
     )
-    return Panels(f"{file}-identified", "curve", title, [[curves], [_left(curve, label, span)]], curve.name)
+    difference = 100 * (curve.fitted.force - curve.recording.force) / float(np.ptp(curve.recording.force))
+    noise = float(np.nan_to_num(curve.noise_percent))
+    below = difference_plot(
+        # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
+        Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots"),
+        Band("noise", y=(-2 * noise, 2 * noise)),
+        shown,
+        span,
+        f"{label} - recorded, in % of the recorded {shown.force} range: rms {rms}; grey: noise {percent(noise)}, "
+        "± 2 sigma",
+    )
+    return Panels(f"{file}-identified", "curve", title, [[curves], [below]], curve.name)
 
 
 def force_limits(near: Array, far: Array) -> tuple[float, float]:
-    """Return the limits around curves that are close to each other; a distant one leaves the picture.
-
-    Parameters
-    ----------
-    near, far : (n,) arrays
-        Forces, N or N mm.
-    """
+    """Return the limits around curves that are close to each other; a distant one leaves the picture."""
     low, high = float(np.nanmin(near)), float(np.nanmax(near))
     reach, margin = LEAVES * (high - low), 0.06 * (high - low) or 1.0
     bottom, top = max(low - reach, float(np.nanmin(far))), min(high + reach, float(np.nanmax(far)))
     return min(low, bottom) - margin, max(high, top) + margin
-
-
-def _left(curve: FittedCurve, label: str, span: tuple[float, float]) -> Plot:
-    """Return fitted minus recorded force in percent of the force range, with the noise."""
-    shown = quantities(curve.recording.mode)
-    difference = 100 * (curve.fitted.force - curve.recording.force) / float(np.ptp(curve.recording.force))
-    noise = float(np.nan_to_num(curve.noise_percent))
-    reach = 1.15 * max(3 * noise, float(np.abs(difference).max()), 1e-3)
-    # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
-    dots = Series("dot", "", shown.shown(curve.recording.displacement), difference, "dots")
-    return Plot(
-        "difference",
-        f"{curve.name}: {label} minus recorded {shown.force}",
-        shown.displacement_label,
-        "difference [%]",
-        span,
-        (-reach, reach),
-        [dots],
-        bands=[Band("noise", y=(-2 * noise, 2 * noise)), *rest_lines(shown)],
-        heading=f"{label} - recorded, in % of the recorded {shown.force} range: rms {percent(curve.rms_percent)}; "
-        f"grey: noise {percent(noise)}, ± 2 sigma",
-        height=190.0,
-    )
 
 
 def ranking_panels(fits: Sequence[Fit]) -> Panels:
@@ -188,16 +146,14 @@ def _ranked(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
     label = f"noise {percent(noise)}"
     return Plot(
         f"law-{index}",
-        f"misfit of each law in {curve.name}",
-        "rms misfit [% of the force range]",
-        "",
-        (left, right),
-        (len(fits) - 0.5, -0.5),
+        ("rms misfit [% of the force range]", ""),
+        x=(left, right),
+        y=(len(fits) - 0.5, -0.5),
         regions=bars,
         bands=[Band("level", x=(noise, noise), label=label)] if noise > 0 else [],
         notes=notes,
-        height=95.0 + 30.0 * len(fits),
         heading=f"{curve.name} (held out)" if curve.held_out else curve.name,
+        height=95.0 + 30.0 * len(fits),
         log="x",
         y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],
     )
@@ -221,9 +177,18 @@ def _correlation(fit: Fit) -> Panels:
     names = list(enumerate(fit.parameters))
     size, title = (-0.5, count - 0.5), "Correlation of the errors"
     plot = Plot(
-        "correlation", title, "", "", size, size[::-1], regions=regions, notes=notes, x_names=names, y_names=names,
-        width=240.0 + 85.0 * count, height=80.0 + 60.0 * count, scale=(1.0, "correlation"),
-    )  # fmt: skip
+        "correlation",
+        ("", ""),
+        x=size,
+        y=size[::-1],
+        regions=regions,
+        notes=notes,
+        height=80.0 + 60.0 * count,
+        width=240.0 + 85.0 * count,
+        x_names=names,
+        y_names=names,
+        scale=(1.0, "correlation"),
+    )
     return Panels("correlation", "certainty", title, [[plot]])
 
 
@@ -261,12 +226,9 @@ def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
     heading = _interval(profile.name, estimate)
     return Plot(
         f"profile-{profile.name}",
-        heading,
-        label,
-        "rise of chi square",
-        None,
-        (-0.04 * top, top),
+        (label, "rise of chi square"),
         series,
+        y=(-0.04 * top, top),
         bands=bands,
         heading=heading,
         height=320.0,

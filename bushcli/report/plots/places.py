@@ -27,15 +27,7 @@ _NAMED = 30
 
 
 def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Panels:
-    """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    channel : DiagnosedChannel
-    file : str
-        Name of the channel's files.
-    """
+    """Return the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model."""
     rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
     after = [one for one in found.remaining.bins if one.channel == channel.name]
     if after and changed(channel):
@@ -61,17 +53,15 @@ def record_panels(found: Diagnosis, channel: DiagnosedChannel, file: str) -> Pan
         last = what == rows[-1][0]
         return Plot(
             f"{what}-{kind}",
-            f"{channel.name}, {what}: {kind}",
-            units.displacement_label if last else "",
-            "cycle" if kind == kinds[0] else "",
-            (min(span), max(span)),
-            (len(cycles) - 0.5, -0.5),
+            (units.displacement_label if last else "", "cycle" if kind == kinds[0] else ""),
             [Series("significant", "", *dots, "dots")],
             regions,
-            [Band("zero", x=(units.rest, units.rest))],
+            x=(min(span), max(span)),
+            y=(len(cycles) - 0.5, -0.5),
+            bands=[Band("zero", x=(units.rest, units.rest))],
+            heading=f"{what}: {kind}",
             height=95.0 + min(24.0 * max(len(cycles), 2), 500.0),
             width=900.0 / len(kinds),
-            heading=f"{what}: {kind}",
             y_names=names,
             scale=(end, "simulated force too small (-) or too large (+) [% of range]"),
         )
@@ -113,15 +103,7 @@ def _cells(
 
 
 def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile], file: str) -> Panels:
-    """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty.
-
-    Parameters
-    ----------
-    channel : DiagnosedChannel
-    profiles : sequence of MissingProfile
-    file : str
-        Name of the channel's files.
-    """
+    """Return the misfit that the most probable model leaves in a channel, along each quantity, with its uncertainty."""
     kinds = [
         along
         for along in ("displacement", "time", "cycle", "rate")
@@ -163,19 +145,18 @@ def _missing(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
     if along == "cycle":
         span = (float(x.min()) - 0.5, float(x.max()) + 0.5)
     return Plot(
-        along, f"what is left over {along}", labels[along], "left [% of range]", span, None, series, regions,
-        [Band("zero", y=(0.0, 0.0))], height=280.0, log="x" if wide else "",
-    )  # fmt: skip
+        along,
+        (labels[along], "left [% of range]"),
+        series,
+        regions,
+        x=span,
+        bands=[Band("zero", y=(0.0, 0.0))],
+        log="x" if wide else "",
+    )
 
 
 def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
-    """Return the program of the proposed test: displacement over time.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    test : NextTest
-    """
+    """Return the program of the proposed test: displacement over time."""
     mode = {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
     units = quantities(mode)
     time, q = program(test)
@@ -187,16 +168,7 @@ def next_test_panels(found: Diagnosis, test: NextTest) -> Panels:
     label = "time [min]" if minutes else "time [s]"
     bands, title = [Band("zero", y=(units.rest, units.rest))], f"Next test: {test.name}"
     plot = Plot(
-        "program",
-        title,
-        label,
-        units.displacement_label,
-        None,
-        None,
-        series,
-        bands=bands,
-        heading=heading,
-        height=240.0,
+        "program", (label, units.displacement_label), series, bands=bands, heading=heading, height=240.0
     )
     return Panels("next-test", "next_test", title, [[plot]])
 

@@ -46,16 +46,7 @@ def convergence_panels(fit: Fit) -> Panels:
         ]
     span = (0.5, float(at.max()) + 0.5)
     above = Plot(
-        "misfit",
-        "misfit by evaluation",
-        "",
-        "misfit / noise",
-        span,
-        None,
-        series,
-        bands=[*shade, level],
-        log="y",
-        height=300.0,
+        "misfit", ("", "misfit / noise"), series, x=span, bands=[*shade, level], height=300.0, log="y"
     )
     ratios = []
     for i, (name, estimate) in enumerate(fit.parameters.items()):
@@ -67,15 +58,12 @@ def convergence_panels(fit: Fit) -> Panels:
     label, heading = "evaluation of all channels", "each parameter / its identified value"
     below = Plot(
         "parameters",
-        heading,
-        label,
-        "ratio",
-        span,
-        limits,
+        (label, "ratio"),
         ratios,
+        x=span,
+        y=limits,
         bands=[Band("zero", y=(1.0, 1.0))],
         heading=heading,
-        height=280.0,
     )
     end = "converged" if fit.converged else "not converged"
     title = f"{fit.material.law}, {fit.method}: {end} after {fit.sweeps} evaluations, {fit.seconds:.0f} s"
@@ -118,12 +106,11 @@ def ends_panels(fit: Fit) -> Panels:
     axes = [Band("zero", x=(i, i)) for i in range(len(names))]
     plot = Plot(
         "starts",
-        title,
-        "",
-        "",
-        (-0.3, len(names) - 0.7),
-        (-0.05, 1.05),
+        ("", ""),
         series,
+        height=400.0,
+        x=(-0.3, len(names) - 0.7),
+        y=(-0.05, 1.05),
         bands=axes,
         x_names=list(enumerate(labels)),
         y_names=[(0.0, ""), (1.0, "")],

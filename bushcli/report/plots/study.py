@@ -68,20 +68,18 @@ def _tornado(found: Summary, label: str, index: int) -> Plot:
     bands = [Band("level", x=(found.mean, found.mean)), *_limits(found, "x")]
     size = (len(chosen) - 0.5, -0.5)
     return Plot(
-        f"answer-{index}", f"change of {label}", label, "", None, size, regions=regions, bands=bands, y_names=names,
+        f"answer-{index}",
+        (label, ""),
+        y=size,
+        regions=regions,
+        bands=bands,
         height=90.0 + 44.0 * len(chosen),
-    )  # fmt: skip
+        y_names=names,
+    )
 
 
 def band_panels(found: Study, one: CurveBand) -> Panels:
-    """Return the median curve, and the bands that contain 90 % of the curves and all of them.
-
-    Parameters
-    ----------
-    found : Study
-    one : Band
-        Band of one channel; mm or degrees, N or N mm.
-    """
+    """Return the median curve, and the bands that contain 90 % of the curves and all of them."""
     shown = quantities(dict(found.case.channels)[one.channel])
     q, (least, low, middle, high, most) = one.displacement, one.force
     # A loop is drawn in parts: between its turning points the displacement is monotonic.
@@ -94,7 +92,7 @@ def band_panels(found: Study, one: CurveBand) -> Panels:
     title = f"{one.channel}: curves of {one.count} designs"
     file = "".join(c if c.isalnum() or c in "-_" else "_" for c in one.channel)[:50]
     series = [Series("after", "median", q, middle)]
-    plot = Plot("band", title, shown.displacement_label, shown.force_label, series=series, regions=regions)
+    plot = Plot("band", shown.labels, series, regions, height=400.0)
     return Panels(f"band-{file}", "band", title, [[plot]], one.channel)
 
 
@@ -126,9 +124,14 @@ def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot
     series = [Series("dot", "", np.array(x, dtype=float), y, "dots")]
     bands = _limits(found.summaries[name], "y")
     return Plot(
-        f"{name}-{key}", f"{name} over {key}", key, label if first else "", None, None, series, bands=bands,
-        heading=heading, x_names=names, height=250.0,
-    )  # fmt: skip
+        f"{name}-{key}",
+        (key, label if first else ""),
+        series,
+        bands=bands,
+        heading=heading,
+        height=250.0,
+        x_names=names,
+    )
 
 
 def _spread(found: Study, name: str, label: str) -> Plot:
@@ -152,11 +155,8 @@ def _spread(found: Study, name: str, label: str) -> Plot:
     regions = [Region("bar", "", boxes)]
     return Plot(
         f"spread-{name}",
-        f"spread of {name}",
-        label,
-        "designs",
-        None,
-        top,
+        (label, "designs"),
+        y=top,
         regions=regions,
         bands=[median, *_limits(one, "x")],
         heading=heading,

@@ -69,8 +69,8 @@ def check_document(found: Checked) -> Document:
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
         Section("Vibrations", [_dynamic_table(case.vibrations)]),
-        Section("Recordings", [recording_table("Recordings", found.curves)]),
-        Section("Coupon tests", [recording_table("Coupon tests", found.coupons)]),
+        Section("Recordings", [_recording_table("Recordings", found.curves)]),
+        Section("Coupon tests", [_recording_table("Coupon tests", found.coupons)]),
         *([dynamic_tables_section(found.tables)] if found.tables else []),
         *protocol_sections(found.tests),
     ]
@@ -83,8 +83,9 @@ def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
 
     def row(name: str, test: DynamicTest) -> Row:
         shown = quantities(test.mode)
-        preload = ", ".join(number(shown.at(q)) for q in test.preload)
-        preloads = ("the end of its path", "") if test.six else (preload, shown.displacement_unit)
+        preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
+        unit = shown.force_unit if test.by_force else shown.displacement_unit
+        preloads = ("the end of its path", "") if test.six else (preload, unit)
         ends = (f"{end(test.frequency):g}" for end in (min, max))
         return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
 
@@ -92,35 +93,21 @@ def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
     return Table("Vibrations", heads, tuple(rows), left=3)
 
 
-def recording_table(title: str, curves: Sequence[Recording]) -> Table:
-    """Return a row for each recording: samples, cycles, ranges of displacement and force.
-
-    Parameters
-    ----------
-    title : str
-        Title of the table.
-    curves : sequence of Recording
-        The recordings.
-    """
+def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
+    """Return a row for each recording: samples, cycles, ranges of displacement and force."""
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
-    return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
-
-
-def _recording_row(curve: Recording) -> tuple[str, ...]:
-    shown = quantities(curve.mode)
-    low, high = (shown.at(q) for q in (curve.displacement.min(), curve.displacement.max()))
-    return (
-        curve.name,
-        curve.mode,
-        str(len(curve.displacement)),
-        str(len({branch.cycle for branch in branches(curve)})),
-        number(low),
-        number(high),
-        shown.displacement_unit or shown.displacement,
-        number(float(curve.force.min())),
-        number(float(curve.force.max())),
-        shown.force_unit,
-    )
+    rows: list[Row] = []
+    for curve in curves:
+        shown, q, force = quantities(curve.mode), curve.displacement, curve.force
+        cycles = len({branch.cycle for branch in branches(curve)})
+        ends = (
+            number(shown.at(q.min())),
+            number(shown.at(q.max())),
+            shown.displacement_unit or shown.displacement,
+        )
+        forces = (number(float(force.min())), number(float(force.max())), shown.force_unit)
+        rows.append((curve.name, curve.mode, str(len(q)), str(cycles), *ends, *forces))
+    return Table(title, heads, tuple(rows), left=2)
 
 
 def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:

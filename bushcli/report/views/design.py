@@ -45,33 +45,20 @@ def design_headline(found: Design) -> str:
 
 
 def _targets(found: Design) -> Table:
-    rows = tuple(
-        (
-            one.target.name,
-            one.target.unit,
-            number(one.wanted, 5),
-            number(one.value, 5),
-            f"{round(100 * one.deviation, 3) + 0.0:+.3f} %",
-            "reached" if one.met else "missed",
-        )
-        for one in found.targets
-    )
-    return Table("Targets", ("target", "", "wanted", "value", "deviation", ""), rows, left=2)
+    rows: list[Row] = []
+    for one in found.targets:
+        deviation = f"{round(100 * one.deviation, 3) + 0.0:+.3f} %"
+        values = (number(one.wanted, 5), number(one.value, 5), deviation, "reached" if one.met else "missed")
+        rows.append((one.target.name, one.target.unit, *values))
+    return Table("Targets", ("target", "", "wanted", "value", "deviation", ""), tuple(rows), left=2)
 
 
 def _keys(found: Design) -> Table:
-    rows = tuple(
-        (
-            key,
-            number(one.value, 6),
-            number(one.start, 5),
-            number(one.lower, 5),
-            number(one.upper, 5),
-            "at its bound" if one.at_bound else "",
-        )
-        for key, one in found.keys.items()
-    )
-    return Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), rows)
+    rows: list[Row] = []
+    for key, one in found.keys.items():
+        others = (number(value, 5) for value in (one.start, one.lower, one.upper))
+        rows.append((key, number(one.value, 6), *others, "at its bound" if one.at_bound else ""))
+    return Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), tuple(rows))
 
 
 def _slopes(found: Design) -> Table:

@@ -71,7 +71,13 @@ def direct_document(
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     read = [*paragraphs(shape.notes), measure_table(shape), *of_kind(pictures, "geometry")]
     sections = [
-        Section("Channels", [channel_table(response, misfits), *paragraphs([error], kind="note")]),
+        Section(
+            "Channels",
+            [
+                _compared(response, misfits) if misfits else _simulated(response),
+                *paragraphs([error], kind="note"),
+            ],
+        ),
         Section(f"Simulated {'and recorded ' if misfits else ''}curves", of_kind(pictures, "curve")),
         Section("Six motions", [*six_tables(response), *of_kind(pictures, "six")]),
         history_section(response_histories(response, misfits), pictures),
@@ -121,45 +127,23 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     return with_hysteresis(known, response_histories(response, misfits))
 
 
-def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
-    """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    """
-    return _compared(response, misfits) if misfits else _simulated(response)
-
-
 def _simulated(response: Response) -> Table:
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
-        shown = quantities(channel.mode)
-        ends = [shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))]
+        shown, curve = quantities(channel.mode), channel.curve
         leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
-        rows.append(
-            (
-                f"{channel.name}{leads}",
-                shown.stiffness_unit,
-                number(shown.stiffness(channel.curve.initial_stiffness())),
-                number(shown.stiffness(channel.curve.secant_stiffness())),
-                *(number(end) for end in ends),
-                shown.displacement_unit,
-            )
-        )
+        rates = (curve.initial_stiffness(), curve.secant_stiffness())
+        ends = (min(curve.displacement), max(curve.displacement))
+        cells = [*(number(shown.stiffness(rate)) for rate in rates), *(number(shown.at(q)) for q in ends)]
+        rows.append((f"{channel.name}{leads}", shown.stiffness_unit, *cells, shown.displacement_unit))
     return Table("Simulated stiffness", heads, tuple(rows), left=2)
 
 
 def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
-    heads = (
-        *("channel", "stiffness", "simulated", "measured", "sim/meas"),
-        *("rms", "peak", "noise", f"within {response.case.tolerance.text}"),
-    )
-    rows = []
+    """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel."""
+    heads = ("channel", "stiffness", "simulated", "measured", "sim/meas", "rms", "peak", "noise")
+    rows: list[Row] = []
     for channel in response.channels:
         shown, found = quantities(channel.mode), misfits.get(channel.name)
         unit = shown.stiffness_unit
@@ -167,31 +151,17 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
             secant = number(shown.stiffness(channel.curve.secant_stiffness()))
             rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
             continue
-        for name, ours, theirs, rest in (
-            (
-                "secant",
-                found.predicted.secant,
-                found.measured.secant,
-                (
-                    percent(found.rms_percent),
-                    percent(found.peak_percent),
-                    percent(found.noise_percent),
-                    "yes" if found.within else "no",
-                ),
-            ),
-            ("initial", found.predicted.initial, found.measured.initial, ("", "", "", "")),
+        misfit = [percent(one) for one in (found.rms_percent, found.peak_percent, found.noise_percent)]
+        for name, first, rest in (
+            ("secant", channel.name, (*misfit, "yes" if found.within else "no")),
+            ("initial", "", ("",) * 4),
         ):
-            rows.append(
-                (
-                    channel.name if name == "secant" else "",
-                    f"{name}, {unit}",
-                    number(shown.stiffness(ours)),
-                    number(shown.stiffness(theirs)),
-                    f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-",
-                    *rest,
-                )
-            )
-    return Table("Simulated against measured", heads, tuple(rows), left=2)
+            ours, theirs = (getattr(one, name) for one in (found.predicted, found.measured))
+            ratio = f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-"
+            both = (number(shown.stiffness(ours)), number(shown.stiffness(theirs)))
+            rows.append((first, f"{name}, {unit}", *both, ratio, *rest))
+    within = f"within {response.case.tolerance.text}"
+    return Table("Simulated against measured", (*heads, within), tuple(rows), left=2)
 
 
 def solution_table(response: Response) -> Table:
@@ -200,58 +170,36 @@ def solution_table(response: Response) -> Table:
     for channel in response.channels:
         rejected = sum(not attempt.accepted for attempt in channel.attempts)
         low, high = channel.strained.range
-        rows.append(
-            (
-                channel.name,
-                str(channel.unknowns),
-                str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else ""),
-                str(channel.newton),
-                f"{low:.2f} to {high:.2f}",
-                percent(100 * channel.strained.unstable) if channel.strained.unstable else "none",
-                "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
-                f"{sum(channel.seconds.values()):.2f} s",
-                "yes" if not channel.stopped else f"stopped: {channel.stopped}",
-            )
+        steps = str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
+        unstable = percent(100 * channel.strained.unstable) if channel.strained.unstable else "none"
+        error = "not checked" if channel.mesh_error is None else percent(channel.mesh_error)
+        ended = "yes" if not channel.stopped else f"stopped: {channel.stopped}"
+        solved = (
+            str(channel.unknowns),
+            steps,
+            str(channel.newton),
+            f"{low:.2f} to {high:.2f}",
+            unstable,
+            error,
         )
-    heads = (
-        *("channel", "unknowns", "steps", "Newton", "stretches*"),
-        *("unstable states", "mesh error", "time", "complete"),
-    )
-    return Table(
-        "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)",
-        heads,
-        tuple(rows),
-    )
+        rows.append((channel.name, *solved, f"{sum(channel.seconds.values()):.2f} s", ended))
+    heads = ("channel", "unknowns", "steps", "Newton", "stretches*", "unstable states", "mesh error", "time")
+    title = "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)"
+    return Table(title, (*heads, "complete"), tuple(rows))
 
 
 def contact_table(response: Response) -> Table:
-    """Return where surfaces met; without rows where none did.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    """
+    """Return where surfaces met; without rows where none did."""
     rows = []
     for channel in response.channels:
         shown = quantities(channel.mode)
         unit = "s" if channel.in_time else shown.displacement_unit
         for one in channel.touched:
             first, at = ((q if channel.in_time else shown.at(q)) for q in (one.first, one.at))
-            between = one.surfaces[0] + (
-                " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
-            )
-            rows.append(
-                (
-                    channel.name,
-                    between.replace("_", " "),
-                    f"{number(first)} {unit}",
-                    f"{number(one.force)} N",
-                    f"{number(at)} {unit}",
-                    f"{number(one.radius)} mm",
-                    f"{number(one.height)} mm",
-                )
-            )
+            other = " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
+            met = (f"{number(first)} {unit}", f"{number(one.force)} N", f"{number(at)} {unit}")
+            place = (f"{number(one.radius)} mm", f"{number(one.height)} mm")
+            rows.append((channel.name, f"{one.surfaces[0]}{other}".replace("_", " "), *met, *place))
     heads = ("channel", "surfaces", "met by", "largest force*", "at", "radius", "z")
     title = (
         "Contact (*pressure integrated over the area; radius and z of where it acts in the deformed rubber)"
@@ -305,7 +253,14 @@ def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Arra
 
 
 def displacement_at(channel: Simulated, displacement: float) -> float:
-    """Return a displacement of a channel in mm or degrees; on a path of six motions it is a time in s."""
+    """Return a displacement in mm or degrees; on a path of six motions it is a time.
+
+    Parameters
+    ----------
+    channel : Simulated
+    displacement : float
+        mm or rad; s on a path of six motions.
+    """
     return displacement if channel.in_time else quantities(channel.mode).at(displacement)
 
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.report.document import Section, Table, paragraphs
-from bushcli.report.quantity import number, quantities
+from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.quantity import number, percent, quantities
+from bushcli.runtime.condition import Condition
 from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
 
@@ -49,6 +55,69 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     rows = tuple(row for table in tables for row in _rows(table))
     remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
     return Section("Dynamic tables", [Table("Dynamic tables", heads, rows, left=2), *paragraphs(remarks)])
+
+
+def with_tables(
+    static: Document, compared: Sequence[ComparedTable], problems: Sequence[Condition], alone: bool
+) -> Document:
+    """Return the document of a direct prediction with the misfit of the tables.
+
+    Parameters
+    ----------
+    static : Document
+        Of the curves, of which there may be none.
+    compared : sequence of ComparedTable
+    problems : sequence of Condition
+        What has to be known about the comparison.
+    alone : bool
+        Whether there are no curves.
+    """
+    if not compared:
+        return replace(static, problems=[*static.problems, *problems])
+    lines = [
+        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
+        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
+        for one in compared
+    ]
+    headline = f"{len(compared)} table{'s' if len(compared) > 1 else ''} of dynamic stiffness compared"
+    return replace(
+        static,
+        headline=headline if alone else static.headline,
+        lines=[*static.lines, *lines],
+        sections=[*static.sections, compared_section(compared)],
+        problems=[*static.problems, *problems],
+    )
+
+
+def compared_section(compared: Sequence[ComparedTable]) -> Section:
+    """Return a table with the misfit of each curve of each measured table.
+
+    Parameters
+    ----------
+    compared : sequence of ComparedTable
+    """
+    heads = (
+        *("channel", "frequency", "amplitude", "preload", "|K*|", "simulated", "misfit"),
+        *("loss angle", "simulated", "misfit"),
+    )
+    rows = []
+    for one in compared:
+        for own, shown in zip(one.table.conditions(), _rows(one.table), strict=True):
+            part, simulated = one.table.rows(own), one.simulated[own]
+            size = float(np.sqrt(np.mean((np.abs(simulated) / part.stiffness - 1.0) ** 2)))
+            angle = float(np.sqrt(np.mean((np.angle(simulated) - part.loss_angle) ** 2)))
+            rows.append(
+                (
+                    *(shown[0], *shown[3:6], shown[7], _span(np.abs(simulated), ""), percent(100.0 * size)),
+                    *(
+                        shown[8],
+                        _span(np.degrees(np.angle(simulated)), "°"),
+                        f"{number(np.degrees(angle))} °",
+                    ),
+                )
+            )
+    title = "Dynamic stiffness: simulated and measured"
+    return Section(title, [Table(title, heads, tuple(rows))] if rows else [])
 
 
 def _rows(table: DynamicTable) -> list[tuple[str, ...]]:

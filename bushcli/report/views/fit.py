@@ -9,8 +9,18 @@ import numpy as np
 
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Section, Table, note, of_kind, paragraphs
-from bushcli.report.quantity import Quantities, number, percent, quantities, with_std
+from bushcli.report.document import (
+    Document,
+    Paragraph,
+    Picture,
+    Row,
+    Section,
+    Table,
+    note,
+    of_kind,
+    paragraphs,
+)
+from bushcli.report.quantity import number, percent, quantities, with_std
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -76,17 +86,13 @@ def parameter_table(fit: Fit) -> Table:
     # Imported only if there is a fit, because it loads PETSc and DOLFINx.
     from bushcli.inverse.file_units import parameter_unit
 
-    rows = [
-        (
-            name,
-            number(estimate.value, 4),
-            number(estimate.std, 2),
-            "-" if parameter_unit(fit, name) == "1" else parameter_unit(fit, name),
-            f"{number(estimate.lower)} to {number(estimate.upper)}"
-            + (" (at bound)" if estimate.at_bound else ""),
+    rows: list[Row] = []
+    for name, found in fit.parameters.items():
+        unit = parameter_unit(fit, name)
+        bounds = f"{number(found.lower)} to {number(found.upper)}{' (at bound)' if found.at_bound else ''}"
+        rows.append(
+            (name, number(found.value, 4), number(found.std, 2), "-" if unit == "1" else unit, bounds)
         )
-        for name, estimate in fit.parameters.items()
-    ]
     return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
 
 
@@ -95,20 +101,14 @@ def fitted_table(fit: Fit) -> Table:
     rows = []
     for curve in fit.curves:
         mode, shown = curve.recording.mode, quantities(curve.recording.mode)
-        low, high = (
-            shown.at(q) for q in (curve.recording.displacement.min(), curve.recording.displacement.max())
-        )
+        q, unit = curve.recording.displacement, shown.displacement_unit
+        ends = f"{number(shown.at(q.min()))} to {number(shown.at(q.max()))}"
+        tested = f"{ends} {unit}" if unit else f"{shown.displacement} {ends}"
         # Simple shear reaches the states of a planar test.
         limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
-        rows.append(
-            (
-                f"{curve.name} (held out)" if curve.held_out else curve.name,
-                mode,
-                percent(curve.rms_percent),
-                _range(low, high, shown),
-                "-" if limits is None else _interval(*limits),
-            )
-        )
+        stable = "-" if limits is None else _interval(*limits)
+        name = f"{curve.name} (held out)" if curve.held_out else curve.name
+        rows.append((name, mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
@@ -156,15 +156,6 @@ def bulk_modulus_std(fit: Fit) -> float | None:
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
-
-
-def _range(low: float, high: float, shown: Quantities) -> str:
-    unit = shown.displacement_unit
-    return (
-        f"{number(low)} to {number(high)} {unit}"
-        if unit
-        else f"{shown.displacement} {number(low)} to {number(high)}"
-    )
 
 
 def _interval(low: float, high: float) -> str:

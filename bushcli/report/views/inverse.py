@@ -244,17 +244,9 @@ def estimate_table(fit: Fit) -> Table:
     rows: list[Row] = []
     for name, estimate in fit.parameters.items():
         unit = parameter_unit(fit, name)
-        rows.append(
-            (
-                name,
-                "-" if unit == "1" else unit,
-                number(estimate.value, 4),
-                number(estimate.std, 2),
-                _interval(estimate),
-                f"{number(estimate.lower)} to {number(estimate.upper)}",
-                _flags(estimate),
-            )
-        )
+        bounds = f"{number(estimate.lower)} to {number(estimate.upper)}"
+        value = (number(estimate.value, 4), number(estimate.std, 2), _interval(estimate), bounds)
+        rows.append((name, "-" if unit == "1" else unit, *value, _flags(estimate)))
     if "compliance" in fit.parameters:
         rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
@@ -290,18 +282,11 @@ def _flags(estimate: Estimate) -> str:
 
 def curve_table(fit: Fit) -> Table:
     """Return the misfit of each channel before and after the identification."""
-    rows = [
-        (
-            curve.name,
-            curve.recording.mode,
-            "predicted (held out)" if curve.held_out else "fitted",
-            percent(curve.started_percent),
-            percent(curve.rms_percent),
-            percent(curve.noise_percent),
-            "yes" if is_met(curve) else "no",
-        )
-        for curve in fit.curves
-    ]
+    rows: list[Row] = []
+    for curve in fit.curves:
+        how = "predicted (held out)" if curve.held_out else "fitted"
+        misfit = map(percent, (curve.started_percent, curve.rms_percent, curve.noise_percent))
+        rows.append((curve.name, curve.recording.mode, how, *misfit, "yes" if is_met(curve) else "no"))
     heads = ("channel", "mode", "", "rms before", "rms after", "noise", "within noise")
     return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
 
@@ -309,13 +294,10 @@ def curve_table(fit: Fit) -> Table:
 def correlation_table(fit: Fit) -> Table:
     """Return the correlation of the parameters' errors."""
     names = tuple(fit.parameters)
-    rows = [
-        (
-            name,
-            *(f"{fit.correlation[i, j]:+.2f}" if j < i else "1" if j == i else "" for j in range(len(names))),
-        )
-        for i, name in enumerate(names)
-    ]
+    rows: list[Row] = []
+    for i, name in enumerate(names):
+        below = (f"{fit.correlation[i, j]:+.2f}" for j in range(i))
+        rows.append((name, *below, "1", *("",) * (len(names) - i - 1)))
     return Table("Correlation", ("", *names), tuple(rows) if len(names) > 1 else (), on="terminal")
 
 
@@ -345,22 +327,12 @@ def model_table(fits: Sequence[Fit]) -> Table:
     rows = []
     for fit, score in zip(fits, scores, strict=True):
         rms = {curve.name: curve.rms_percent for curve in fit.curves}
-        rows.append(
-            (
-                fit.material.law,
-                str(len(fit.parameters)),
-                *(percent(rms[name]) if name in rms else "not solved" for name in order),
-                number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-",
-                f"{score - least:+.0f}",
-                "yes" if fit.converged else "no",
-                ", ".join(dict.fromkeys(c.name for c in fit.conditions)),
-            )
-        )
-    heads = (
-        "law",
-        "parameters",
-        *(f"{name} (held out)" if name in held else name for name in order),
-        *("misfit/noise", "BIC", "converged", "problems"),
-    )
+        misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
+        cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
+        problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
+        judged = (f"{score - least:+.0f}", "yes" if fit.converged else "no", problems)
+        rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *judged))
+    channels = [f"{name} (held out)" if name in held else name for name in order]
+    heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")
     by = "prediction of what was held out" if held else "BIC"
     return Table(f"Laws, best first by {by}", heads, tuple(rows))

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import load_case_names, resolved
+from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
 from bushcli.report.writers.folder import (
@@ -140,9 +141,13 @@ def write(
             made[REPORT] = text_file(page(document(pictures), result, inputs_of(files.case)))
         return made
 
+    contents: dict[str, Content] = {}
+    if files.case is not None and result["command"] in IDENTIFYING:
+        carried = identified_case(files.case, result, directory)
+        contents |= {IDENTIFIED: text_file(carried)} if carried else {}
     draws = draw if files.pictures or files.has_page else None
     return write_files(
-        directory, {RESULT: result, **files.contents}, inputs_of(files.case), files.fields, draws
+        directory, {RESULT: result, **contents, **files.contents}, inputs_of(files.case), files.fields, draws
     )
 
 
@@ -159,7 +164,13 @@ def check_files(case: Case) -> Files:
 
 
 def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
-    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
+    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file.
+
+    Parameters
+    ----------
+    case : Case
+    meshes : sequence of Meshed
+    """
     shape = case.geometry
 
     def pictures() -> list[Picture]:
@@ -366,7 +377,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     meshes = (
         [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS] if command == "mesh" else []
     )
-    designs = [DESIGNS] if command == "study" else []
+    designs = [DESIGNS] if command == "study" else [IDENTIFIED] if command in IDENTIFYING else []
     refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.patience import ALLOWED, Patience
+from bushcli.inverse.channel import ALLOWED, Patience
 from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
 from forms.law import law
 

@@ -33,7 +33,7 @@ def page(browser, folder):
         yield found
 
 
-def seen(page, plot="curve-0"):
+def seen(page, plot="axial-diagnosis-curve-0"):
     return [
         float(v)
         for v in page.value(f"document.querySelector('#{plot} .pane').getAttribute('viewBox')").split()
@@ -44,7 +44,7 @@ def clicked(page, selector):
     page.value(f"document.querySelector('{selector}').click()")
 
 
-def middle(page, plot="curve-0"):
+def middle(page, plot="axial-diagnosis-curve-0"):
     """Centre of a plot's pane on the screen."""
     return page.value(
         f"(() => {{ const e = document.querySelector('#{plot} .edge'); e.scrollIntoView({{block: 'center'}});"
@@ -70,42 +70,49 @@ def test_it_renders_without_an_error_and_asks_the_network_for_nothing(page, fold
     assert asked[0] == (folder / "report.html").as_uri()
     assert all(address.startswith("data:image/") for address in asked[1:])
     assert page.value("[...document.images].every((i) => i.complete && i.naturalWidth > 100)")
-    # Probabilities, priors, missing force and record map of two channels, a map in the bushing, the next test.
-    assert page.value("document.images.length") == 8
+    # A map in the bushing; all else is drawn by plots.
+    assert page.value("document.images.length") == 1
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
 
 
 def test_every_channel_has_its_plots_with_all_lines(page):
-    for plot, lines in (("curve-0", 3), ("curve-1", 3), ("misfit-0", 2), ("misfit-1", 2)):
+    for plot, lines in (
+        ("axial-diagnosis-curve-0", 3),
+        ("radial-diagnosis-curve-1", 3),
+        ("axial-diagnosis-misfit-0", 2),
+        ("radial-diagnosis-misfit-1", 2),
+    ):
         paths = f"[...document.querySelectorAll('#{plot} .pane path.line')]"
         assert page.value(f"{paths}.length") == lines
         # At least as long as the plot is wide: no line is collapsed.
         assert page.value(f"{paths}.every((p) => p.getTotalLength() > 700)")
-    assert page.value("document.querySelectorAll('.region').length") == 2 * page.value(
-        "document.querySelectorAll('#curve-0 .place, #curve-1 .place').length"
+    assert page.value("document.querySelectorAll('.region[data-number]').length") == 2 * page.value(
+        "document.querySelectorAll('#axial-diagnosis-curve-0 .place, #radial-diagnosis-curve-1 .place').length"
     )
 
 
 def test_buttons_zoom_about_the_middle_and_back(page):
     x, y, w, h = seen(page)
-    before = page.value("document.querySelector('#curve-0 .grid').textContent")
-    clicked(page, '#curve-0 [data-zoom="in"]')
+    before = page.value("document.querySelector('#axial-diagnosis-curve-0 .grid').textContent")
+    clicked(page, '#axial-diagnosis-curve-0 [data-zoom="in"]')
     closer = seen(page)
     assert closer == pytest.approx([x + 0.2 * w, y + 0.2 * h, 0.6 * w, 0.6 * h])
-    assert page.value("document.querySelector('#curve-0 .grid').textContent") != before
-    clicked(page, '#curve-0 [data-zoom="all"]')
+    assert page.value("document.querySelector('#axial-diagnosis-curve-0 .grid').textContent") != before
+    clicked(page, '#axial-diagnosis-curve-0 [data-zoom="all"]')
     assert seen(page) == [x, y, w, h]
     # The script draws the grid as Python did.
-    assert page.value("document.querySelector('#curve-0 .grid').textContent") == before
+    assert page.value("document.querySelector('#axial-diagnosis-curve-0 .grid').textContent") == before
 
 
 def test_a_place_fills_the_view_when_its_number_is_clicked(page):
     _, _, w, h = seen(page)
-    clicked(page, "#curve-0 .place")
+    clicked(page, "#axial-diagnosis-curve-0 .place")
     at = seen(page)
     assert at[2] < 0.8 * w
     assert at[3] < 0.9 * h
-    box = page.value("(({x, width}) => [x, width])(document.querySelector('#curve-0 .region').getBBox())")
+    box = page.value(
+        "(({x, width}) => [x, width])(document.querySelector('#axial-diagnosis-curve-0 .region').getBBox())"
+    )
     assert at[0] < box[0]
     assert at[0] + at[2] > box[0] + box[1]
 
@@ -133,15 +140,17 @@ def test_wheel_and_drag_act_where_the_pointer_is(page):
 
 
 def test_a_line_can_be_hidden(page):
-    shown = "getComputedStyle(document.querySelector('#curve-0 path.before')).display"
+    shown = "getComputedStyle(document.querySelector('#axial-diagnosis-curve-0 path.as-before')).display"
     assert page.value(shown) != "none"
-    clicked(page, '#curve-0 [data-key="before"]')
+    clicked(page, '#axial-diagnosis-curve-0 [data-key="as-before"]')
     assert page.value(shown) == "none"
     assert (
-        page.value("document.querySelector('#curve-0 [data-key=before]').getAttribute('aria-pressed')")
+        page.value(
+            "document.querySelector('#axial-diagnosis-curve-0 [data-key=as-before]').getAttribute('aria-pressed')"
+        )
         == "false"
     )
-    clicked(page, '#curve-0 [data-key="before"]')
+    clicked(page, '#axial-diagnosis-curve-0 [data-key="as-before"]')
     assert page.value(shown) != "none"
 
 
@@ -156,10 +165,10 @@ def test_what_is_drawn_is_seen_on_the_screen(page):
     middle(page)
     rectangle = page.value(
         "(({x, y, width, height}) => ({x: x + scrollX, y: y + scrollY, width, height, scale: 1}))"
-        "(document.querySelector('#curve-0 .edge').getBoundingClientRect())"
+        "(document.querySelector('#axial-diagnosis-curve-0 .edge').getBoundingClientRect())"
     )
     reply = page.call("Page.captureScreenshot", format="png", clip=rectangle, captureBeyondViewport=True)
     pixels = image.imread(io.BytesIO(base64.b64decode(reply["data"])))[..., :3]
-    for colour in ((0xE6, 0x9F, 0x00), (0x1A, 0x1A, 0x1A)):  # plain law, recording
+    for colour in ((0xE6, 0x9F, 0x00), (0x94, 0x9C, 0xA5)):  # plain law, recording
         near = np.abs(pixels - np.array(colour) / 255).max(axis=-1) < 0.12
         assert near.sum() > 200

@@ -1,12 +1,14 @@
 """The page: complete, escaped, and silent on the network."""
 
+import base64
+import hashlib
 import html.parser
 import re
 
 import pytest
 
 from bushcli.report import direct_document, direct_json, fit_document, fit_json
-from bushcli.report.figures import direct_figures, fit_figures
+from bushcli.report.drawing.results import direct_figures, fit_figures
 from bushcli.report.writers.page import page as page_of
 
 
@@ -56,13 +58,20 @@ def test_the_page_has_all_that_an_engineer_asks_for(page, fit):
         "total 1.00 s",
     ):
         assert words in text
-    assert sum(tag == "img" for tag, _ in Tags(text).found) == 4
+    tags = Tags(text).found
+    # Bodies are pictures; curves and coupons are plots.
+    assert sum(tag == "img" for tag, _ in tags) == 2
+    assert sum("plot" in attrs.get("class", "").split() for tag, attrs in tags if tag == "figure") == 5
 
 
 def test_the_page_fetches_and_runs_nothing(page):
-    text = page(surface=None)
+    text = page()
     tags = Tags(text).found
-    assert not {tag for tag, _ in tags} & {"script", "link", "iframe", "object", "embed", "a", "base", "form"}
+    # Its own script, whose digest is in the content policy.
+    (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert html.unescape(text).count(f"script-src 'sha256-{digest}'") == 1
+    assert not {tag for tag, _ in tags} & {"link", "iframe", "object", "embed", "a", "base", "form"}
     sources = [attrs["src"] for _, attrs in tags if "src" in attrs]
     assert sources
     assert all(source.startswith("data:image/") for source in sources)
@@ -76,7 +85,7 @@ def test_the_page_fetches_and_runs_nothing(page):
 def test_titles_and_names_are_escaped(page):
     title = '<script>alert("1")</script> & {{ title }} $x$'
     text = page(title, name="<img src=x onerror=alert(1)>", surface=None)
-    assert "<script>" not in text
+    assert "<script>alert" not in text
     assert "<img src=x" not in text
     assert "&lt;script&gt;" in text
     assert "{{ title }}" in text

@@ -122,4 +122,4 @@ def test_a_faulty_recording_makes_no_bushing_too_soft(answer, channel):
 
 
 def test_a_ratio_that_is_no_number_has_words():
-    assert stiffer(float("nan")) == "no stiffness to compare"
+    assert stiffer(float("nan", 10.0)) == "no stiffness to compare"

@@ -3,9 +3,8 @@ import pytest
 from scipy import stats
 
 from bushcli.case import Material
-from bushcli.study.analysis import Columns, Limits, failures, summary, within
-from bushcli.study.hardness import hardened, youngs_modulus
-from bushcli.study.limits import limits_of
+from bushcli.case.hardness import hardened, youngs_modulus
+from bushcli.study.analysis import Columns, Limits, failures, limits_of, summary, within
 from bushcli.study.plan import plan
 from bushcli.study.variable import variable
 from forms.law import laws

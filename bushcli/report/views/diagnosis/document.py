@@ -43,6 +43,7 @@ _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
     "error/effect is the assumed error of its formulas, as a share of the misfit of the plain law that it explains."
 )
+_UNIFORM = "All effects had the same prior odds (--uniform-odds), however common they are in bushings."
 _VALUES = (
     "Before: 95 % interval of the prior. As far out: prior probability that a bushing's "
     "value lies at least as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
@@ -74,6 +75,7 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
             "How probable each effect is",
             [
                 *paragraphs(words.ended(words.rival_lines(found))),
+                *paragraphs([_UNIFORM] if found.uniform_odds and found.models else []),
                 probability_table(found),
                 *of_kind(pictures, "probabilities"),
             ],
@@ -272,16 +274,11 @@ def model_table(found: Diagnosis) -> Table:
         if so_far >= _CREDIBLE:
             break
         so_far += one.probability
-        rows.append(
-            (
-                words.model_title(one.law, one.effects, one.variants),
-                words.short_chance(one.probability),
-                words.short_chance(so_far),
-                logarithm(one.log_evidence),
-                "predicted" if one.misfit is None else number(one.misfit),
-                "-" if one.form_error is None else percent(100 * one.form_error),
-            )
-        )
+        misfit = "predicted" if one.misfit is None else number(one.misfit)
+        error = "-" if one.form_error is None else percent(100 * one.form_error)
+        shares = map(words.short_chance, (one.probability, so_far))
+        name = words.model_title(one.law, one.effects, one.variants)
+        rows.append((name, *shares, logarithm(one.log_evidence), misfit, error))
     heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "error/effect")
     return Table("Models that hold 95 % of the probability together", heads, tuple(rows), most=_MODELS)
 
@@ -327,18 +324,10 @@ def parameter_table(found: Diagnosis) -> Table:
     for name, quantity in found.parameters.items():
         value = shown(name, quantity, found.channels)
         effect, _, own = name.rpartition(".")
-        rows.append(
-            (
-                f"{title(effect)}: {own}" if effect else own,
-                quantity.meaning,
-                "-" if value.unit == "1" else value.unit,
-                value.word or number(value.value, 4),
-                "-" if value.word else number(value.std, 2),
-                value.interval,
-                value.prior_text,
-                *([derived_text(quantity)] if also else []),
-            )
-        )
+        label, unit = f"{title(effect)}: {own}" if effect else own, "-" if value.unit == "1" else value.unit
+        mean = (value.word or number(value.value, 4), "-" if value.word else number(value.std, 2))
+        ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if also else ()))
+        rows.append((label, quantity.meaning, unit, *mean, *ranges))
     heads: Row = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %")
     heads = (*heads, "that is") if also else heads
     return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
@@ -348,35 +337,21 @@ def misfit_table(found: Diagnosis) -> Table:
     """Return the misfit before and after, the noise, and the form error of each channel; no rows without a fit."""
     if found.verdict == "faulty_data":
         return Table("", (), ())
-    rows = []
+    rows: list[Row] = []
     form = found.form_error.percent
     for one in found.channels:
-        row = [
-            words.channel_label(one),
-            percent(one.before_percent),
-            percent(one.after_percent),
-            percent(one.noise_percent),
-        ]
-        rows.append((*row, percent(form.get(one.name))) if form else tuple(row))
-    heads: Row = ("channel", "before", "after", "noise")
-    if form:
-        heads = (*heads, "form error")
+        sizes = map(percent, (one.before_percent, one.after_percent, one.noise_percent))
+        rows.append((words.channel_label(one), *sizes, *((percent(form.get(one.name)),) if form else ())))
+    heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
     return Table("Rms misfit, % of the force range", heads, tuple(rows))
 
 
 def trial_table(found: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
-    rows = [
-        (
-            str(order),
-            words.model_title(one.law, one.effects),
-            one.text,
-            logarithm(one.predicted),
-            logarithm(one.log_evidence),
-            number(one.misfit),
-        )
-        for order, one in enumerate(found.searched.trials, start=1)
-    ]
+    rows: list[Row] = []
+    for order, one in enumerate(found.searched.trials, start=1):
+        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit))
+        rows.append((str(order), words.model_title(one.law, one.effects), one.text, *values))
     heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
     name = "Models in the order of the search (ln of evidence times odds)"
     return Table(name, heads, tuple(rows), left=3)

@@ -12,15 +12,19 @@ Rubber Chem. Technol. 31:896-906, doi:10.5254/1.3542351.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
-from bushcli.case import Material
+from bushcli.case.case import Material
+from bushcli.runtime.condition import Condition
 from forms.law import laws
 
 #: The name that takes a key's place in a study.
 HARDNESS = "hardness"
 #: Range of Shore A in which the relation is used.
 LOWEST, HIGHEST = 20.0, 90.0
+#: Shore A by which compounds of one nominal hardness differ: the usual tolerance of a hardness.
+USUAL_TOLERANCE = 5.0
 
 
 def youngs_modulus(shore_a: float) -> float:
@@ -32,6 +36,45 @@ def youngs_modulus(shore_a: float) -> float:
         Shore A hardness, a number without a unit.
     """
     return 0.0981 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
+
+
+def from_hardness(law: str, shore_a: float, bulk_modulus: float = math.inf) -> Material:
+    """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values.
+
+    Parameters
+    ----------
+    law : str
+        Name of the law.
+    shore_a : float
+        Shore A hardness, a number without a unit.
+    bulk_modulus : float
+        MPa.
+    """
+    chosen = laws()[law]
+    factor = youngs_modulus(shore_a) / 3.0 / float(chosen.shear_modulus(**chosen.start))
+    values = {
+        name: value * factor if chosen.parameter(name).unit == "MPa" else value
+        for name, value in chosen.start.items()
+    }
+    return Material(law, bulk_modulus, values, hardness=shore_a)
+
+
+def known_from_hardness(material: Material) -> tuple[Condition, ...]:
+    """Return the condition that the stiffness of the rubber is known from its hardness alone, if it is."""
+    if material.hardness is None:
+        return ()
+    nominal = material.hardness
+    E = youngs_modulus(nominal)
+    softer, stiffer = (
+        100.0 * abs(youngs_modulus(nominal + side * USUAL_TOLERANCE) / E - 1.0) for side in (-1.0, 1.0)
+    )
+    what = (
+        f"the law's parameters follow from material.hardness = {nominal:g} Shore A alone: E = {E:.3g} MPa by Gent's "
+        f"relation, the curve's shape from the law's start values; within {USUAL_TOLERANCE:g} Shore A the stiffness is "
+        f"{softer:.0f} % lower to {stiffer:.0f} % higher, and compounds of one hardness scatter besides"
+    )
+    remedy = "identify the law from a recording (bushcli inverse) or from coupons (bushcli fit)"
+    return (Condition("from_hardness", what, remedy),)
 
 
 def hardened(material: Material, nominal: float, shore_a: float) -> Material:

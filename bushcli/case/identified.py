@@ -1,0 +1,167 @@
+"""A result -> the case that it identified: the case file's own tables, with the identified law and effects.
+
+A later calculation starts from it: `bushcli direct OUT` of a results folder means this case.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+from bushcli.case.case import Case
+from bushcli.effects.names import effect_name, rig_of
+
+#: The case file in the folder of a result.
+IDENTIFIED = "identified.toml"
+#: Commands whose results identify a law.
+IDENTIFYING = ("fit", "inverse", "diagnose")
+# Tables of which the key names a file.
+_FILES = {
+    "geometry": ("file",),
+    "load_cases": ("file", "force_file"),
+    "recordings": ("file",),
+    "coupons": ("file",),
+}
+# The order of the tables in the text; the others follow.
+_ORDER = (
+    "title",
+    "tolerance",
+    "geometry",
+    "mesh",
+    "material",
+    "load_cases",
+    "recordings",
+    "coupons",
+    "effects",
+)
+
+
+def identified(result: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables ``material`` and ``effects`` that a result means: with the identified law and effects.
+
+    Parameters
+    ----------
+    result : mapping
+        The JSON of `direct`, `fit`, `inverse` or `diagnose`.
+    """
+    shown = result["case"]
+    command, effects = result["command"], [dict(one) for one in shown.get("effects", [])]
+    material = (
+        _with_law(shown, result.get("material", {}))
+        if command in ("direct", "diagnose")
+        else shown["material"]
+    )
+    if command == "diagnose":
+        effects = [
+            {
+                "name": one["name"],
+                "parameters": {name: value["value"] for name, value in one["parameters"].items()},
+                "channels": one.get("channels"),
+            }
+            for one in result.get("effects", [])
+        ]
+    elif command in ("fit", "inverse"):
+        material, effects = _with_parameters(shown, result)
+    known = {key: value for key, value in material.items() if key != "hardness"}
+    return {"material": known, "effects": effects}
+
+
+def _with_law(shown: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {key: value for key, value in shown["material"].items() if key != "terms"}
+    return kept | {key: found[key] for key in ("law", "bulk_modulus", "parameters") if key in found}
+
+
+def _with_parameters(
+    shown: Mapping[str, Any], result: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the identified law, and the effects of the case with the values identified with it."""
+    values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
+    law = {name: value for name, value in values.items() if "." not in name and name != "compliance"}
+    # Parameters that were fixed with --fix keep the value of the case.
+    if result["law"] == shown["material"]["law"]:
+        law = {**(shown["material"].get("parameters") or {}), **law}
+    found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
+    effects = [dict(one, parameters=dict(one.get("parameters") or {})) for one in shown.get("effects", [])]
+    for full, value in values.items():
+        owner, _, parameter = full.rpartition(".")
+        for one in effects:
+            # "offset@radial" belongs to the rig of a channel; without one, the first effect of that name is meant.
+            rig, channels = rig_of(owner), one.get("channels")
+            if owner and one["name"] == effect_name(owner) and (not rig or (channels and channels[0] == rig)):
+                one["parameters"][parameter] = value
+                break
+    return _with_law(shown, found), effects
+
+
+def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str | None:
+    """Return the text of the case file that a result identified; None where it identified no law.
+
+    Parameters
+    ----------
+    case : Case
+        The case of the command.
+    result : mapping
+        Its JSON.
+    folder : Path
+        Folder of the case file to be, to which file names are relative.
+    """
+    found = identified(result)
+    material = {key: value for key, value in found["material"].items() if value is not None}
+    if not case.tables or not material.get("parameters"):
+        return None
+    data = deepcopy(dict(case.tables)) | {"material": material, "effects": found["effects"]}
+    for section, keys in _FILES.items():
+        tables = data.get(section, [])
+        for table in [tables] if isinstance(tables, dict) else tables:
+            for key in keys:
+                if key in table:
+                    table[key] = _moved(case.path.parent / str(table[key]), folder)
+    said = f"# Identified by bushcli {result['command']} from {case.path.name}; this folder given as a case means it."
+    return f"{said}\n{toml_text(data)}"
+
+
+def _moved(file: Path, folder: Path) -> str:
+    """Return the name of a file as it is found from a folder: relative, so that both can move together."""
+    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+
+
+def toml_text(data: Mapping[str, Any]) -> str:
+    """Return the text of a case file with these tables."""
+    order = sorted(data, key=lambda key: _ORDER.index(key) if key in _ORDER else len(_ORDER))
+    plain = [key for key in order if not _is_table(data[key])]
+    lines = [f"{key} = {inline(data[key])}" for key in plain if data[key] is not None and data[key] != []]
+    for key in order:
+        if key in plain:
+            continue
+        for table in [data[key]] if isinstance(data[key], Mapping) else data[key]:
+            lines += ["", f"[{key}]" if isinstance(data[key], Mapping) else f"[[{key}]]"]
+            lines += [f"{_key(name)} = {inline(value)}" for name, value in table.items() if value is not None]
+    return "\n".join(lines) + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    tables: Sequence[Any] = value if isinstance(value, list) else [value]
+    return bool(tables) and all(isinstance(one, Mapping) for one in tables)
+
+
+def inline(value: Any) -> str:
+    """Write a value as TOML in one line, without keys that have no value."""
+    if isinstance(value, Mapping):
+        inside = ", ".join(f"{_key(k)} = {inline(v)}" for k, v in value.items() if v is not None)
+        return f"{{{inside}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(inline, value))}]"
+    if (isinstance(value, float) and math.isinf(value)) or value == "inf":
+        return "inf"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return (
+        name if name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name) else json.dumps(name)
+    )

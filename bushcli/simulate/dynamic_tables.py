@@ -1,0 +1,194 @@
+"""Measured tables of dynamic stiffness beside the simulated stiffness at their frequencies and preloads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.case import Case, DynamicTest, Material
+from bushcli.effects.active import acting, in_state
+from bushcli.effects.assembly import installed
+from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
+from bushcli.simulate.predict import rubber_of
+from bushcli.simulate.response import Progress
+from bushcli.simulate.six import mode_of
+from cases.load import PrescribedForce
+from cases.march import NotConverged, march
+from cases.mode import modes
+from cases.program import path
+from cases.simulate import prepare
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+#: Preloads that differ by less than this share of the largest are one: rigs scatter by a per cent about what is asked.
+_SAME_PRELOAD = 0.02
+_STEPS = 20
+#: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
+_SPREAD = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedTable:
+    """A measured table with the simulated stiffness of its rows.
+
+    Attributes
+    ----------
+    table : DynamicTable
+        The rows whose preload was reached.
+    simulated : shape (n,)
+        K* in N/mm or N mm/rad.
+    preload : shape (n,)
+        mm or rad, as it was simulated.
+    reduction_error : float
+        Bound of the relative error of the simulated stiffness by its reduction.
+    """
+
+    table: DynamicTable
+    simulated: Complex
+    preload: Array
+    reduction_error: float
+
+    @property
+    def stiffness_percent(self) -> float:
+        """Root mean square of the misfit of |K*|, relative to the measured one, in %."""
+        return 100.0 * float(np.sqrt(np.mean((np.abs(self.simulated) / self.table.stiffness - 1.0) ** 2)))
+
+    @property
+    def loss_angle_deg(self) -> float:
+        """Root mean square of the misfit of the loss angle, degrees."""
+        return float(np.degrees(np.sqrt(np.mean((np.angle(self.simulated) - self.table.loss_angle) ** 2))))
+
+
+def compare_tables(
+    case: Case,
+    material: Material,
+    tables: Sequence[DynamicTable],
+    progress: Progress | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> tuple[tuple[ComparedTable, ...], tuple[Condition, ...]]:
+    """Return the simulated stiffness of every row of tables, and what has to be known about it.
+
+    Parameters
+    ----------
+    case : Case
+    material : Material
+    tables : sequence of DynamicTable
+        Tables of the bushing.
+    progress : Progress or None
+        Called after each step of the static march.
+    comm : MPI.Comm
+        Ranks that share each model.
+
+    Raises
+    ------
+    InputError
+        The rubber has no viscous branch, or an effect has no dynamic stiffness.
+    """
+    compared, conditions = [], []
+    for table in tables:
+        conditions += _left_out(table)
+        preload, failed = _preloads(case, material, table, comm)
+        conditions += failed
+        kept = ~np.isnan(preload)
+        if not kept.any():
+            continue
+        rows = table.rows(kept)
+        test = DynamicTest(
+            table.mode, tuple(np.unique(rows.frequency)), tuple(np.unique(preload[kept])), steps=_STEPS
+        )
+        response = vibrate(replace(case, vibrations=(test,)), material, progress=progress, comm=comm)
+        conditions += response.conditions
+        found = _rows(response, rows, preload[kept])
+        if found is not None:
+            compared.append(found)
+    return tuple(compared), tuple(conditions)
+
+
+def _rows(response: DynamicResponse, table: DynamicTable, preload: Array) -> ComparedTable | None:
+    """Return the rows of a table about the preloads that were reached."""
+    simulated = np.full(len(table), np.nan, dtype=np.complex128)
+    for curve in response.curves:
+        own = preload == curve.preload
+        simulated[own] = _at(curve, table.frequency[own])
+    kept = ~np.isnan(simulated)
+    if not kept.any():
+        return None
+    error = max(curve.reduction_error for curve in response.curves)
+    return ComparedTable(table.rows(kept), simulated[kept], preload[kept], error)
+
+
+def _at(curve: DynamicCurve, frequency: Array) -> Complex:
+    return curve.model.stiffness(frequency, curve.branches)
+
+
+def _left_out(table: DynamicTable) -> list[Condition]:
+    """Return what of a table a linear simulation at one temperature does not have."""
+    found = []
+    known = table.amplitude[~np.isnan(table.amplitude)]
+    if len(known) and known.max() > _SPREAD * known.min():
+        what = f"{table.name}: the amplitudes differ {known.max() / known.min():.3g}-fold, "
+        what += "and the simulation is that of small ones"
+        remedy = "compare the rows of the smallest amplitude; filled rubber is softer at larger ones"
+        found.append(Condition("amplitude_left_out", what, remedy))
+    warm = table.temperature[~np.isnan(table.temperature)]
+    if len(warm) and np.ptp(warm) > 5.0:
+        what = f"{table.name}: the temperatures go from {warm.min():.3g} to {warm.max():.3g} degrees C, "
+        what += "and the rubber of the simulation has one"
+        found.append(Condition("temperature_left_out", what, "compare the rows of one temperature"))
+    return found
+
+
+def _preloads(
+    case: Case, material: Material, table: DynamicTable, comm: MPI.Comm
+) -> tuple[Array, list[Condition]]:
+    """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
+    given = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
+    forces = np.where(np.isnan(given), table.preload_force, np.nan)
+    preload, conditions = _gathered(given), []
+    levels = _gathered(forces)
+    for force in np.unique(levels[~np.isnan(levels)]):
+        travel = 0.0
+        if force:
+            try:
+                travel = _travel(case, material, table.mode, float(force), comm)
+            except NotConverged as failure:
+                unit = "N mm" if modes()[table.mode].rotational else "N"
+                what = f"{table.name}: the preload of {force:.4g} {unit} is not reached ({failure.reason})"
+                conditions.append(
+                    Condition("not_compared", what, "check the preload, the law and the dimensions")
+                )
+                continue
+        preload[levels == force] = travel
+    return preload, conditions
+
+
+def _gathered(values: Array) -> Array:
+    """Return values (n,) in which those of one preload are equal to their mean."""
+    known = ~np.isnan(values)
+    order = np.flatnonzero(known)[np.argsort(values[known], kind="stable")]
+    if not len(order):
+        return values.copy()
+    step = _SAME_PRELOAD * max(float(np.abs(values[known]).max()), 1e-12)
+    number = np.concatenate([[0], np.cumsum(np.diff(values[order]) > step)])
+    found = values.copy()
+    for k in range(number[-1] + 1):
+        mean = float(np.mean(values[order[number == k]]))
+        found[order[number == k]] = 0.0 if abs(mean) < step else mean
+    return found
+
+
+def _travel(case: Case, material: Material, mode: str, force: float, comm: MPI.Comm) -> float:
+    """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing."""
+    features = installed(in_state(acting(case.effects, mode, mode), unrelaxed=False))
+    model = prepare(
+        case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
+    )
+    history = march(model, path((0.0, force), _STEPS), drive=PrescribedForce())
+    return float(history.displacement[-1])
