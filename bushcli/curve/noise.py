@@ -87,16 +87,6 @@ def noise_of_sparse(
 
     Sines of ten samples a cycle are smooth, but not for third differences, which make noise of a twenty-fifth of their
     amplitude out of them. Higher orders count where they leave less than half: of noise they leave as much.
-
-    Parameters
-    ----------
-    values : (n,) array
-    abscissa : (n,) array
-        As in `noise`.
-    order : int
-        Lowest order of the differences.
-    groups : (n,) array of int, optional
-        As in `noise`.
     """
     sigma = noise(values, abscissa, order, groups)
     for higher in range(order + 2, HIGHEST + 1, 2):
@@ -129,17 +119,7 @@ def _spread(sizes: Array) -> float:
 
 
 def _spiked(height: Array, power: Array, width: int) -> NDArray[np.bool_]:
-    """Return which windows of a width hold a spike: a sample that explains the residuals of all its windows.
-
-    Parameters
-    ----------
-    height : (n,) array
-        Sum of the residuals of all windows with a sample, each times the weight of the sample in it.
-    power : (n,) array
-        Sum of the squares of these weights.
-    width : int
-        Samples in a window.
-    """
+    """Return which windows of a width hold a spike: a sample that explains the residuals of all its windows."""
     # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
     # it poorly.
     known = power > 0.0

@@ -100,7 +100,7 @@ def segment(
     time : (n,) array, optional
         Strictly increasing; without it, holds are judged by the number of samples.
     sigma : float, optional
-        Standard deviation of the displacement's noise, if it is known.
+        Standard deviation of the displacement's noise in its unit, if it is known.
 
     Returns
     -------
@@ -115,16 +115,7 @@ def segment(
 def excursions(
     displacement: Array, time: Array | None = None, sigma: float | None = None
 ) -> tuple[Segment, ...]:
-    """Return the branches of a displacement as `segment` does, but with the numbers of their excursions as cycles.
-
-    Parameters
-    ----------
-    displacement : (n,) array
-    time : (n,) array, optional
-        Strictly increasing; without it, holds are judged by the number of samples.
-    sigma : float, optional
-        Standard deviation of the displacement's noise, if it is known.
-    """
+    """Return the branches of a displacement as `segment` does, but with the numbers of their excursions as cycles."""
     span = float(np.ptp(displacement))
     if len(displacement) < 2 or span == 0.0:
         return (Segment("hold", 0, len(displacement), 1, 0),)

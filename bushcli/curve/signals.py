@@ -52,20 +52,7 @@ def displacement_noise(recording: Curve) -> float:
 
 
 def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
-    """Return which samples (n,) belong to the given cycles, counted from 1.
-
-    Parameters
-    ----------
-    recording : Curve
-        The recording.
-    cycles : Iterable[int]
-        Numbers of cycles, counted from 1.
-
-    Raises
-    ------
-    RecordingError
-        When the recording has no such cycle.
-    """
+    """Return which samples (n,) belong to the given cycles, counted from 1."""
     wanted, found = set(cycles), branches(recording)
     last = max(branch.cycle for branch in found)
     absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)

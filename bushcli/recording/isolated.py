@@ -63,21 +63,7 @@ class FileContents:
 
 
 def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
-    """Return the tables of a binary file.
-
-    Parameters
-    ----------
-    path : Path
-    format_name : str
-        Name of the reader, see `bushcli.recording.reader.readers`.
-    wanted : collection of str or int
-        Names or numbers, from 1, of the columns that the case file chooses.
-
-    Raises
-    ------
-    RecordingError
-        When the library is not installed, or the file is damaged or too large.
-    """
+    """Return the tables of a binary file."""
     reader = readers()[format_name]
     if not reader.library:
         try:
@@ -224,23 +210,7 @@ def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
 
 
 def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], output: BinaryIO) -> None:
-    """Read a file in this process, and write its contents as the child does.
-
-    Parameters
-    ----------
-    format_name : str
-        Name of the reader.
-    path : Path
-    wanted : collection of str or int
-        Columns that the case chooses.
-    output : binary file
-        Receives one line of JSON, and the columns as raw bytes.
-
-    Raises
-    ------
-    ValueError
-        When the file has more numbers than a recording can have; a parser may raise anything else.
-    """
+    """Read a file in this process, and write its contents as the child does."""
     shown, arrays = [], []
     with readers()[format_name].opened(path) as parts:
         _bounded(parts)

@@ -34,23 +34,7 @@ _LISTED = 12
 
 
 def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], tables: TableCache) -> Table:
-    """Return the table of a file that holds the columns of a recording.
-
-    Parameters
-    ----------
-    source : Source
-    mode : Mode
-        It determines the meaning of the columns.
-    quantities : sequence of Quantity
-        The quantities that the table must have.
-    tables : TableCache
-
-    Raises
-    ------
-    RecordingError
-        When the file cannot be read, it is not clear which of its tables is meant, or its channels have clocks that
-        cannot be compared.
-    """
+    """Return the table of a file that holds the columns of a recording."""
     found = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     table = found if isinstance(found, Table) else _meant(source, mode, quantities, found)
     if len(clock_columns(table, source, mode)) < 2:

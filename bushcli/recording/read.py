@@ -120,15 +120,7 @@ def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest
 def _used_columns(
     table: Table, found: Mapping[str, Column], source: Source
 ) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
-    """Return the columns that were read, the names of the others, and remarks on how they were read.
-
-    Parameters
-    ----------
-    table : Table
-    found : mapping of str to Column
-        Columns that were read, by quantity.
-    source : Source
-    """
+    """Return the columns that were read, the names of the others, and remarks on how they were read."""
     taken = {one.index for one in found.values()}
     columns = tuple(
         ReadColumn(name, one.index + 1, table.names[one.index], one.unit, one.assumed)
@@ -147,19 +139,11 @@ def _other_motions(table: Table, source: Source, moved: Column) -> dict[str, Col
 
 
 def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:
-    """Return what a user should know about how a table and its columns were read.
-
-    Parameters
-    ----------
-    table : Table
-    found : mapping of str to Column
-        Columns that were read, by quantity.
-    source : Source
-    """
+    """Return what a user should know about how a table and its columns were read."""
     taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    if "time" in found:
+    if "time" in found or source.is_untimed:
         return said
     said += untaken_time(table, taken)
     return said if source.sample_rate is not None or source.rate is not None else said + rate_remarks(table)

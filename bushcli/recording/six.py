@@ -68,19 +68,7 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
 
 
 def motion_columns(table: Table, source: Source) -> dict[int, Column]:
-    """Return the columns of the motions of a recorded path, by their numbers from 0.
-
-    Parameters
-    ----------
-    table : Table
-        The file's rows and headings.
-    source : Source
-
-    Raises
-    ------
-    RecordingError
-        A column is missing or cannot be read.
-    """
+    """Return the columns of the motions of a recorded path, by their numbers from 0."""
     assert source.six is not None
     columns = {}
     for k, name in enumerate(MOTIONS):

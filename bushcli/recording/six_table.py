@@ -40,20 +40,7 @@ def named_in(table: Table) -> dict[str, int]:
 
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
-    """Return the table of a recording of six motions.
-
-    Parameters
-    ----------
-    source : Source
-    chosen : mapping of str to str
-        Columns that the case file names, by "ux" to "mz".
-    tables : TableCache
-
-    Raises
-    ------
-    RecordingError
-        The file cannot be read, or it is not clear which of its columns are the motions and reactions.
-    """
+    """Return the table of a recording of six motions."""
     found = opened(source, list(chosen.values()), tables)
     if isinstance(found, Table):
         return _one_clock(found, chosen, source)
@@ -106,16 +93,7 @@ def _part(table: Table, chosen: Mapping[str, str], source: Source) -> RasterColu
 
 
 def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:
-    """Return the reactions, and the motions interpolated at the stamps of the reactions.
-
-    Parameters
-    ----------
-    source : Source
-    parts : sequence of RasterColumns
-        Groups with motions or reactions.
-    chosen : mapping of str to str
-        Columns that the case file names, by "ux" to "mz".
-    """
+    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
     forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+#: What a case file writes as the column of a time that is not to be read.
+NO_TIME = "none"
 #: Quantities of a column, as in the ``columns`` and ``units`` keys of a case file.
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
@@ -87,7 +89,7 @@ class Source:
     name : str
         Name of the channel; the mode's name when empty.
     columns : mapping of Quantity to str or int
-        Column by name or by 1-based number; a column that is not given is found by its name.
+        Column by name or by 1-based number; a column that is not given is found by its name. A time may be `NO_TIME`.
     units : mapping of Quantity to str
         Unit by quantity; it overrides what the file says. See `UNITS` and `bushcli.recording.header.units`.
     delimiter : str, optional
@@ -165,6 +167,11 @@ class Source:
         if specimen == "coupon" and quantity == "force" and self.specimen.area is not None:
             return "force"
         return dimension(quantity, specimen, rotational)
+
+    @property
+    def is_untimed(self) -> bool:
+        """Whether the case says that the time of the file is not to be read."""
+        return self.columns.get("time") == NO_TIME
 
     @property
     def label(self) -> str:

@@ -78,13 +78,7 @@ def nominal(
 def _hydrostatic(
     source: Source, strain: Array, stress: Array, strain_form: str, stress_form: str
 ) -> tuple[Array, Array]:
-    """Return stretch - 1 and nominal stress of a volumetric test; arguments as for `nominal`.
-
-    Raises
-    ------
-    RecordingError
-        The rubber would grow under pressure, or be under tension in all directions.
-    """
+    """Return stretch - 1 and nominal stress of a volumetric test; arguments as for `nominal`."""
     volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
     stress = -stress if stress_form == "pressure" else stress
     stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)

@@ -25,8 +25,8 @@ from bushcli.recording.text.fields import (
     ungrouped,
 )
 from bushcli.recording.text.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
-from bushcli.recording.text.rows import Form, Rows, Run, end_of_head, sifted
-from bushcli.recording.text.table import SHOWN, TextTable
+from bushcli.recording.text.rows import AlikeRows, Form, SplitRows, end_of_head, sifted
+from bushcli.recording.text.table import CALCULATE, SHOWN, TextTable
 
 #: Most columns of a table.
 MOST_COLUMNS = 1_000
@@ -62,7 +62,7 @@ def read_table(
     if begin:
         try:
             body = [line for line in lines_of(path, text[:begin]) if not line.comment]
-            form = Form.of(body, *_dialect(path, body, delimiter, decimal, single))
+            form = Form.of_head(body, *_dialect(path, body, delimiter, decimal, single))
         except RecordingError:
             form = None
         lines, runs = ([], []) if form is None else sifted(path, text, begin, form)
@@ -77,7 +77,7 @@ def read_table(
 def _table(
     path: Path,
     lines: list[Line],
-    runs: list[Run],
+    runs: list[AlikeRows],
     delimiter: str | None,
     decimal: str | None,
     single: bool,
@@ -101,12 +101,12 @@ def _table(
         if runs and ambiguous_thousands(split[start:], decimal) is not None:
             return None
         _refuse_thousands(path, split[start:], numbers, decimal)
-    parts: list[Rows | Run] = []
+    parts: list[SplitRows | AlikeRows] = []
     fields = split[start:]
     at = 0
     for run in runs:
         upto = bisect(numbers, run.at)
-        parts += [Rows(fields[at:upto], numbers[at:upto]), run]
+        parts += [SplitRows(fields[at:upto], numbers[at:upto]), run]
         at = upto
     return TextTable(
         path=path,
@@ -114,28 +114,14 @@ def _table(
         units=top.units,
         header_line=top.line,
         preamble=top.preamble,
-        parts=(*parts, Rows(fields[at:], numbers[at:])),
+        parts=(*parts, SplitRows(fields[at:], numbers[at:])),
         decimal=decimal,
         remarks=tuple(left_out),
     )
 
 
 def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[str]]]) -> TextTable:
-    """Return the table of a sheet that is split into fields already.
-
-    Parameters
-    ----------
-    path : Path
-    part : str
-        Name of the sheet.
-    cells : sequence of (int, sequence of str)
-        Number of each row that is not empty, from 1, and its fields; numbers with a decimal point.
-
-    Raises
-    ------
-    RecordingError
-        When there is no table of numbers, or a row does not fit.
-    """
+    """Return the table of a sheet that is split into fields already."""
     body, lines, split = [], [], []
     for number, fields in cells:
         line = Line(number, "\t".join(fields), bool(fields) and fields[0].startswith(COMMENTS))
@@ -150,8 +136,10 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         default=(0, "."),
     )
     if not fewest:
-        what = "has no table with two columns of numbers"
-        raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
+        what, expected = "has no table with two columns of numbers", ""
+        if any(field.startswith("=") for fields in split for field in fields):
+            what, expected = f"{what}: its formulas have no values", CALCULATE
+        raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what, "", expected))
     start, width, repeats, _ = _rows(path, lines, body, split, "\t", decimal, fewest)
     width = _named_width(lines, body[start].number, "\t", width, MOST_COLUMNS)
     top = header(path, lines, body[start].number, width, "\t", decimal)
@@ -162,27 +150,14 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         part=part,
         header_line=top.line,
         preamble=top.preamble,
-        parts=(Rows(split[start:], [line.number for line in body[start:]]),),
+        parts=(SplitRows(split[start:], [line.number for line in body[start:]]),),
         decimal=decimal,
         remarks=tuple(repeats),
     )
 
 
 def _named_width(lines: Sequence[Line], first: int, delimiter: str, width: int, most: int) -> int:
-    """Return the number of columns, with last ones that have a name, but no value in any row.
-
-    Parameters
-    ----------
-    lines : sequence of Line
-        All lines of the file.
-    first : int
-        Number of the line of the first row.
-    delimiter : str
-    width : int
-        Number of columns with values.
-    most : int
-        Number of fields that a row can have, empty ones included.
-    """
+    """Return the number of columns, with last ones that have a name, but no value in any row."""
     above = (trimmed(split_line(line.uncommented, delimiter)) for line in lines if line.number < first)
     return max((len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2), default=width)
 
@@ -330,15 +305,7 @@ def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decim
 
 
 def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
-    """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers; or one number.
-
-    Parameters
-    ----------
-    fields : list of str
-    decimal : str
-    fewest : {1, 2}
-        1 in a table of one column.
-    """
+    """Whether a line looks like data: two numbers at least, and not more texts (a clock); or one number."""
     count = numbers_in(fields, decimal)
     if fewest == 1:
         return count == len(trimmed(fields)) == 1
@@ -354,15 +321,7 @@ def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:
 def _of_one_column(
     body: Sequence[Line], delimiter: str | None, decimal: str | None
 ) -> tuple[str, str] | None:
-    """Return delimiter and decimal sign of a file with one column of numbers; None for other files.
-
-    Parameters
-    ----------
-    body : sequence of Line
-        Lines that are no comments.
-    delimiter, decimal : str or None
-        As the case gives them. Without them ``0,5`` is one number only below a name without a comma.
-    """
+    """Return delimiter and decimal sign of a file with one column of numbers; None for other files."""
     for sign in (decimal,) if decimal else (".", ","):
         split = [split_line(line.text, delimiter or (";" if ";" in line.text else "\t")) for line in body]
         like = [_is_row(fields, sign, 1) for fields in split]
@@ -387,7 +346,7 @@ def _dialect(
         for sign in (decimal,) if decimal else (".", ","):
             rows = [fields for fields in split if _is_row(fields, sign)]
             common = Counter(len(fields) for fields in rows).most_common(1)
-            # Rows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
+            # SplitRows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
             whole = sum(numbers_in(fields, sign) == len(trimmed(fields)) for fields in rows)
             points = (common[0][1] if common else 0) + 2.0 * whole
             if points > score:

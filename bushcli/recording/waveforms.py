@@ -82,12 +82,6 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
 
     A channel without an interval is beside those of its length with one: if these have the same clock, and the channel
     no other start, a remark says that it is taken to have it too. If they have several, it is a part of its own.
-
-    Parameters
-    ----------
-    group : str
-        Name of the group, and of a part that has all its channels.
-    channels : sequence of WaveChannel
     """
     found: list[tuple[Sampling | None, list[WaveChannel]]] = []
     lengths = dict.fromkeys(channel.samples for channel in channels if channel.samples)

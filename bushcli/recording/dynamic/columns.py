@@ -16,7 +16,7 @@ from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.vocabulary import is_foreign
-from bushcli.recording.text.rows import Rows
+from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -308,4 +308,4 @@ def with_values(table: Table, group: Group) -> Table:
     if len(kept) == len(table):
         return table
     fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
-    return replace(table, parts=(Rows(fields, [table.line(row) for row in kept]),))
+    return replace(table, parts=(SplitRows(fields, [table.line(row) for row in kept]),))

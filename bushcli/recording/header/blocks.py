@@ -28,23 +28,6 @@ def in_one_order(
 
     The headers of the further tables become equal to the first one. A comment can be such a header too: a user may
     have put the # in front of it.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    lines : sequence of Line
-        All lines of the file.
-    body, split : list
-        Lines that are no comments, and their fields; changed in place.
-    start : int
-        Index in `body` of the first row.
-    delimiter, decimal : str
-
-    Raises
-    ------
-    RecordingError
-        A header between the rows has other names or units than the first.
     """
     first = body[start].number
     names, units, text = _above(takewhile(lambda line: line.number < first, lines), delimiter)

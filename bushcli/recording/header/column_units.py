@@ -38,32 +38,10 @@ _MOST_UNITS = 5
 #: The beginning of a text that is no number.
 _TEXT = re.compile(r"[^\W\d_]|[%‰°\[(\"'′″#]|[\d.,/]+\s*[^\W\d_%°]")
 #: What a column without a name may say of each sample, and what is no unit.
-_STATES = frozenset(
-    [
-        "ok",
-        "nok",
-        "io",
-        "nio",
-        "i.o.",
-        "n.i.o.",
-        "pass",
-        "passed",
-        "fail",
-        "failed",
-        "yes",
-        "no",
-        "ja",
-        "nein",
-        "true",
-        "false",
-        "on",
-        "off",
-        "valid",
-        "invalid",
-        "load",
-        "unload",
-    ]
-)
+_STATES = frozenset([
+    "ok", "nok", "io", "nio", "i.o.", "n.i.o.", "pass", "passed", "fail", "failed", "yes", "no", "ja", "nein",
+    "true", "false", "on", "off", "valid", "invalid", "load", "unload",
+])  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -76,22 +54,7 @@ class KnownUnit:
 
 
 def given_unit(table: Table, wanted: WantedColumn, index: int, text: str) -> KnownUnit:
-    """Return the unit that the case gives for a column.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    index : int
-        Index of the column, from 0.
-    text : str
-        The unit as the case writes it.
-
-    Raises
-    ------
-    RecordingError
-        It is not a unit of the quantity.
-    """
+    """Return the unit that the case gives for a column."""
     unit = scaled_unit(text, wanted.measured)
     if unit is None or unit.measured != wanted.measured:
         what = f'{table.label(index)}: "{text}" is not a unit of {KIND[wanted.measured]}'
@@ -162,18 +125,6 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
 
     A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit,
     or the file is refused. In a column with another name, ``Phase``, a constant text counts if it is surely a unit.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    index : int
-        Index of the column of numbers, from 0.
-
-    Raises
-    ------
-    RecordingError
-        The fields differ, or are no unit of the quantity.
     """
     if not isinstance(table, TextTable):
         return []
@@ -209,13 +160,7 @@ def _units_beside(table: Table, wanted: WantedColumn, index: int) -> list[Unit]:
 
 
 def _unit_above(table: Table, wanted: WantedColumn, index: int) -> KnownUnit | None:
-    """Return the unit that the lines above the table state for a column without one; None if they state none.
-
-    Raises
-    ------
-    RecordingError
-        They state several units, a system of units only, or something that is not understood.
-    """
+    """Return the unit that the lines above the table state for a column without one; None if they state none."""
     stated = stated_units(table, wanted)
     several = " and ".join(dict.fromkeys(f"{unit.name} (line {line})" for line, unit in stated))
     if len({unit.factor for _, unit in stated}) > 1:

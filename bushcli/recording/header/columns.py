@@ -96,6 +96,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         When the column is missing, ambiguous, of another kind than the mode needs, in an unknown unit, or contains
         fields that are not numbers.
     """
+    if quantity == "time" and source.is_untimed:
+        return None
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
     index, remarks = _found(table, wanted) if chosen is None else (chosen_index(table, chosen), ())
@@ -134,20 +136,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
 
 
 def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int | None:
-    """Return the column of a quantity, from 0; None for a time that the file lacks; see `column`.
-
-    Parameters
-    ----------
-    table : Table
-    source : Source
-    mode : Mode
-    quantity : Quantity
-
-    Raises
-    ------
-    RecordingError
-        When the column is missing or ambiguous.
-    """
+    """Return the column of a quantity, from 0; None for a time that the file lacks; see `column`."""
     chosen = source.columns.get(quantity)
     if chosen is not None:
         return chosen_index(table, chosen)
@@ -201,14 +190,7 @@ def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, .
 
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
-    """Return a remark about each column that may be the time of a file of which none was taken as such.
-
-    Parameters
-    ----------
-    table : Table
-    taken : collection of int
-        Indices, from 0, of the columns that were read.
-    """
+    """Return a remark about each column that may be the time of a file of which none was taken as such."""
     found = []
     for i, name in enumerate(table.names):
         # A name may be nothing but a unit: "ms".
@@ -223,20 +205,7 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
 
 
 def chosen_index(table: Table, chosen: str | int) -> int:
-    """Return the number, from 0, of a column that the case file chooses.
-
-    Parameters
-    ----------
-    table : Table
-        The file's rows and headings.
-    chosen : str or int
-        The column's name, or its number from 1.
-
-    Raises
-    ------
-    RecordingError
-        There is no such column, or there are several with different values.
-    """
+    """Return the number, from 0, of a column that the case file chooses."""
     width = len(table.names)
     if isinstance(chosen, int):
         if chosen > width:

@@ -26,20 +26,7 @@ _AT_REST = 0.15
 
 
 def refuse_date(table: Table, index: int, time: Array) -> None:
-    """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970.
-
-    Parameters
-    ----------
-    table : Table
-    index : int
-        Index of the column, from 0.
-    time : (n,) array
-        As it would be read, s.
-
-    Raises
-    ------
-    RecordingError
-    """
+    """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970."""
     first, steps = float(time[0]), np.abs(np.diff(time))
     step = float(np.median(steps)) if len(steps) else 0.0
     is_day = _DAYS[0] < first < _DAYS[1] and 0.0 < step < _LONGEST_DAYS and first % 1.0 != 0.0
@@ -51,24 +38,7 @@ def refuse_date(table: Table, index: int, time: Array) -> None:
 
 
 def ranges_of(table: Table, quantity: Quantity, index: int, numbers: Array, assumed: bool) -> list[str]:
-    """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``.
-
-    Parameters
-    ----------
-    table : Table
-    quantity : Quantity
-    index : int
-        Index of the column, from 0.
-    numbers : (n,) array
-        As in the file.
-    assumed : bool
-        Whether the unit of the column is the default one.
-
-    Raises
-    ------
-    RecordingError
-        The numbers exceed the range, so that one of them is in another unit than the default one.
-    """
+    """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``."""
     said = []
     for text in heading(table.names[index]).ranges:
         row = int(np.argmax(np.abs(numbers)))
@@ -81,22 +51,7 @@ def ranges_of(table: Table, quantity: Quantity, index: int, numbers: Array, assu
 
 
 def refuse_other_strain(table: Table, index: int, read: Unit, values: Array) -> None:
-    """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest.
-
-    Parameters
-    ----------
-    table : Table
-    index : int
-        Index of the column, from 0.
-    read : Unit
-        Stretch, strain or percent.
-    values : (n,) array
-        In that unit.
-
-    Raises
-    ------
-    RecordingError
-    """
+    """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest."""
     first = float(values[0])
     if (read.name == "strain" and abs(first - 1.0) < _AT_REST and values.min() > 1.0 - _AT_REST) or (
         read.name == "stretch" and abs(first) < _AT_REST and first != 0.0
@@ -130,23 +85,6 @@ def refuse_compression(
 
     The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
     and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
-
-    Parameters
-    ----------
-    table : Table
-    source : Source
-    mode : Mode
-    quantity : Quantity
-    index : int
-        Index of the column, from 0.
-    values : (n,) array
-        In the internal unit, or a stretch.
-    form : str
-        Of the column.
-
-    Raises
-    ------
-    RecordingError
     """
     if source.reverse is not None or mode.sheared or mode.needs_compressibility:
         return

@@ -22,15 +22,7 @@ _DIVISORS = ("length", "angle", "time", "strain", "stretch")
 
 
 def is_formula(text: str, rest: str) -> bool:
-    """Whether a name is a formula of a quantity, so that its column is not the quantity as it was measured.
-
-    Parameters
-    ----------
-    text : str
-        The whole name.
-    rest : str
-        The name without brackets and unit.
-    """
+    """Whether a name is a formula of a quantity, so that its column is not the quantity as it was measured."""
     inside = [next(part for part in found.groups() if part is not None) for found in _FUNCTION.finditer(text)]
     if (
         any(_kinds(part) for part in inside)

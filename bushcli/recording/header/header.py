@@ -169,19 +169,7 @@ def _inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
 def _with_number(
     shown: list[str], rest: str, doubtful: list[str], has_unit: bool
 ) -> tuple[list[str], list[str]]:
-    """Return the number in a name that may be a range or a factor, with its unit if it has one, and the doubtful words.
-
-    Parameters
-    ----------
-    shown : list of str
-        The words of the name.
-    rest : str
-        The name without brackets.
-    doubtful : list of str
-        The words that may be units.
-    has_unit : bool
-        Whether the unit of the column is known: a number beside it is that of a channel, or a range.
-    """
+    """Return the number in a name that may be a range or a factor, with its unit if any, and the doubtful words."""
     for word in doubtful:
         i = shown.index(word) if word in shown else 0
         if is_range(shown[:i], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
@@ -212,15 +200,7 @@ def _remarks(bracketed: Sequence[str], rest: str, timed: bool, has_unit: bool) -
 
 
 def _doubtful(words: Sequence[str], rest: str) -> list[str]:
-    """Return the words of a name that may be units.
-
-    Parameters
-    ----------
-    words : sequence of str
-        The words of the name, as written.
-    rest : str
-        The name without brackets.
-    """
+    """Return the words of a name that may be units."""
     found = [word for word in words if not known_word(word)]
     # "t" is a time at the beginning of a name and may be tonnes at its end; V is a direction or volts, "at" a pressure.
     found += [word for word in words[1:][-1:] if word in ("t", "V", "at", "At", "AT")]
@@ -253,13 +233,6 @@ def match_quality(text: str, kind: str) -> int:
 
     0 not at all; 1 a German compound; 2 a word for it among others; 3 a word for it; 4 this project's own name. A unit
     of another quantity in the table of `units` gives 0.
-
-    Parameters
-    ----------
-    text : str
-        Name of a column.
-    kind : str
-        Quantity that is searched for, a key of `bushcli.recording.header.vocabulary.WORDS`.
     """
     head = heading(text)
     for written in head.written:
@@ -270,15 +243,7 @@ def match_quality(text: str, kind: str) -> int:
 
 
 def word_quality(head: Heading, kind: str) -> int:
-    """Return `match_quality` of the words alone, without the unit.
-
-    Parameters
-    ----------
-    head : Heading
-        Heading, cut into words.
-    kind : str
-        Quantity that is searched for, a key of `bushcli.recording.header.vocabulary.WORDS`.
-    """
+    """Return `match_quality` of the words alone, without the unit."""
     name = _SAMPLE_RATE.sub(" ", head.name) if kind == "time" else head.name
     # A planar coupon test is called pure shear; its stress and strain are nominal, unlike those of simple shear.
     name = name.replace("pure shear", " ")

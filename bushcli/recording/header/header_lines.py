@@ -68,6 +68,8 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
     full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
+        if fields and re.match(r"%[^\W\d_]", fields[0]) and not match_quality(fields[0][1:], "strain"):
+            fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
         if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
             passed += [] if line.comment else [line]
@@ -93,6 +95,9 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
         units = _merged(path, rows, place, units)
         _refuse_other_names(path, fields, units, further)
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
+        # A name in cells that are merged over two rows stands in the upper one.
+        upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
+        fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
     units = _merged(path, rows, place, units)
     lost = [
@@ -117,23 +122,7 @@ def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
 def _merged(
     path: Path, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return the units of a header, those of its other rows of known units included.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    rows : mapping of int to sequence of str
-        All rows of known units, by the number of the line.
-    number : int
-        Line of the units.
-    units : tuple of str
-
-    Raises
-    ------
-    RecordingError
-        Two rows contradict each other.
-    """
+    """Return the units of a header, those of its other rows of known units included."""
     if number not in rows or len(rows) < 2:
         return units
     merged = list(units)
@@ -159,15 +148,7 @@ def _merged(
 def _units_above(
     names: Sequence[str], above: Sequence[tuple[Line, list[str]]]
 ) -> tuple[tuple[str, ...], int] | None:
-    """Return the row of units above the names, and its line; None if there is none.
-
-    Parameters
-    ----------
-    names : sequence of str
-        If one of them has a unit, another line counts as a row of units only if all its fields are known ones.
-    above : sequence of (Line, list of str)
-        Lines with a field for each column, the lowest first.
-    """
+    """Return the row of units above the names, and its line; None if there is none."""
     own = [[tabulated_unit(text) for text in heading(name).written] for name in names]
     for line, row in above:
         bare = _without_label(row)
@@ -184,21 +165,7 @@ def _units_above(
 def _refuse_other_names(
     path: Path, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
 ) -> None:
-    """Refuse a second row of names, such as one in another language, whose units contradict those of the header.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    names, units : sequence of str
-        The header.
-    above : sequence of (Line, list of str)
-        Lines with a field for each column.
-
-    Raises
-    ------
-    RecordingError
-    """
+    """Refuse a second row of names, such as one in another language, whose units contradict those of the header."""
     for line, fields in above:
         if named_columns(fields) < len([field for field in fields if field]):
             continue
@@ -257,13 +224,7 @@ def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]
 
 
 def _below_units(path: Path, number: int, fields: Sequence[str]) -> bool:
-    """Whether a line below a row of units is one of comments; False if it is itself a row of known units, or none.
-
-    Raises
-    ------
-    RecordingError
-        It may be a row of factors.
-    """
+    """Whether a line below a row of units is one of comments; False if it is itself a row of known units, or none."""
     words = [_NUMBERED.sub("", field) for field in fields if field]
     if not words or is_units_row(fields):
         return False

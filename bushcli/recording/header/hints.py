@@ -43,13 +43,7 @@ def hint(table: Table, wanted: WantedColumn) -> str:
 
 
 def headless(table: Table) -> str:
-    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields.
-
-    Parameters
-    ----------
-    table : Table
-        A table without names.
-    """
+    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields."""
     for number, text in reversed(table.preamble):
         for delimiter in ("\t", ";", ","):
             fields = [field.strip() for field in text.split(delimiter)]

@@ -125,13 +125,7 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
 
 
 def named_as(table: Table, wanted: WantedColumn) -> list[int]:
-    """Return all columns, from 0, whose names may mean a quantity, however surely.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    """
+    """Return all columns, from 0, whose names may mean a quantity, however surely."""
     return [i for i, name in enumerate(table.names) if _rank(table, i, heading(name), wanted)]
 
 
@@ -173,15 +167,7 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
 
 
 def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
-    """Whether several columns hold the same numbers in the same units.
-
-    Parameters
-    ----------
-    table : Table
-    columns : sequence of int
-        Indices from 0.
-    wanted : WantedColumn
-    """
+    """Whether several columns hold the same numbers in the same units."""
     if len({_units(table, i, wanted) for i in columns}) > 1:
         return False
     try:
@@ -192,13 +178,7 @@ def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> boo
 
 
 def quality_of(head: Heading, wanted: WantedColumn) -> int:
-    """Return how surely the words of a name mean a quantity, see `bushcli.recording.header.header.match_quality`.
-
-    Parameters
-    ----------
-    head : Heading
-    wanted : WantedColumn
-    """
+    """Return how surely the words of a name mean a quantity, see `bushcli.recording.header.header.match_quality`."""
     plain = without(head, wanted.allowed)
     return max(
         special_quality(head, kind) if kind in SPECIAL else word_quality(plain, kind) for kind in wanted.kinds
@@ -206,14 +186,7 @@ def quality_of(head: Heading, wanted: WantedColumn) -> int:
 
 
 def special_quality(head: Heading, kind: str) -> int:
-    """Return how surely a name means a quantity of one mode of coupons alone, a key of `SPECIAL`: as `word_quality`.
-
-    Parameters
-    ----------
-    head : Heading
-    kind : str
-        A key of `bushcli.recording.header.vocabulary.SPECIAL`.
-    """
+    """Return how surely a name means a quantity of one mode of coupons alone, a key of `SPECIAL`: as `word_quality`."""
     if any(is_foreign(word) for word in head.words if word not in ("shear", "hydrostatic")):
         return 0
     symbols = [text.lower() for text in head.written if text in SYMBOLS]
@@ -243,16 +216,7 @@ def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
 
 
 def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
-    """Return the units of a column as written in its name and in the row of units.
-
-    Parameters
-    ----------
-    table : Table
-    index : int
-        Index of the column, from 0.
-    head : Heading
-        Parts of its name.
-    """
+    """Return the units of a column as written in its name and in the row of units."""
     row = table.units[index]
     if not plain_unit(row):
         return head.written

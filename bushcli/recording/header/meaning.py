@@ -41,23 +41,7 @@ class Meaning:
 
 
 def meaning_of(table: Table, wanted: WantedColumn, index: int, source: Source, chosen: bool) -> Meaning:
-    """Return the form in which a column holds the strain or the stress of a coupon.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    index : int
-        Index of the column, from 0.
-    source : Source
-    chosen : bool
-        Whether the case file names the column.
-
-    Raises
-    ------
-    RecordingError
-        The name says that the column is something else than the mode needs, or leaves open which of two forms it has.
-    """
+    """Return the form in which a column holds the strain or the stress of a coupon."""
     head = heading(table.names[index])
     key = "strain" if wanted.quantity == "displacement" else "stress"
     form = source.specimen.strain if key == "strain" else source.specimen.stress

@@ -20,13 +20,6 @@ def name_quality(name: str, kind: str) -> int:
     """Return how surely a name means a quantity; see `bushcli.recording.header.header.match_quality`.
 
     The name of a mode does not count: "axial displacement" means as surely a length as "displacement".
-
-    Parameters
-    ----------
-    name : str
-        Without its unit, in lower case.
-    kind : str
-        A key of `bushcli.recording.header.vocabulary.WORDS`, or of `SPECIAL`.
     """
     if kind in SPECIAL:
         # "Volume ratio J", "Pressure p": the name and its symbol.

@@ -50,19 +50,7 @@ _NOMINAL = frozenset({"eng", "nom"})
 
 
 def is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
-    """Whether the text in brackets of a name is a remark, such as ``(Max)`` or ``(Ch. 2)``, and not a unit.
-
-    Parameters
-    ----------
-    inside : str
-        The text in brackets.
-    rest : str
-        The name without brackets.
-    timed : bool
-        Whether it names a time.
-    has_unit : bool
-        Whether the name has a known unit elsewhere; words of any quantity are remarks then: "Travel (Load frame) [mm]".
-    """
+    """Whether the text in brackets of a name is a remark, such as ``(Max)`` or ``(Ch. 2)``, and not a unit."""
     words = plain_name(inside).split()
     if words == ["min"]:
         # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.

@@ -77,13 +77,6 @@ def stated_units(table: Table, wanted: WantedColumn, explicit: bool = False) -> 
     """Return the units of a quantity that the lines above a table state, each with the number of the line.
 
     A number before a unit makes it a value, such as the range of a sensor, and no statement.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    explicit : bool
-        Consider only lines that speak of units or of all values, which takes a tenth of the time.
     """
     lines = [
         (number, text)
@@ -200,16 +193,7 @@ def stated_system(table: Table) -> tuple[int, str] | None:
 
 
 def stated_unknown(table: Table, wanted: WantedColumn, index: int) -> tuple[int, str] | None:
-    """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-        A quantity of which the lines state no known unit.
-    index : int
-        Index of its column, from 0.
-    """
+    """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None."""
     of_mode = {
         wanted.measured,
         *(dimension(q, wanted.mode.specimen, wanted.mode.rotational) for q in _QUANTITIES),

@@ -71,14 +71,7 @@ class StatedFactor:
     by_column: tuple[float | None, ...] = ()
 
     def concerns(self, index: int, wanted: WantedColumn) -> bool:
-        """Whether the line certainly speaks of a column that is read.
-
-        Parameters
-        ----------
-        index : int
-            Index of the column, from 0.
-        wanted : WantedColumn
-        """
+        """Whether the line certainly speaks of a column that is read."""
         if self.by_column:
             return self.by_column[index] not in (None, 1.0)
         if _ALL.search(self.text):
@@ -87,21 +80,7 @@ class StatedFactor:
 
 
 def refuse_factor(table: Table, source: Source, wanted: WantedColumn, index: int) -> None:
-    """Refuse a column of which a line above the table states a factor.
-
-    Parameters
-    ----------
-    table : Table
-    source : Source
-    wanted : WantedColumn
-        A quantity whose unit the case does not give.
-    index : int
-        Index of the column, from 0.
-
-    Raises
-    ------
-    RecordingError
-    """
+    """Refuse a column of which a line above the table states a factor."""
     for one in stated_factors(table):
         if one.concerns(index, wanted) and not _CONTAINED.search(one.text):
             what = f'"{one.text[:SHOWN]}" states a factor of {table.label(index)}; the numbers may contain it already'
@@ -114,14 +93,7 @@ def refuse_factor(table: Table, source: Source, wanted: WantedColumn, index: int
 
 
 def factor_remarks(table: Table, taken: Collection[int]) -> list[str]:
-    """Return a remark about each line that states a factor of a column that was read, or that does not say of which.
-
-    Parameters
-    ----------
-    table : Table
-    taken : collection of int
-        Indices, from 0, of the columns that were read.
-    """
+    """Return a remark about each line that states a factor of a column that was read, or that does not say of which."""
     return [
         f'line {one.line} states a factor ("{one.text[:SHOWN]}"), which was not applied: if the numbers '
         "of the table still have to be multiplied by it, change them in the file"

@@ -16,15 +16,7 @@ _NUMBER = re.compile(r"\d+(?:[.,/]\d+)?k?")
 
 
 def unit_within(text: str, timed: bool) -> tuple[str, str]:
-    """Split a name without brackets into the name and its unit, wherever that is, or an empty text.
-
-    Parameters
-    ----------
-    text : str
-        Name without brackets.
-    timed : bool
-        Whether it names a time.
-    """
+    """Split a name without brackets into the name and its unit, wherever that is, or an empty text."""
     for match in _COMPOUND.finditer(text):
         if _are_units(re.split(r"[·⋅×*/^]", match[0])):
             return text[: match.start()] + " " + text[match.end() :], match[0]
@@ -44,17 +36,7 @@ def unit_within(text: str, timed: bool) -> tuple[str, str]:
 
 
 def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, list[str]]:
-    """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``.
-
-    Parameters
-    ----------
-    rest : str
-        The name without its first unit.
-    written : list of str
-        The first unit, if there is one.
-    timed : bool
-        Whether it names a time.
-    """
+    """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
     first = tabulated_unit(written[0]) if len(written) == 1 else None
     if first is not None and prefix_apart(re.findall(r"[^\W_]+", rest), written[0]):
         return rest, written  # "Travel m m"
@@ -69,13 +51,6 @@ def is_range(words: Sequence[str], text: str) -> bool:
     """Whether the last of the words before a unit in a text is a number, and a range: not that of a channel.
 
     A name in which underscores stand around the number, force_2_N, numbers the channels.
-
-    Parameters
-    ----------
-    words : sequence of str
-        The words before the unit.
-    text : str
-        The name.
     """
     if not words or not _NUMBER.fullmatch(words[-1]) or f"_{words[-1]}_" in text:
         return False
@@ -84,15 +59,7 @@ def is_range(words: Sequence[str], text: str) -> bool:
 
 
 def prefix_apart(words: Sequence[str], unit: str) -> str:
-    """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text.
-
-    Parameters
-    ----------
-    words : sequence of str
-        The words of a name, without the unit.
-    unit : str
-        As written.
-    """
+    """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text."""
     found = tabulated_unit(unit)
     last = words[-1] if words else ""
     if last.lower() in COUNTED:

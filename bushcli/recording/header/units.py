@@ -133,90 +133,17 @@ _OF_FORCE = {
     "ounce": _POUND / 16.0, "ounces": _POUND / 16.0,
 }  # fmt: skip
 #: Units that are words of names as well, so that they are units only where units stand: "Turns", "Force at".
-_LOOSE = frozenset(
-    [
-        "rev",
-        "revs",
-        "turn",
-        "turns",
-        "revolution",
-        "revolutions",
-        "at",
-        "bar",
-        "bars",
-        "tr",
-        "ora",
-        "ore",
-        "hora",
-        "foot",
-        "feet",
-        "tag",
-        "day",
-        "days",
-        "mil",
-        "mils",
-        "yard",
-        "yards",
-        "yd",
-        "pond",
-        "ponds",
-        "oz",
-        "ounce",
-        "ounces",
-        "#",
-        "klb",
-        "klbs",
-        "'",
-        "′",
-        "strains",
-        "ε",
-        "jour",
-        "jours",
-        "metro",
-        "radiant",
-        "us",
-        "tf",
-        "kip",
-        "kips",
-        "microstrain",
-        "strain",
-        "un",
-        "hn",
-        "dn",
-        "cn",
-        "nin",
-        "km",
-    ]
-)
+_LOOSE = frozenset([
+    "rev", "revs", "turn", "turns", "revolution", "revolutions", "at", "bar", "bars", "tr", "ora", "ore", "hora",
+    "foot", "feet", "tag", "day", "days", "mil", "mils", "yard", "yards", "yd", "pond", "ponds", "oz", "ounce",
+    "ounces", "#", "klb", "klbs", "'", "′", "strains", "ε", "jour", "jours", "metro", "radiant", "us", "tf", "kip",
+    "kips", "microstrain", "strain", "un", "hn", "dn", "cn", "nin", "km",
+])  # fmt: skip
 #: Units of other quantities that stand in the files of rigs; pint knows more of them.
-_ELSEWHERE = frozenset(
-    [
-        "kg",
-        "mg",
-        "to",
-        "tonne",
-        "tonnes",
-        "Tonne",
-        "Tonnen",
-        "ton",
-        "tons",
-        "tonf",
-        "kilogram",
-        "kilograms",
-        "mV",
-        "Volt",
-        "Volts",
-        "volt",
-        "volts",
-        "mA",
-        "°C",
-        "°F",
-        "Hz",
-        "kHz",
-        "kJ",
-        "px",
-    ]
-)
+_ELSEWHERE = frozenset([
+    "kg", "mg", "to", "tonne", "tonnes", "Tonne", "Tonnen", "ton", "tons", "tonf", "kilogram", "kilograms", "mV",
+    "Volt", "Volts", "volt", "volts", "mA", "°C", "°F", "Hz", "kHz", "kJ", "px",
+])  # fmt: skip
 #: Texts that mean "no unit".
 NO_UNIT = ("-", "--", "1", "")
 #: Texts that are used with two meanings, each with the unambiguous spellings.
@@ -318,14 +245,7 @@ def plain_unit(text: str) -> str:
 
 
 def tabulated_unit(text: str, measured: str = "") -> Unit | None:
-    """Return a unit that a text means wherever it stands, without pint; None for any other text.
-
-    Parameters
-    ----------
-    text : str
-    measured : str, optional
-        Quantity of the column, if known: ``nm`` is N m in lower case or a nanometre.
-    """
+    """Return a unit that a text means wherever it stands, without pint; None for any other text."""
     bare = plain_unit(text)
     if bare.startswith("%"):
         bare = "%"  # "%-ext": percent by extensometer

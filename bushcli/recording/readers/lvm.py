@@ -134,18 +134,7 @@ class _Form(NamedTuple):
 def _segment(
     lines: Sequence[str], start: int, stop: int, head: Mapping[str, list[str]], form: _Form
 ) -> list[_Segment]:
-    """Return the channels of a segment, by clock.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        Those of the file.
-    start, stop : int
-        Index of the line with the names, and of the line below the last row.
-    head : mapping of str to list of str
-        Fields of its header by keyword.
-    form : _Form
-    """
+    """Return the channels of a segment, by clock."""
     number = _number((head.get("channels") or [""])[0], "Channels")
     if not number <= _MOST:
         raise ValueError(f"Channels: {number:g} are too many")
@@ -182,20 +171,7 @@ def _segment(
 def _x_values(
     body: Sequence[tuple[int, list[str]]], head: Mapping[str, list[str]], channel: int, at: int, form: _Form
 ) -> Array:
-    """Return the x values (n,) of a channel.
-
-    Parameters
-    ----------
-    body : sequence of (int, list of str)
-        Its n rows, with the numbers of their lines.
-    head : mapping of str to list of str
-        Fields of the segment's header by keyword.
-    channel : int
-        From 0.
-    at : int
-        Column of x values, if there is one; if there is one for all channels, it has those of the first.
-    form : _Form
-    """
+    """Return the x values (n,) of a channel."""
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
     if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
         first, step = (_get(head, key, channel, form.decimal) for key in ("x0", "delta_x"))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import datetime
+import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from itertools import takewhile, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +21,8 @@ _MOST_CELLS = 6_000_000
 _MOST_BYTES = 1_000_000_000
 #: Largest number of columns that are read, and number of empty rows after which a sheet counts as ended.
 _WIDEST, _GAP = 1_000, 10_000
+#: A sheet with fewer rows may have formulas in all others.
+_FEWEST = 5
 
 
 @contextmanager
@@ -31,9 +36,37 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     with path.open("rb") as stream:
         book = load_workbook(stream, read_only=True, data_only=True)
         try:
-            yield _sheets(book)
+            parts = _sheets(book)
         finally:
             book.close()
+        if any(
+            len(part.cells or ()) < _FEWEST or any("" in f for _, f in part.cells or ()) for part in parts
+        ):
+            written = load_workbook(stream, read_only=True)
+            try:
+                parts = _with_formulas(parts, written)
+            finally:
+                written.close()
+    yield parts
+
+
+def _with_formulas(parts: Sequence[FilePart], written: Any) -> list[FilePart]:
+    """Return sheets with the formulas whose values are missing: a program that does not calculate wrote the file."""
+    found = []
+    for part in parts:
+        sheet = written[part.name]
+        sheet.reset_dimensions()
+        known, cells = dict(part.cells or ()), []
+        last = max(known) + _GAP
+        for number, row in enumerate(
+            sheet.iter_rows(values_only=True, max_col=_WIDEST, max_row=last), start=1
+        ):
+            texts = [str(one) if isinstance(one, str) and one.startswith("=") else "" for one in row]
+            fields = [one or text for one, text in zip_longest(known.get(number, ()), texts, fillvalue="")]
+            cells += [(number, fields)] if any(fields) else []
+        width = max(_filled(fields) for _, fields in cells)
+        found.append(replace(part, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+    return found
 
 
 def _sheets(book: Any) -> list[FilePart]:
@@ -42,9 +75,9 @@ def _sheets(book: Any) -> list[FilePart]:
         # The extent stated in the file may be wrong.
         sheet.reset_dimensions()
         cells: list[tuple[int, list[str]]] = []
-        empty, stamps = 0, dict[int, _Stamps]()
-        for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST), start=1):
-            fields = [_field(value, column, stamps) for column, value in enumerate(row)]
+        empty, stamps, percent = 0, dict[int, _Stamps](), set[int]()
+        for number, row in enumerate(sheet.iter_rows(max_col=_WIDEST), start=1):
+            fields = [_field(cell, column, stamps, percent) for column, cell in enumerate(row)]
             left -= 1 + _filled(fields)
             if left < 0:
                 raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
@@ -56,6 +89,8 @@ def _sheets(book: Any) -> list[FilePart]:
         if cells:
             width = max(_filled(fields) for _, fields in cells)
             padded = [(n, (f + [""] * width)[:width]) for n, f in cells]
+            for column in percent:
+                _say_percent(padded, column)
             dates = [(column, one.count, one.instant) for column, one in stamps.items()]
             parts.append(FilePart(sheet.title, cells=padded, dates=dates))
     return parts
@@ -87,19 +122,32 @@ def _filled(fields: Sequence[str]) -> int:
     return max((i + 1 for i, field in enumerate(fields) if field), default=0)
 
 
-def _field(value: Any, column: int, stamps: dict[int, _Stamps]) -> str:
+def _field(cell: Any, column: int, stamps: dict[int, _Stamps], percent: set[int]) -> str:
     """Return a cell as text; a date or a time becomes seconds since the first one of its column."""
+    value = cell.value
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value)
     if isinstance(value, (int, float)):
+        if "%" in cell.number_format:
+            # Shown as 5 %, and stored as 0.05.
+            percent.add(column)
+            return repr(float(f"{100.0 * value:.15g}"))
         return repr(value)
     if isinstance(value, datetime.timedelta):
         return repr(value.total_seconds())
     if isinstance(value, (datetime.datetime, datetime.time)):
         return repr(stamps.setdefault(column, _Stamps(value)).seconds(value))
     return " ".join(str(value).split())
+
+
+def _say_percent(cells: list[tuple[int, list[str]]], column: int) -> None:
+    """Write the unit into the header of a column whose numbers are shown in percent, unless it is there."""
+    above = [fields for _, fields in takewhile(lambda row: not row[1][column][-1:].isdigit(), cells)]
+    texts = [fields for fields in above if fields[column]]
+    if texts and not any(re.search(r"%|percent|prozent", fields[column], re.IGNORECASE) for fields in texts):
+        texts[-1][column] += " [%]"
 
 
 READER = Reader(

@@ -53,14 +53,7 @@ class ClockTimes:
 
 
 def times_of(values: NDArray[Any], reference: str = "date") -> ClockTimes | None:
-    """Return dates or durations that a file holds as such; None for other values.
-
-    Parameters
-    ----------
-    values : (n,) array
-    reference : str
-        `UTC` for dates in that zone, "date" where the zone is not known.
-    """
+    """Return dates or durations that a file holds as such; None for other values."""
     if values.dtype.kind == "m":
         return ClockTimes(np.asarray(values / np.timedelta64(1, "s"), dtype=np.float64))
     if values.dtype.kind != "M":
@@ -74,13 +67,6 @@ def clock_times(fields: Sequence[str], form: str = "") -> ClockTimes | None:
 
     Zones, as in ``10:15:03+01:00``, count where all stamps have one. Stamps without a date may pass midnight. A date
     whose order of day and month is not certain (03/04/2026) counts only where all stamps have the same one.
-
-    Parameters
-    ----------
-    fields : sequence of str
-        Texts of a column.
-    form : str
-        A text that says which numbers they are, such as "Time [mm:ss]"; needed for ``12:34``, see `is_short`.
     """
     if fields and is_short(fields[0]):
         short = _short(fields, form)

@@ -54,42 +54,19 @@ _FAR, _JUMP, _DENSE = 2.0, 0.5, 20
 
 
 def is_number(field: str, decimal: str) -> bool:
-    """Whether a field is a number, or what programs write instead of one, such as "nan".
-
-    Parameters
-    ----------
-    field : str
-        Text of a field.
-    decimal : str
-        Decimal sign of the file, "." or ",".
-    """
+    """Whether a field is a number, or what programs write instead of one, such as "nan"."""
     field = field.replace("\u2212", "-")
     return bool(_NUMBER[decimal].fullmatch(field) or _NO_NUMBER.fullmatch(field))
 
 
 def only_numbers(fields: Sequence[str], decimal: str) -> bool:
-    """Whether each field is a number or empty.
-
-    Parameters
-    ----------
-    fields : sequence of str
-    decimal : str
-        Decimal sign of the file, "." or ",".
-    """
+    """Whether each field is a number or empty."""
     together = "\n".join(fields)
     return together.count("\n") < max(len(fields), 1) and _NUMBERS[decimal].fullmatch(together) is not None
 
 
 def to_float(field: str, decimal: str) -> float:
-    """Return the value of a field, nan where it is not a number.
-
-    Parameters
-    ----------
-    field : str
-        Text of a field.
-    decimal : str
-        Decimal sign of the file, "." or ",".
-    """
+    """Return the value of a field, nan where it is not a number."""
     text = field.replace("\u2212", "-").replace(decimal, ".").replace("D", "e").replace("d", "e")
     try:
         return float(text)
@@ -98,15 +75,7 @@ def to_float(field: str, decimal: str) -> float:
 
 
 def is_grouped(field: str, decimal: str) -> bool:
-    """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``.
-
-    Parameters
-    ----------
-    field : str
-        Text of a field.
-    decimal : str
-        Decimal sign of the file, "." or ",".
-    """
+    """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``."""
     found = _GROUPED[decimal].fullmatch(field)
     if found is None:
         return False
@@ -118,13 +87,6 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
 
     One number that can only be written with separators, such as ``1.234,5``, proves that the sign separates thousands
     in the others too.
-
-    Parameters
-    ----------
-    fields : sequence of str
-        Texts of a column.
-    decimal : str
-        Decimal sign of the file, "." or ",".
     """
     # Most columns have no such sign at all: one look at all fields costs a fiftieth of one at each.
     together = "".join(fields)
@@ -147,14 +109,7 @@ def begins_with_missing(line: str) -> bool:
 
 
 def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[int, int] | None:
-    """Return row and column of the first number whose sign may separate thousands; None if any number rules this out.
-
-    Parameters
-    ----------
-    rows : sequence of fields
-    decimal : {".", ","}
-        The sign that was recognised as decimal sign.
-    """
+    """Return row and column of the first number whose sign may separate thousands; None if any rules this out."""
     first = None
     for i, row in enumerate(rows):
         for j, field in enumerate(row):
@@ -167,16 +122,7 @@ def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[in
 
 
 def sentinel(values: Array, written: Callable[[int], str], accepted: Collection[float]) -> int | None:
-    """Return the index of the first value that looks like a code for a missing one, such as -9999, or None.
-
-    Parameters
-    ----------
-    values : (n,) array
-    written : callable
-        Index of a value -> its field.
-    accepted : collection of float
-        Numbers that the user says were measured, in the unit of the file.
-    """
+    """Return the index of the first value that looks like a code for a missing one, such as -9999, or None."""
     size = np.abs(values)
     # Nearly a power of ten (three nines and more), a limit of integers, or beyond 1e10: only these are looked at.
     tens = 10.0 ** np.ceil(np.log10(np.maximum(size, 1.0)))

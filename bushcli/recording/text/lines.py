@@ -35,22 +35,7 @@ class Line:
 
 
 def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:
-    """Return the lines of a text that are not empty.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    text : str
-        With line feeds between lines.
-    first : int
-        Number of the first line.
-
-    Raises
-    ------
-    RecordingError
-        When a line is too long.
-    """
+    """Return the lines of a text that are not empty."""
     lines = []
     for number, line in _unbroken(text.split("\n"), first):
         if len(line) > LONGEST_LINE:
@@ -79,13 +64,7 @@ def _unbroken(physical: Sequence[str], first: int) -> Iterator[tuple[int, str]]:
 
 
 def split_line(text: str, delimiter: str) -> list[str]:
-    """Return the fields of a line.
-
-    Parameters
-    ----------
-    text : str
-    delimiter : str
-    """
+    """Return the fields of a line."""
     if delimiter == " ":
         text = text.replace("\t", " ").strip()
     if delimiter == "|":
@@ -110,13 +89,7 @@ def trimmed(fields: list[str]) -> list[str]:
 
 
 def numbers_in(fields: list[str], decimal: str) -> int:
-    """Return how many of the fields of a line are numbers.
-
-    Parameters
-    ----------
-    fields : list of str
-    decimal : str
-    """
+    """Return how many of the fields of a line are numbers."""
     if only_numbers(fields, decimal):
         return len(fields) - fields.count("")
     return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)

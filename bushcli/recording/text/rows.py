@@ -35,7 +35,7 @@ class Form:
     numeric: tuple[bool, ...]
 
     @staticmethod
-    def of(head: Sequence[Line], delimiter: str, decimal: str) -> Form | None:
+    def of_head(head: Sequence[Line], delimiter: str, decimal: str) -> Form | None:
         """Return the form that the last lines of a head have; None where they differ, or have one only by lines."""
         rows = [split_line(line.text, delimiter) for line in head[-_ALIKE:]]
         filled = {len(trimmed(fields)) for fields in rows}
@@ -71,7 +71,7 @@ class Form:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SplitRows:
     """Rows of fields without surrounding blanks, and the number of the line of each, from 1."""
 
     fields: list[list[str]] = field(repr=False)
@@ -84,8 +84,14 @@ class Rows:
         """Return the number of the line of a row, from 0."""
         return self.lines[row]
 
-    def text(self, row: int, column: int) -> str:
-        """Return a field; an empty text where the row has fewer."""
+    def written(self, row: int, column: int) -> str:
+        """Return a field; an empty text where the row has fewer.
+
+        Parameters
+        ----------
+        row, column : int
+            Indices from 0.
+        """
         fields = self.fields[row]
         return fields[column] if column < len(fields) else ""
 
@@ -93,18 +99,18 @@ class Rows:
         """Return the fields of a column."""
         return [fields[column] if column < len(fields) else "" for fields in self.fields]
 
-    def numbers(self, column: int, decimal: str) -> tuple[Array, bool]:
+    def parsed(self, column: int, decimal: str) -> tuple[Array, bool]:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         texts = self.texts(column)
         return np.array([to_float(text, decimal) for text in texts]), only_numbers(texts, decimal)
 
-    def first(self, count: int) -> Rows:
+    def first(self, count: int) -> SplitRows:
         """Return the first rows."""
-        return Rows(self.fields[:count], self.lines[:count])
+        return SplitRows(self.fields[:count], self.lines[:count])
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class AlikeRows:
     """Consecutive lines of one form: characters ``begin:end`` of the text, the first of which is line `at`, from 1."""
 
     whole: str = field(repr=False)
@@ -129,8 +135,14 @@ class Run:
         """Return the number of the line of a row, from 0."""
         return self.at + row
 
-    def text(self, row: int, column: int) -> str:
-        """Return a field; an empty text where the row has fewer."""
+    def written(self, row: int, column: int) -> str:
+        """Return a field; an empty text where the row has fewer.
+
+        Parameters
+        ----------
+        row, column : int
+            Indices from 0.
+        """
         begin = self.begin if row == 0 else int(self._ends[row - 1]) + 1
         fields = split_line(self.whole[begin : int(self._ends[row])], self.form.delimiter)
         return fields[column] if column < len(fields) else ""
@@ -149,7 +161,7 @@ class Run:
         lines = (line for piece in self._pieces() for line in piece.split("\n")[:-1])
         return [split_line(line, self.form.delimiter)[column] for line in lines]
 
-    def numbers(self, column: int, decimal: str) -> tuple[Array, bool]:
+    def parsed(self, column: int, decimal: str) -> tuple[Array, bool]:
         """Return the fields of a column as numbers (n,), nan where they are none, and whether all are numbers."""
         if column >= len(self.form.numeric) or not self.form.numeric[column]:
             return np.full(len(self), np.nan), False
@@ -162,7 +174,7 @@ class Run:
             found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
         return np.concatenate(found), True
 
-    def first(self, count: int) -> Run:
+    def first(self, count: int) -> AlikeRows:
         """Return the first rows."""
         return replace(self, end=int(self._ends[count - 1]) + 1) if count else replace(self, end=self.begin)
 
@@ -177,25 +189,10 @@ def end_of_head(text: str) -> int:
     return at if text.count("\n", at) > HEAD else 0
 
 
-def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[Run]]:
-    """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    text : str
-    begin : int
-        Where the line behind the head begins.
-    form : Form
-
-    Raises
-    ------
-    RecordingError
-        When a line is too long.
-    """
+def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], list[AlikeRows]]:
+    """Return the runs of a form behind a head, and all other lines; the last line of a run is one of these."""
     lines: list[Line] = []
-    runs: list[Run] = []
+    runs: list[AlikeRows] = []
     rest, number, at = 0, 1, begin
     while at < len(text):
         found = form.lines.match(text, at)
@@ -204,7 +201,7 @@ def sifted(path: Path, text: str, begin: int, form: Form) -> tuple[list[Line], l
             lines += lines_of(path, text[rest:at], number)
             number += text.count("\n", rest, at)
             rest = text.rfind("\n", at, end - 1) + 1
-            runs.append(Run(text, at, rest, number, form))
+            runs.append(AlikeRows(text, at, rest, number, form))
             number += count - 1
         at = (text.find("\n", end) + 1) or len(text)
     return [*lines, *lines_of(path, text[rest:], number)], runs

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError, printable
 from bushcli.recording.text.clock_times import UTC, ClockTimes, Instant, clock_times, is_short, times_of
 from bushcli.recording.text.fields import is_number, says_missing, sentinel
-from bushcli.recording.text.rows import Rows, Run
+from bushcli.recording.text.rows import AlikeRows, SplitRows
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,9 @@ LARGEST = 1e100
 SHOWN = 40
 #: Characters of a line above a table in which units and factors are searched.
 LONGEST_LINE = 5000
+#: What to do where a workbook has formulas without values.
+CALCULATE = "open the workbook in Excel or LibreOffice, which calculate them, and save it"
+_PERCENT = 'remove the % behind the numbers; the name of the column has the unit: "Strain [%]"'
 # What to do with a row that lacks a value, and with times of two numbers.
 _NO_VALUE = "delete the row, or put # and a blank in front of it"
 _MINUTES = 'units = {time = "mm:ss"} or "hh:mm" in the table of the case file'
@@ -127,15 +130,7 @@ class Table(ABC):
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
     def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
-        """Return the error for a value that looks like a code for a missing one.
-
-        Parameters
-        ----------
-        row, column : int
-            From 0.
-        value : float
-            The number, in the unit of the file.
-        """
+        """Return the error for a value that looks like a code for a missing one."""
         what = f"{self.label(column)}: {self.text(row, column)} looks like a code for a missing value"
         expected = (
             "if it is one, delete the row or put # in front of it; if it was measured, "
@@ -236,14 +231,14 @@ class TextTable(Table):
 
     Attributes
     ----------
-    parts : tuple of Rows or Run
+    parts : tuple of SplitRows or AlikeRows
         The rows, one part after the other; every row has at least ``len(names)`` fields.
     decimal : str
     dates : mapping of int to Instant
         Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
     """
 
-    parts: tuple[Rows | Run, ...] = field(repr=False)
+    parts: tuple[SplitRows | AlikeRows, ...] = field(repr=False)
     decimal: str
     dates: Mapping[int, Instant] = field(default_factory=dict)
 
@@ -251,7 +246,7 @@ class TextTable(Table):
         """Return the number of rows."""
         return sum(map(len, self.parts))
 
-    def _part(self, row: int) -> tuple[Rows | Run, int]:
+    def _part(self, row: int) -> tuple[SplitRows | AlikeRows, int]:
         """Return the part that has a row (from 0), and its index there."""
         for part in self.parts:
             if row < len(part):
@@ -273,7 +268,7 @@ class TextTable(Table):
             From 0.
         """
         part, at = self._part(row)
-        return part.text(at, column)
+        return part.written(at, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column as numbers; see `Table.numbers`.
@@ -285,7 +280,7 @@ class TextTable(Table):
         accepted : collection of float
             Numbers that look like codes for missing values and were measured, in the unit of the file.
         """
-        found = [part.numbers(column, self.decimal) for part in self.parts]
+        found = [part.parsed(column, self.decimal) for part in self.parts]
         values = np.concatenate([numbers for numbers, _ in found])
         if not all(whole for _, whole in found) or not np.all(np.abs(values) <= LARGEST):
             self._refuse(column, values)
@@ -304,7 +299,12 @@ class TextTable(Table):
             if not is_number(written, self.decimal):
                 if not written:
                     raise self._refused(i, column, "a field is empty", _NO_VALUE)
-                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number')
+                if written.startswith("="):
+                    raise self._refused(
+                        i, column, f"{written[:SHOWN]} is a formula without a value", CALCULATE
+                    )
+                remedy = _PERCENT if written.endswith("%") else ""
+                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number', remedy)
             if says_missing(written):
                 raise self._refused(i, column, f"{written} is a missing value", _NO_VALUE)
             if not np.isfinite(values[i]):

@@ -153,7 +153,9 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
         what += f", and likewise in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
     back = (np.diff(time)[wrong] < 0).any()
     expected = (
-        "write each recording into a file of its own, with its rows in the order of time"
+        "write each recording into a file of its own, with its rows in the order of time; or, if the rows are those of "
+        'one test in its order, read them without these stamps: columns = {time = "none"} in the table of the case '
+        "file, with sample_rate if the samples are at equal intervals"
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )
@@ -161,38 +163,14 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
 
 
 def increasing(table: Table, stamps: Column) -> Array:
-    """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired.
-
-    Parameters
-    ----------
-    table : Table
-    stamps : Column
-
-    Raises
-    ------
-    RecordingError
-        When the time does not increase.
-    """
+    """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired."""
     if (np.diff(stamps.values) <= 0).any():
         raise _refused(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
     return stamps.values
 
 
 def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Array | None, str]:
-    """Return the time of a file without one, from the sampling rate or the speed of the test, and a remark about it.
-
-    Parameters
-    ----------
-    source : Source
-    table : Table
-    displacement : (n,) array
-        mm, rad or stretch - 1.
-
-    Raises
-    ------
-    RecordingError
-        When the speed does not determine the time: the displacement holds, or its noise lengthens the travelled path.
-    """
+    """Return the time of a file without one, from the sampling rate or the speed of the test, and a remark about it."""
     if source.sample_rate is not None:
         what = f"no column has the time; it is computed from {source.sample_rate:g} samples per second"
         return np.arange(len(displacement)) / source.sample_rate, what

@@ -25,7 +25,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
-from bushcli.recording.text.rows import Rows, Run
+from bushcli.recording.text.rows import AlikeRows, SplitRows
 from bushcli.recording.text.table import ArrayTable, Table, TextTable
 from bushcli.recording.time.clock import even_stamps
 from cases.mode import Mode
@@ -40,7 +40,7 @@ _PAUSE, _MOVED = 10.0, 0.01
 _EQUAL = 0.01
 #: Stamps beyond this many seconds (1979) count from 1970 where nothing else is said: no recording lasts nine years.
 _EPOCH = 3e8
-#: Rows by which a column of dates is recognised.
+#: SplitRows by which a column of dates is recognised.
 _HEAD = 20
 #: Largest number of groups whose stamps are compared.
 _MOST_COMPARED = 200
@@ -196,21 +196,7 @@ def _side_by_side(group: Sequence[RasterColumns]) -> JoinedTable:
 
 
 def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
-    """Return columns with the time stamps of their table; None if it has none.
-
-    Parameters
-    ----------
-    table : Table
-    columns : sequence of int
-        From 0.
-    source : Source
-    mode : Mode
-
-    Raises
-    ------
-    RecordingError
-        The stamps cannot be read.
-    """
+    """Return columns with the time stamps of their table; None if it has none."""
     chosen = source.columns.get("time")
     if isinstance(chosen, int) or (chosen is not None and not has_columns(table, source, mode, ["time"])):
         source = replace(source, columns={key: one for key, one in source.columns.items() if key != "time"})
@@ -219,14 +205,7 @@ def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) ->
 
 
 def _shift(one: RasterColumns, other: RasterColumns, together: bool) -> float | None:
-    """Return what has to be added to the stamps of the other to count from the same instant, s; None if not known.
-
-    Parameters
-    ----------
-    one, other : RasterColumns
-    together : bool
-        Whether stamps without an instant count from the same one, because they are columns of one table.
-    """
+    """Return what has to be added to the stamps of the other to count from the same instant, s; None if not known."""
     a, b = one.stamps.begin, other.stamps.begin
     if a is not None and b is not None:
         return (b.nanoseconds - a.nanoseconds) / 1e9 if a.reference == b.reference else None
@@ -247,22 +226,7 @@ def _same_clock(one: RasterColumns, other: RasterColumns, together: bool) -> boo
 
 
 def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> Table | None:
-    """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible.
-
-    Parameters
-    ----------
-    tables : iterable of Table
-        Groups or sheets of a file, of which none has both.
-    source : Source
-    mode : Mode
-        It determines the meaning of the columns.
-
-    Raises
-    ------
-    RecordingError
-        When several groups have the force or the travel, the stamps do not count from the same instant or run
-        backwards, or the groups do not overlap in time.
-    """
+    """Return the columns of the force with the travel interpolated at their time stamps; None if that is impossible."""
     tables = list(tables)
     forced = _only(tables, source, mode, "force")
     moved = _only(tables, source, mode, "displacement")
@@ -304,22 +268,6 @@ def own_clocks(
     """Return a table with one clock: where several columns of time stand each in front of its channels.
 
     Columns of time that stand beside each other describe the same rows; `bushcli.recording.header.columns` chooses one.
-
-    Parameters
-    ----------
-    table : Table
-    forced, moved : sequence of int
-        Columns of the force or the reactions, and of the travel or the motions, from 0.
-    source : Source
-    mode : Mode
-        It determines the meaning of the columns.
-    words : tuple of str
-        What they are in remarks.
-
-    Raises
-    ------
-    RecordingError
-        The stamps differ and the case names one of the columns, run backwards, or do not overlap.
     """
     clocks = clock_columns(table, source, mode)
     if len(clocks) < 2 or not (forced or moved):
@@ -330,7 +278,8 @@ def own_clocks(
         if at is None:
             return table
         every.append(_with_clock(table, index, at, source, mode))
-    own, travels, chosen = every[0], every[len(forced) :], source.columns.get("time")
+    own, travels = every[0], every[len(forced) :]
+    chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
         every.append(_with_clock(table, own.columns[0], chosen_index(table, chosen), source, mode))
     if all(_same_clock(own, one, True) for one in every):
@@ -369,17 +318,7 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
 
 
 def _clock_of(index: int, clocks: Sequence[int], width: int) -> int | None:
-    """Return the column of time of a channel: the last in front of it, or the next where the time stands behind.
-
-    Parameters
-    ----------
-    index : int
-        The channel's column, from 0.
-    clocks : sequence of int
-        Columns of time.
-    width : int
-        Number of columns.
-    """
+    """Return the column of time of a channel: the last in front of it, or the next where the time stands behind."""
     if clocks[0] > 0 and clocks[-1] == width - 1:
         return min((at for at in clocks if at > index), default=None)
     return max((at for at in clocks if at < index), default=None)
@@ -412,7 +351,7 @@ def _first_rows(table: Table, count: int) -> Table:
     if isinstance(table, JoinedTable):
         return replace(table, places=tuple((_first_rows(one, count), i) for one, i in table.places))
     assert isinstance(table, TextTable)
-    parts: list[Rows | Run] = []
+    parts: list[SplitRows | AlikeRows] = []
     for part in table.parts:
         parts.append(part.first(min(len(part), count)))
         count -= len(parts[-1])
@@ -525,17 +464,7 @@ def _forwards(one: RasterColumns) -> RasterColumns:
 
 
 def _known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
-    """Return whether a travel is known at each stamp (n,), and the number of its gaps.
-
-    Parameters
-    ----------
-    moved : RasterColumns
-        The travel.
-    time : (n,) array
-        Stamps, s.
-    source : Source
-        Its `accept` lists values that are not codes.
-    """
+    """Return whether a travel is known at each stamp (n,), and the number of its gaps."""
     intervals = np.diff(moved.time)
     known = (time >= moved.time[0]) & (time <= moved.time[-1])
     if not len(intervals):

@@ -22,15 +22,7 @@ _STEPS, _GOES_ON = 3.0, 0.8
 
 
 def updates(values: Array, other: Array) -> Mask | None:
-    """Return whether each row (n,) has a new value of a channel that is updated every k-th row; None for others.
-
-    Parameters
-    ----------
-    values : (n,) array
-        Values of the channel, in any unit.
-    other : (n,) array
-        Values of the other channel, in any unit.
-    """
+    """Return whether each row (n,) has a new value of a channel that is updated every k-th row; None for others."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     if len(changes) < _FEWEST:
         return None

@@ -80,17 +80,7 @@ def timed(
 
 
 def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
-    """Leave out the rows between the updates of a channel that was logged more slowly than the others.
-
-    Parameters
-    ----------
-    table : Table
-    samples : Samples
-    moved, forced : Column
-        As read from the file.
-    fewest : int
-        Number of samples that must remain.
-    """
+    """Leave out the rows between the updates of a channel that was logged more slowly than the others."""
     for values, other, one in (
         (samples.force, samples.displacement, forced),
         (samples.displacement, samples.force, moved),

@@ -48,12 +48,7 @@ class StatedRate:
 
 
 def stated_rate(table: Table) -> StatedRate | None:
-    """Return the sampling rate that the lines above a table state; None without one, or if they contradict.
-
-    Parameters
-    ----------
-    table : Table
-    """
+    """Return the sampling rate that the lines above a table state; None without one, or if they contradict."""
     found = list(_statements(table))
     if not found or any(abs(one.hertz / found[0].hertz - 1.0) > _SAME for one in found):
         return None
@@ -61,12 +56,7 @@ def stated_rate(table: Table) -> StatedRate | None:
 
 
 def rate_remarks(table: Table) -> list[str]:
-    """Return a remark about the sampling rates that the lines above a table without a time state.
-
-    Parameters
-    ----------
-    table : Table
-    """
+    """Return a remark about the sampling rates that the lines above a table without a time state."""
     found = list(_statements(table))
     one = stated_rate(table)
     if one is not None:
