@@ -27,8 +27,6 @@ def compare_panels(found: Comparison) -> list[Panels]:
             )
             for i, item in drawn
         ]
-        plot = Plot(
-            "curves", (shown.displacement_label, shown.force_label), series, bands=rest_lines(shown)
-        )
+        plot = Plot("curves", (shown.displacement_label, shown.force_label), series, bands=rest_lines(shown))
         panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))
     return panels
