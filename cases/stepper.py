@@ -27,8 +27,8 @@ SMALLEST_CUT = 1.0 / 256
 # Before that, a whole step is tried this many times per target, from the last state without extrapolation.
 LEAPS = 1
 # Steps that may fail on the way to a target. Rubber at the end of what its elements can follow advances by ever smaller
-# steps of which every other one fails: a plain 12/22/40 bushing went from 5.2 to 5.6 mm in minutes. Of the marches of
-# the tests, the one that needed most to reach a target had FEWEST_ENOUGH failed steps on the way to it.
+# steps of which every other one fails: a plain 12/22/40 bushing went from 5.2 to 5.6 mm in minutes. No target that is
+# reached in tests/unit/test_march.py, test_settling.py and tests/verification/test_load.py needs more than four.
 MOST_FAILED = 30
 # If a step cut back to this share of the program's largest one still fails, the rubber flows (`cases.settling`).
 SETTLING = 1.0 / 8

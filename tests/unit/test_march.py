@@ -267,3 +267,15 @@ def test_a_march_is_given_up_when_patience_is_out(locking):
             march(locking, ramp(3.0, 3), patience=patience)
         failed.append(sum(not one.accepted for one in stopped.value.history.attempts))
     assert failed[1] == 4 < failed[0]
+
+
+def test_a_march_ends_where_too_many_steps_fail_on_the_way_to_a_target(locking, monkeypatch):
+    """Steps that fail on the way to earlier targets do not count, nor does one that failed and then arrived."""
+    monkeypatch.setattr("cases.stepper.MOST_FAILED", 3)
+    with pytest.raises(NotConverged) as stopped:
+        march(locking, Program(np.array([0.59, 0.0, 0.59, 1.2])))
+    history = stopped.value.history
+    np.testing.assert_array_equal(history.displacement[:3], [0.59, 0.0, 0.59])
+    failed = [attempt for attempt in history.attempts if not attempt.accepted]
+    assert sum(attempt.start >= 0.59 for attempt in failed) == 4
+    assert len(failed) > 4
