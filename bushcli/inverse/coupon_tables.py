@@ -35,7 +35,8 @@ def fit_tables(
 ) -> tuple[tuple[TableSpectrum, ...], tuple[Condition, ...]]:
     """Return the spectra of the tables of coupons, and what prevented others.
 
-    Rows that belong to no curve are left out. Of several amplitudes or preloads those rows are fitted that have the smallest ones: a spectrum is linear.
+    Rows that belong to no curve are left out. Of several amplitudes or preloads those rows are fitted that have the
+    smallest ones: a spectrum is linear.
 
     Parameters
     ----------
