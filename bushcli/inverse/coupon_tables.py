@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bushcli.case import Case
+from bushcli.faults import condition
+from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.spectrum import SpectrumFit, fit_spectrum
 from bushcli.recording.dynamic.read import read_dynamic
 from bushcli.recording.dynamic.table import DynamicTable
@@ -33,7 +35,8 @@ def fit_tables(
 ) -> tuple[tuple[TableSpectrum, ...], tuple[Condition, ...]]:
     """Return the spectra of the tables of coupons, and what prevented others.
 
-    Of several amplitudes or preloads those rows are fitted that have the smallest ones: a spectrum is linear.
+    Rows that belong to no curve are left out. Of several amplitudes or preloads those rows are fitted that have the
+    smallest ones: a spectrum is linear.
 
     Parameters
     ----------
@@ -45,7 +48,13 @@ def fit_tables(
     for source in case.dynamic:
         if modes()[source.mode].specimen != "coupon":
             continue
-        table = _linear(read_dynamic(source, tables))
+        table = read_dynamic(source, tables)
+        faults = table_faults(case.geometry, [table])
+        conditions += [condition(fault) for fault in faults]
+        off = np.zeros(len(table), dtype=bool)
+        for fault in faults:
+            off |= fault.samples & (not fault.fatal)
+        table = _linear(table.rows(~off))
         count = len(np.unique(np.round(np.log(table.frequency), 2)))
         if count < _FEWEST:
             what = f"{source.label}: {count} frequenc{'ies' if count > 1 else 'y'} at the smallest amplitude"

@@ -1,0 +1,79 @@
+"""Tables of dynamic stiffness on the command line: check shows them, fit gives the spectrum of a coupon's."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from bushcli.cli import main
+
+CASE = """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[material]
+law = "neo_hookean"
+[[recordings]]
+mode = "radial"
+kind = "dynamic"
+file = "radial.csv"
+amplitude_is = "double"
+[[coupons]]
+mode = "uniaxial"
+kind = "dynamic"
+name = "sweep"
+file = "sweep.csv"
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    """Write a bushing's table, and a coupon's sweep of a rubber with two branches."""
+    text = "Temperature: 23 °C\nfrequency_Hz,amplitude_mm,stiffness_N_per_mm,loss_angle_deg\n"
+    text += "1,0.2,900,5\n10,0.2,950,6\n"
+    (tmp_path / "radial.csv").write_text(text, encoding="utf-8")
+    frequency = np.geomspace(0.1, 100.0, 13)
+    x = 2j * np.pi * frequency[:, None] * np.array([0.01, 0.3])
+    modulus = 3.0 + (x / (1.0 + x)) @ np.array([0.9, 0.6])
+    rows = "".join(f"{f:.6g},{m.real:.8g},{m.imag:.8g}\n" for f, m in zip(frequency, modulus, strict=True))
+    (tmp_path / "sweep.csv").write_text("f [Hz],E' [MPa],E'' [MPa]\n" + rows)
+    (tmp_path / "case.toml").write_text(CASE)
+    return tmp_path / "case.toml"
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [str(one) for one in arguments])
+
+
+def test_check_shows_tables_and_resolves_their_keys(case):
+    done = run("check", case, "--json")
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.stdout)
+    radial, sweep = result["dynamic"]
+    assert (radial["rows"], radial["amplitude"], radial["temperature"]) == (2, [0.1, 0.1], [23.0, 23.0])
+    assert (sweep["quantity"], sweep["units"]["stiffness"]) == ("E", "MPa")
+    assert result["case"]["recordings"][0]["amplitude_is"] == "double"
+    assert "900 to 950" in run("check", case).output
+
+
+def test_fit_gives_the_spectrum_of_a_coupon(case):
+    done = run("fit", case, "--json")
+    assert done.exit_code == 0, done.output
+    (found,) = json.loads(done.stdout)["dynamic"]
+    assert found["name"] == "sweep"
+    assert max(found["misfit"].values()) < 1.0
+    assert found["equilibrium"] == pytest.approx(3.0, rel=0.01)
+    # The sum of the branches is what the modulus rises by, however it is shared among neighbouring times.
+    assert found["equilibrium"] * sum(one["g"] for one in found["terms"]) == pytest.approx(1.5, rel=0.03)
+
+
+def test_what_is_asked_ends_with_exit_code_2_and_the_key(case):
+    case.write_text(CASE.replace('amplitude_is = "double"\n', ""))
+    done = run("check", case)
+    assert done.exit_code == 2
+    assert 'amplitude_is = "peak" or "double"' in done.output
