@@ -14,7 +14,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.study.compare import Compared
+    from bushcli.study.compare import ComparedResult
 
 
 @click.command()
@@ -56,7 +56,7 @@ def _names(paths: list[Path]) -> list[str]:
     return names
 
 
-def _item(run: Run, path: Path, name: str) -> tuple[Compared, Case]:
+def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
     """Return one result, read from its folder or computed from its case."""
     from bushcli import report
     from bushcli.case import load_case
@@ -64,14 +64,14 @@ def _item(run: Run, path: Path, name: str) -> tuple[Compared, Case]:
     from bushcli.case.rebuild import rebuilt_case
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
-    from bushcli.study.compare import Compared, curves_in
+    from bushcli.study.compare import ComparedResult, curves_in
 
     file = path if path.name == RESULT else path / RESULT
     if file.is_file():
         result = _read(file)
         try:
             case = rebuilt_case(json.loads(json.dumps(result["case"])), file.parent)
-            return Compared(name, result, curves_in(result)), case
+            return ComparedResult(name, result, curves_in(result)), case
         except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
@@ -85,7 +85,7 @@ def _item(run: Run, path: Path, name: str) -> tuple[Compared, Case]:
             case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
         response = predict(case, pictures=False)
     result = report.direct_json(response, misfits(response), None, {})
-    return Compared(name, result, curves_in(result)), case
+    return ComparedResult(name, result, curves_in(result)), case
 
 
 def _read(file: Path) -> dict[str, Any]:

@@ -42,7 +42,7 @@ EQUAL = 0.02
 
 
 @dataclass(frozen=True)
-class Part:
+class BatchPart:
     """One part of a batch.
 
     Attributes
@@ -110,14 +110,14 @@ class Batch:
 
     case: Case
     fit: Fit
-    parts: tuple[Part, ...]
+    parts: tuple[BatchPart, ...]
     curves: tuple[BatchCurve, ...]
     conditions: tuple[Condition, ...]
     faults: tuple[DataFault, ...]
     programs: int
 
     @property
-    def outliers(self) -> tuple[Part, ...]:
+    def outliers(self) -> tuple[BatchPart, ...]:
         """The parts that are outliers."""
         return tuple(part for part in self.parts if part.outlier)
 
@@ -158,7 +158,7 @@ def batch(
     recordings = [read_recording(source, tables) for source in case.specimens]
     faults = find_faults(case, recordings)
     faulty = {fault.channel for fault in faults if fault.fatal}
-    parts: list[Part] = []
+    parts: list[BatchPart] = []
     curves: list[BatchCurve] = []
     programs, odd = 0, set[str]()
     for mode in dict.fromkeys(one.mode for one in recordings):
@@ -206,7 +206,7 @@ def _is_same(one: Recording, other: Recording) -> bool:
     return len(q) == len(p) and bool(np.abs(q - p).max() <= EQUAL * np.ptp(q))
 
 
-def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[Part], BatchCurve]:
+def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[BatchPart], BatchCurve]:
     """Compare the parts that ran one program, sample by sample."""
     sound = [one for one in group if one.name not in faulty]
     if not sound:
@@ -255,13 +255,13 @@ def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple
     )
 
 
-def _fitted(one: Recording, of_batch: Array) -> Part:
+def _fitted(one: Recording, of_batch: Array) -> BatchPart:
     """Return a part with the factor that brings the force of the batch (n,) closest to its own."""
     factor = float(one.force @ of_batch) / float(of_batch @ of_batch)
     left = one.force - factor * of_batch
     size = float(np.ptp(one.force))
     noise = force_noise(one)
-    return Part(
+    return BatchPart(
         one.name,
         one.mode,
         one,
@@ -283,8 +283,8 @@ def _mean_sources(curves: Sequence[BatchCurve], folder: Path) -> tuple[Source, .
 
 
 def _on_their_own(
-    mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[Part]
-) -> list[Part]:
+    mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
+) -> list[BatchPart]:
     """Simulate each part that ran another program, and compare its factor with those of the batch."""
     sources = {source.label: source for source in case.specimens}
     found = []
@@ -312,8 +312,8 @@ def _on_their_own(
 
 
 def _with_causes(
-    part: Part, faults: Sequence[DataFault], curves: Sequence[BatchCurve], parts: Sequence[Part]
-) -> Part:
+    part: BatchPart, faults: Sequence[DataFault], curves: Sequence[BatchCurve], parts: Sequence[BatchPart]
+) -> BatchPart:
     """Return a part with what its recording shows of why it is an outlier, or ran another program."""
     causes = [Cause(fault.kind, fault.where) for fault in faults if fault.channel == part.name]
     curve = next(one for one in curves if one.mode == part.mode)
@@ -329,7 +329,7 @@ def _with_causes(
     return replace(part, causes=tuple(causes))
 
 
-def _conditions(parts: Sequence[Part], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
+def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
     found = [fault_condition(fault) for fault in faults]
     by_mode: Mapping[str, int] = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)

@@ -22,7 +22,7 @@ EQUAL = 1e-6
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedResult:
     """A result to be compared.
 
     Attributes
@@ -76,7 +76,7 @@ class CurveDifference:
 class Comparison:
     """Results beside each other: differing keys of the cases, differing numbers, curves, problems by result."""
 
-    items: tuple[Compared, ...]
+    items: tuple[ComparedResult, ...]
     keys: tuple[Difference, ...]
     numbers: tuple[Difference, ...]
     curves: tuple[CurveDifference, ...]
@@ -88,12 +88,12 @@ class Comparison:
         return tuple(dict.fromkeys(name for item in self.items for name in item.curves))
 
 
-def compare(items: Sequence[Compared]) -> Comparison:
+def compare(items: Sequence[ComparedResult]) -> Comparison:
     """Compare results with the first one.
 
     Parameters
     ----------
-    items : sequence of Compared
+    items : sequence of ComparedResult
         At least two.
     """
     cases = [dict(_leaves(item.result.get("case", {}))) for item in items]

@@ -9,7 +9,7 @@ from bushcli.inverse.file_units import in_file_units
 from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.quantity import quantities
 from bushcli.report.views.batch import stiffness
-from bushcli.study.batch import Batch, BatchCurve, Part
+from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
 
@@ -46,7 +46,7 @@ def batch_json(found: Batch, timings: Mapping[str, float]) -> dict[str, Any]:
     return cleaned(document)
 
 
-def _part(one: Part) -> dict[str, Any]:
+def _part(one: BatchPart) -> dict[str, Any]:
     return {
         **part(one, "name mode factor std deviation rms_percent noise_percent"),
         "stiffness": stiffness(one),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import listed, number, percent, quantities, with_std
-from bushcli.study.batch import Batch, Part
+from bushcli.study.batch import Batch, BatchPart
 from bushcli.study.causes import joined
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
@@ -61,12 +61,12 @@ def batch_headline(found: Batch) -> str:
     return f"{len(found.parts)} parts: {scatter}; {said}"
 
 
-def stiffness(one: Part) -> float:
+def stiffness(one: BatchPart) -> float:
     """Return the secant stiffness of a part as recorded: N/mm, N mm per degree."""
     return quantities(one.mode).stiffness(one.recording.secant_stiffness())
 
 
-def _why(one: Part) -> str:
+def _why(one: BatchPart) -> str:
     found = " and ".join(_IN_WORDS[kind] for kind in one.outlier)
     if one.causes:
         return f"{found}: {joined(one.causes)}"
