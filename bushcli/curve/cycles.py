@@ -99,14 +99,7 @@ def noise_of(curve: Curve) -> Noise:
 
 
 def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
-    """Return every cycle of a curve.
-
-    Parameters
-    ----------
-    curve : Curve
-    noise : Noise
-        Zero for a simulated curve; for a recorded one see `noise_of`.
-    """
+    """Return every cycle of a curve."""
     found = cycles_along(curve, curve.force, noise)
     return tuple(cycle for cycle in found if cycle is not None)
 

@@ -67,14 +67,7 @@ class Hold:
 
 
 def holds(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Hold, ...]:
-    """Return every hold of a curve.
-
-    Parameters
-    ----------
-    curve : Curve
-    noise : Noise
-        Zero for a simulated curve; for a recorded one see `bushcli.curve.cycles.noise_of`.
-    """
+    """Return every hold of a curve."""
     return tuple(hold for hold in holds_along(curve, curve.force, noise) if hold is not None)
 
 

@@ -34,26 +34,7 @@ _PIECE = 8_192
 
 
 def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int_] | None = None) -> float:
-    """Return the standard deviation of the noise in a signal.
-
-    Parameters
-    ----------
-    values : (n,) array
-    abscissa : (n,) array
-        Strictly monotonic; the variable of which the noise-free signal is a smooth function (time, sample number,
-        displacement).
-    order : int
-        Order of the differences; lowered when there are too few samples.
-    groups : (n,) array of int, optional
-        Only windows within one group are used, so that kinks between groups have no influence. Ignored where the groups
-        are too short to give half as many windows as there are samples.
-
-    Returns
-    -------
-    float
-        In the unit of ``values``; 0 for fewer than 3 samples. With coarse sampling it is an upper bound, because the
-        curvature of the signal counts as noise.
-    """
+    """Return the standard deviation of the noise in a signal."""
     n = len(values)
     order = min(order, n - 1)
     if order < 2:

@@ -52,7 +52,19 @@ def displacement_noise(recording: Curve) -> float:
 
 
 def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
-    """Return which samples (n,) belong to the given cycles, counted from 1."""
+    """Return which samples (n,) belong to the given cycles, counted from 1.
+
+    Parameters
+    ----------
+    recording : Curve
+    cycles : iterable of int
+        Numbers of cycles, from 1.
+
+    Raises
+    ------
+    RecordingError
+        When the recording has no such cycle.
+    """
     wanted, found = set(cycles), branches(recording)
     last = max(branch.cycle for branch in found)
     absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)

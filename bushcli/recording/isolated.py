@@ -170,16 +170,7 @@ def _meant(name: str, unit: str) -> bool:
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
-    """Run as the child: read a file and write its contents to the standard output, or an error to the standard error.
-
-    Parameters
-    ----------
-    format_name : str
-        Name of the reader.
-    path : str
-    wanted : str
-        List of the columns that the case chooses, as JSON.
-    """
+    """Run as the child: read a file and write its contents to standard output, or to standard error why not."""
     try:
         _write(format_name, Path(path), json.loads(wanted))
     except MemoryError:

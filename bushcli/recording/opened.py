@@ -52,22 +52,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
 def opened(
     source: Source, wanted: Sequence[str | int], tables: TableCache, single: bool = False
 ) -> Table | FileContents:
-    """Return the table of a text file, or the table that the case file names, or else all tables of the file.
-
-    Parameters
-    ----------
-    source : Source
-    wanted : sequence of str or int
-        Names or numbers, from 1, of columns that the case file chooses.
-    tables : TableCache
-    single : bool
-        Whether a single column is enough.
-
-    Raises
-    ------
-    RecordingError
-        When the file cannot be read, or has no such sheet or group.
-    """
+    """Return the table of a text file, or the table that the case file names, or else all tables of the file."""
     name = format_of(source.file)
     if not name:
         if source.group is not None:

@@ -24,24 +24,7 @@ _LARGEST_STRAIN = 3.0
 def nominal(
     source: Source, mode: Mode, moved: Array, forced: Array, strain_form: str, stress_form: str
 ) -> tuple[Array, Array]:
-    """Return stretch - 1 and nominal stress in MPa of a coupon.
-
-    Parameters
-    ----------
-    source : Source
-    mode : Mode
-    moved : (n,) array
-        Travel in mm where the source has a gauge length, else stretch - 1, or the logarithmic strain.
-    forced : (n,) array
-        Force in N where the source has an area, else stress in MPa.
-    strain_form, stress_form : str
-        What the columns hold, see `bushcli.recording.header.meaning`.
-
-    Raises
-    ------
-    RecordingError
-        When a stretch would not be positive, or a logarithmic strain is beyond any rubber.
-    """
+    """Return stretch - 1 and nominal stress in MPa of a coupon."""
     specimen = source.specimen
     if mode.specimen != "coupon":
         return moved, forced

@@ -63,20 +63,7 @@ def given_unit(table: Table, wanted: WantedColumn, index: int, text: str) -> Kno
 
 
 def unit_of(table: Table, wanted: WantedColumn, index: int) -> KnownUnit:
-    """Return the unit that the file gives for a column, or the default one where it gives none.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-    index : int
-        Index of the column, from 0.
-
-    Raises
-    ------
-    RecordingError
-        The unit is not known, belongs to another quantity, or contradicts another unit of the column.
-    """
+    """Return the unit that the file gives for a column, or the default one where it gives none."""
     measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
     # The J of "Volume ratio (J)" is its symbol, and no joule.

@@ -77,25 +77,7 @@ class Column:
 
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
-    """Return the column of a quantity; None for a time that the file lacks.
-
-    Parameters
-    ----------
-    table : Table
-        The file's rows and headings.
-    source : Source
-        The file, and what the user says about its columns.
-    mode : Mode
-        Mode of the recording.
-    quantity : Quantity
-        Time, displacement or force.
-
-    Raises
-    ------
-    RecordingError
-        When the column is missing, ambiguous, of another kind than the mode needs, in an unknown unit, or contains
-        fields that are not numbers.
-    """
+    """Return the column of a quantity; None for a time that the file lacks."""
     if quantity == "time" and source.is_untimed:
         return None
     wanted = WantedColumn.of(source, mode, quantity)

@@ -93,15 +93,7 @@ class Heading:
 
 
 def heading(text: str, has_unit: bool = False) -> Heading:
-    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units.
-
-    Parameters
-    ----------
-    text : str
-        Name of a column.
-    has_unit : bool, optional
-        Whether a row of units gives its unit, so that words in brackets are a remark: ``Travel (rel)``.
-    """
+    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units."""
     text = text.strip()
     if len(text) > _LONGEST_NAME:
         return Heading((), (), ())
@@ -260,14 +252,7 @@ def word_quality(head: Heading, kind: str) -> int:
 
 
 def without(head: Heading, words: Collection[str]) -> Heading:
-    """Return a heading without some of its words, such as "true" where a case asks for the true stress.
-
-    Parameters
-    ----------
-    head : Heading
-    words : collection of str
-        In lower case.
-    """
+    """Return a heading without some of its words, such as "true" where a case asks for the true stress."""
     return replace(head, words=tuple(word for word in head.words if word not in words))
 
 

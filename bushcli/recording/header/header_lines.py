@@ -43,25 +43,7 @@ class Header:
 
 
 def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str) -> Header:
-    """Return the header of a table from the lines above its first row of numbers.
-
-    Parameters
-    ----------
-    path : Path
-        For messages.
-    lines : sequence of Line
-        All lines of the file.
-    first : int
-        Number of the line of the first row of numbers.
-    width : int
-        Number of columns.
-    delimiter, decimal : str
-
-    Raises
-    ------
-    RecordingError
-        When a line between the header and the first row is neither names nor units nor numbers.
-    """
+    """Return the header of a table from the lines above its first row of numbers."""
     empty = ("",) * width
     units, place, passed = empty, 0, []
     above = [line for line in lines if line.number < first]

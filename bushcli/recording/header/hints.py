@@ -15,14 +15,7 @@ KIND = {
 
 
 def hint(table: Table, wanted: WantedColumn) -> str:
-    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns.
-
-    Parameters
-    ----------
-    table : Table
-    wanted : WantedColumn
-        The column that the table lacks.
-    """
+    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns."""
     mode = wanted.mode
     heads = [heading(name) for name in table.names if name]
     extreme = [head for head in heads if set(head.words) & EXTREME_WORDS]

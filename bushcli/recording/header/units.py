@@ -334,15 +334,7 @@ def unit_size(text: str) -> tuple[tuple[int, int, int, int], float] | None:
 
 
 def slip(text: str, measured: str) -> str:
-    """Return the unit that differs from a text by upper and lower case only, or an empty text.
-
-    Parameters
-    ----------
-    text : str
-        Name of a column.
-    measured : str
-        What the unit measures, such as "force" or "length".
-    """
+    """Return the unit that differs from a text by upper and lower case only, or an empty text."""
     near = [size for size in _FOLDED.get(plain_unit(text).lower(), ()) if size.powers == _POWERS[measured]]
     names = [_NAMES.get((measured, float(f"{size.factor:.12g}")), "") for size in near]
     return names[0] if len(names) == 1 else ""

@@ -33,13 +33,7 @@ _BEYOND = re.compile(rb"[\x80-\xff]+")
 
 
 def decoded(path: Path) -> str:
-    """Return the text of a file, without byte-order mark, with line feeds between lines.
-
-    Raises
-    ------
-    RecordingError
-        When there is no such file, or it cannot be read, is not text, or is empty.
-    """
+    """Return the text of a file, without byte-order mark, with line feeds between lines."""
     try:
         content = read_bounded(path, LARGEST_FILE)
     except FileNotFoundError:

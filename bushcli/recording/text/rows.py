@@ -85,13 +85,7 @@ class SplitRows:
         return self.lines[row]
 
     def written(self, row: int, column: int) -> str:
-        """Return a field; an empty text where the row has fewer.
-
-        Parameters
-        ----------
-        row, column : int
-            Indices from 0.
-        """
+        """Return a field; an empty text where the row has fewer."""
         fields = self.fields[row]
         return fields[column] if column < len(fields) else ""
 
@@ -136,13 +130,7 @@ class AlikeRows:
         return self.at + row
 
     def written(self, row: int, column: int) -> str:
-        """Return a field; an empty text where the row has fewer.
-
-        Parameters
-        ----------
-        row, column : int
-            Indices from 0.
-        """
+        """Return a field; an empty text where the row has fewer."""
         begin = self.begin if row == 0 else int(self._ends[row - 1]) + 1
         fields = split_line(self.whole[begin : int(self._ends[row])], self.form.delimiter)
         return fields[column] if column < len(fields) else ""

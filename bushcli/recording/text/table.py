@@ -130,7 +130,15 @@ class Table(ABC):
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
     def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
-        """Return the error for a value that looks like a code for a missing one."""
+        """Return the error for a value that looks like a code for a missing one.
+
+        Parameters
+        ----------
+        row, column : int
+            Indices from 0.
+        value : float
+            The number, in the unit of the file.
+        """
         what = f"{self.label(column)}: {self.text(row, column)} looks like a code for a missing value"
         expected = (
             "if it is one, delete the row or put # in front of it; if it was measured, "
@@ -164,26 +172,12 @@ class ArrayTable(Table):
         return f"{self.where}, sample {row + 1}"
 
     def text(self, row: int, column: int) -> str:
-        """Return a number in the shortest form that is read back as the same number.
-
-        Parameters
-        ----------
-        row, column : int
-            From 0.
-        """
+        """Return a number in the shortest form that is read back as the same number."""
         values = self.columns[column]
         return "" if values is None else str(values[row])
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> Array:
-        """Return a column as numbers; see `Table.numbers`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        accepted : collection of float
-            Numbers that look like codes for missing values and were measured, in the unit of the file.
-        """
+        """Return a column as numbers; see `Table.numbers`."""
         raw = self.columns[column]
         if raw is None:
             what = f"{self.label(column)} was not loaded: the file is large"
@@ -206,15 +200,7 @@ class ArrayTable(Table):
         return values
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
-        """Return a column of dates or durations as seconds since the first; see `Table.clock`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        form : str
-            Without a meaning here.
-        """
+        """Return a column of dates or durations as seconds since the first; see `Table.clock`."""
         raw = self.columns[column]
         if raw is None or raw.dtype.kind not in "mM":
             return None
@@ -260,26 +246,12 @@ class TextTable(Table):
         return part.line(at)
 
     def text(self, row: int, column: int) -> str:
-        """Return a field as written in the file.
-
-        Parameters
-        ----------
-        row, column : int
-            From 0.
-        """
+        """Return a field as written in the file."""
         part, at = self._part(row)
         return part.written(at, column)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
-        """Return a column as numbers; see `Table.numbers`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        accepted : collection of float
-            Numbers that look like codes for missing values and were measured, in the unit of the file.
-        """
+        """Return a column as numbers; see `Table.numbers`."""
         found = [part.parsed(column, self.decimal) for part in self.parts]
         values = np.concatenate([numbers for numbers, _ in found])
         if not all(whole for _, whole in found) or not np.all(np.abs(values) <= LARGEST):
@@ -313,15 +285,7 @@ class TextTable(Table):
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
-        """Return a column of dates or times of day as seconds since the first; see `Table.clock`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        form : str
-            What the case file says of its form, such as "mm:ss".
-        """
+        """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""
         if column in self.dates:
             return ClockTimes(self.numbers(column), self.dates[column])
         if not len(self) or ":" not in self.text(0, column):

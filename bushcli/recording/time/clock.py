@@ -56,21 +56,7 @@ class Clock:
 
 
 def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Clock:
-    """Return the times of a recording.
-
-    Parameters
-    ----------
-    table : Table
-    stamps : Column
-        Times as they were read, s.
-    displacement, force : (n,) arrays
-        In internal units; they distinguish a row written twice from a second sample at the same time.
-
-    Raises
-    ------
-    RecordingError
-        When the time does not increase for another reason than wrong stamps.
-    """
+    """Return the times of a recording."""
     kept = np.ones(len(force), dtype=bool)
     kept[1:] = np.logical_or.reduce([one[1:] != one[:-1] for one in (stamps.values, displacement, force)])
     time = stamps.values[kept]

@@ -37,16 +37,6 @@ def counted(table: Table, rows: Index, displacement: Array, time: Array | None) 
     """Return the column in which the rig counts cycles, and the number, from 1, of each sample's cycle; None without.
 
     What precedes the first cycle and what follows the last one, without a reversal, belongs to that cycle.
-
-    Parameters
-    ----------
-    table : Table
-    rows : (n,) array of int
-        Row of each sample.
-    displacement : (n,) array
-        mm, rad or stretch - 1.
-    time : (n,) array or None
-        s.
     """
     for index, name in enumerate(table.names):
         words = [part for word in heading(name).words for part in re.split(r"[\s._\-#:]+", word) if part]

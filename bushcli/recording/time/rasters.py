@@ -110,53 +110,23 @@ class JoinedTable(Table):
         return self.places[0][0].line(row)
 
     def text(self, row: int, column: int) -> str:
-        """Return a field as written; see `Table.text`.
-
-        Parameters
-        ----------
-        row, column : int
-            From 0.
-        """
+        """Return a field as written; see `Table.text`."""
         table, index = self.places[column]
         return table.text(row, index)
 
     def numbers(self, column: int, accepted: Collection[float] = ()) -> Array:
-        """Return a column as numbers; see `Table.numbers`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        accepted : collection of float
-            Numbers that look like codes for missing values and were measured, in the unit of the file.
-        """
+        """Return a column as numbers; see `Table.numbers`."""
         table, index = self.places[column]
         return table.numbers(index, accepted)
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
-        """Return a column of dates or times of day; see `Table.clock`.
-
-        Parameters
-        ----------
-        column : int
-            From 0.
-        form : str
-            What the case file says of its form, such as "mm:ss".
-        """
+        """Return a column of dates or times of day; see `Table.clock`."""
         table, index = self.places[column]
         return table.clock(index, form)
 
 
 def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
-    """Return tables, those with equal time stamps as one: some loggers write a group for each channel.
-
-    Parameters
-    ----------
-    tables : sequence of Table
-        Groups or sheets of a file.
-    source : Source
-    mode : Mode
-    """
+    """Return tables, those with equal time stamps as one: some loggers write a group for each channel."""
     alike: list[list[RasterColumns]] = []
     apart = list(tables[_MOST_COMPARED:])
     for table in tables[:_MOST_COMPARED]:
@@ -365,25 +335,7 @@ def interpolated(
     words: tuple[str, str] = WORDS,
     together: bool = False,
 ) -> ArrayTable:
-    """Return a table of the force, and of the travel at its stamps.
-
-    Parameters
-    ----------
-    forced : RasterColumns
-        Force, or reactions.
-    moved : sequence of RasterColumns
-        Travel, or several motions.
-    source : Source
-    words : tuple of str
-        What they are in remarks.
-    together : bool
-        Whether they are columns of one table; the new one then has its columns at the same places.
-
-    Raises
-    ------
-    RecordingError
-        The stamps do not count from the same instant or run backwards, or they do not overlap in time.
-    """
+    """Return a table of the force, and of the travel at its stamps."""
     forced, moved, known, gaps = _common_stamps(forced, moved, source, together)
     table, at = forced.table, forced.time[known]
     values: dict[int, NDArray[np.generic]] = {forced.stamps.index: _of_time(forced, known)}

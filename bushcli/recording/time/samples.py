@@ -45,22 +45,7 @@ class Samples:
 def timed(
     table: Table, source: Source, stamps: Column | None, displacement: Array, force: Array, fewest: int
 ) -> Samples:
-    """Return the samples with their times, repaired or computed as the case specifies.
-
-    Parameters
-    ----------
-    table : Table
-    source : Source
-    stamps : Column or None
-        Times of the file.
-    displacement, force : (n,) arrays
-    fewest : int
-        Number of samples that must remain.
-
-    Raises
-    ------
-    RecordingError
-    """
+    """Return the samples with their times, repaired or computed as the case specifies."""
     if stamps is None:
         time, text = missing_time(source, table, displacement)
         rows = np.arange(len(displacement))
