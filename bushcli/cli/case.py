@@ -14,7 +14,6 @@ from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, is_first_rank, on_a_case
 from bushcli.errors import InputError, Problem
-from cases.mode import modes
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
@@ -169,7 +168,6 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.json.dynamic_tables import compared_json
     from bushcli.report.views.dynamic_tables import with_tables
     from bushcli.simulate.dynamic_tables import compare_tables
@@ -183,9 +181,14 @@ def direct(
         what = "is a state of stiffness matrices, and none is asked for"
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
-    tables = [
-        read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"
-    ]
+    tables = []
+    if case.dynamic:
+        # What few cases need is loaded where one needs it.
+        from bushcli.recording.dynamic.read import read_dynamic
+        from cases.mode import modes
+
+        bushing = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+        tables = [read_dynamic(one, run.tables) for one in bushing]
     if not case.recordings and not case.load_cases and not tables:
         expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
