@@ -90,9 +90,7 @@ def diagnose(
 
     case = run.load()
     if case.dynamic:
-        run.say(
-            "tables of dynamic stiffness are not used here; direct compares them, fit fits those of coupons"
-        )
+        run.say("tables of dynamic stiffness are not used here; inverse fits them")
     several = ranks_there_are() > 1
     _one_way_to_share(several, workers, scheduler)
     if resume and run.output is None:

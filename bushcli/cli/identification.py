@@ -198,10 +198,6 @@ def inverse(
     from bushcli.inverse import Task, refuse_fixed
 
     case = run.load()
-    if case.dynamic:
-        run.say(
-            "tables of dynamic stiffness are not used here; direct compares them, fit fits those of coupons"
-        )
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:
@@ -241,7 +237,8 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
     count = len({source.label for source in task.case.recordings} - set(task.hold_out))
     if count:
         # Without any, the task says what is missing.
-        run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}")
+        beside = " and tables of dynamic stiffness" if task.case.dynamic else ""
+        run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}{beside}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):

@@ -88,7 +88,7 @@ class Posterior(LeastSquaresProblem):
     def misfit(self, forces: Sequence[tuple[Array, Array]]) -> list[Array]:
         """Return the features (K,) of the misfit that forces, as `forces` returns them, leave in each channel."""
         return [
-            one.of(force - channel.recording.force)
+            one.of(force - channel.measured)
             for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
         ]
 
@@ -113,7 +113,7 @@ class Posterior(LeastSquaresProblem):
         for channel, one, variance, (force, slope) in zip(
             self.channels, self.features, self.variances, forces, strict=True
         ):
-            values.append(self.unit * one.whitened(one.of(force - channel.recording.force), variance))
+            values.append(self.unit * one.whitened(one.of(force - channel.measured), variance))
             slopes.append(self.unit * one.whitened(one.of(slope), variance))
         prior = [
             self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)

@@ -72,7 +72,7 @@ def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     freedom = len(x) / len(problem.channels)
     for channel, (force, slope) in zip(problem.channels, forces, strict=True):
         weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-        residual, rows = (force - channel.recording.force) * weight, slope * weight[:, None]
+        residual, rows = (force - channel.measured) * weight, slope * weight[:, None]
         errors = errors_of(residual, rows, freedom)
         middle += errors.between(rows)
         independent += len(force) / errors.time

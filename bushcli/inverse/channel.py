@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from mpi4py import MPI
@@ -83,8 +84,43 @@ Corrected = Callable[[str, FiniteElementModel], MeshCorrection | None]
 """Name and model of a channel -> the correction of its mesh; None on the usual mesh."""
 
 
+class FitChannel(Protocol):
+    """What a least-squares problem asks of a channel: measured rows, their scale, and the model's answer to each."""
+
+    @property
+    def scale(self) -> Array:
+        """Size of a unit of misfit at each row, shape (n,); inf where it is not used."""
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Ranks that share the model."""
+
+    @property
+    def coupon(self) -> bool:
+        """Whether the data are from a material test."""
+
+    @property
+    def name(self) -> str:
+        """Name of the channel."""
+
+    @property
+    def measured(self) -> Array:
+        """Measured rows, shape (n,), proportional to the stiffness of the specimen."""
+
+    def solve(
+        self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
+    ) -> ChannelForces:
+        """Return the answer for a set of parameters, and its derivatives with respect to those named."""
+
+    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
+        """Return the model's rows (n,) and their derivatives (n, parameters)."""
+
+    def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
+        """Return a sample of the isochoric principal stretches that the rubber reaches, shape (n, 3)."""
+
+
 class Channel:
-    """One measured curve and its model.
+    """One measured curve and its model; a `FitChannel`.
 
     Attributes
     ----------
@@ -156,6 +192,11 @@ class Channel:
         return self.recording.name
 
     @property
+    def measured(self) -> Array:
+        """Recorded force, shape (n,)."""
+        return self.recording.force
+
+    @property
     def before(self) -> Earlier | None:
         """The path before the recording that is assumed, where the rubber remembers it."""
         return self.simulation.remembered if isinstance(self.simulation, Simulation) else None
@@ -214,7 +255,7 @@ class Channel:
             history.displacement,
             history.force,
             none if history.sensitivity is None else history.sensitivity,
-            None if self.coupon else self._sample(ends),
+            None if self.coupon else isochoric_sample(self.model.comm, ends),
         )
 
     def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
@@ -236,23 +277,14 @@ class Channel:
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         if isinstance(self.simulation, Reaction):
-            return self._sample(self.simulation.reached(patience.limit))
+            return isochoric_sample(self.model.comm, self.simulation.reached(patience.limit))
         found: list[Array] = []
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
                 continue
             sweep(self.model, side, patience=patience.given)
             found.append(principal_stretches(self.model).reshape(-1, 3))
-        return self._sample(found)
-
-    def _sample(self, found: list[Array]) -> Array:
-        local = np.concatenate(found)
-        stretches = np.concatenate(self.model.comm.allgather(local))
-        isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)
-        # The most stretched state, and an even sample of the rest: neighbouring Gauss points differ little.
-        order = np.argsort(isochoric[:, -1])
-        chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
-        return np.asarray(isochoric[chosen])
+        return isochoric_sample(self.model.comm, found)
 
     def curve(self, answer: ChannelForces) -> Curve:
         """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
@@ -284,6 +316,17 @@ class Channel:
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
+
+
+def isochoric_sample(comm: MPI.Comm, found: Sequence[Array]) -> Array:
+    """Return a sample (m, 3) of the isochoric part of principal stretches, each (n, 3) of this rank."""
+    local = np.concatenate(found)
+    stretches = np.concatenate(comm.allgather(local))
+    isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)
+    # The most stretched state, and an even sample of the rest: neighbouring Gauss points differ little.
+    order = np.argsort(isochoric[:, -1])
+    chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
+    return np.asarray(isochoric[chosen])
 
 
 def _coupon_targets(q: Array) -> Array:

@@ -1,6 +1,8 @@
-"""The channels of a case: its material tests, or its recordings."""
+"""The channels of a case: its material tests, or its recordings and tables of dynamic stiffness."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mpi4py import MPI
@@ -13,10 +15,15 @@ from bushcli.inverse.channel import Channel, Corrected
 from bushcli.inverse.result import Weighting
 from bushcli.recording import Recording, on_branch, read_coupon
 from bushcli.recording.source import Source
+from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.six_simulation import SixSimulation
+from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import shapes
+
+if TYPE_CHECKING:
+    from bushcli.inverse.dynamic_channel import DynamicChannel
 
 # Samples of a coupon to which a law can be fitted; fewer are no curve.
 FEWEST = 3
@@ -90,3 +97,17 @@ def bushing_channels(
         )
         found.append(channel)
     return found
+
+
+def dynamic_channels(
+    case: Case, rubber: Rubber, comm: MPI.Comm, tables: TableCache | None = None
+) -> list[DynamicChannel]:
+    """Return the channels of the bushing's tables of dynamic stiffness."""
+    sources = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    if not sources:
+        return []
+    # What few cases need is loaded where one needs it.
+    from bushcli.inverse.dynamic_channel import DynamicChannel
+    from bushcli.recording.dynamic.read import read_dynamic
+
+    return [DynamicChannel(read_dynamic(one, tables), rubber, case, comm) for one in sources]

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
-from bushcli.inverse.channel import Channel, ChannelForces
+from bushcli.inverse.channel import Channel, ChannelForces, FitChannel
+from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import FittedCurve
 from bushcli.inverse.task import Task
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.dynamic_tables import ComparedTable
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 
 
 def compared_curves(
-    task: Task, problem: LeastSquaresProblem, held_out: list[Channel], x: Array, start: Array
+    task: Task, problem: LeastSquaresProblem, held_out: Sequence[FitChannel], x: Array, start: Array
 ) -> tuple[FittedCurve, ...]:
     """Return each channel's recording with its curve at `x`, and at `start` where that has been solved.
 
@@ -28,15 +33,35 @@ def compared_curves(
     before = problem.answers(start) if problem.knows(start) else None
     found = []
     for i, channel in enumerate(problem.channels):
-        if after is not None:
+        if after is not None and isinstance(channel, Channel):
             found.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
     for channel in held_out:
+        if not isinstance(channel, Channel):
+            continue
         try:
             answer = channel.solve(problem.parameters(x), task.names)
         except NotConverged:
             continue
         found.append(_compared(channel, answer, None, held_out=True))
     return tuple(found)
+
+
+def compared_tables(
+    problem: LeastSquaresProblem, channels: Sequence[DynamicChannel], x: Array
+) -> tuple[tuple[ComparedTable, ...], tuple[Condition, ...]]:
+    """Return each table of dynamic stiffness beside the simulation at `x`, and what has to be known about it.
+
+    What cannot be solved is left out.
+    """
+    found: list[ComparedTable] = []
+    conditions: list[Condition] = []
+    for channel in channels:
+        try:
+            found.append(channel.compared(problem.parameters(x)))
+            conditions += channel.conditions(problem.parameters(x))
+        except NotConverged:
+            continue
+    return tuple(found), tuple(conditions)
 
 
 def _compared(

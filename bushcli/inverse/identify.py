@@ -17,9 +17,10 @@ from bushcli.curve.earlier import not_from_rest
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
-from bushcli.inverse.channel import Channel
-from bushcli.inverse.comparison import compared_curves
+from bushcli.inverse.channel import Channel, FitChannel
+from bushcli.inverse.comparison import compared_curves, compared_tables
 from bushcli.inverse.dogleg import minimise_by_dogleg
+from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import open_journal
@@ -170,7 +171,7 @@ class _Searches:
 
     task: Task
     problem: LeastSquaresProblem
-    held_out: list[Channel]
+    held_out: list[FitChannel]
     start: Array
     journal: Path | None
     resume: bool | None
@@ -181,19 +182,30 @@ class _Searches:
     instead: Array | None = None
 
     @property
+    def curves(self) -> list[Channel]:
+        """All channels of recorded curves, those held out too."""
+        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, Channel)]
+
+    @property
+    def dynamic(self) -> list[DynamicChannel]:
+        """All channels of tables of dynamic stiffness, those held out too."""
+        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, DynamicChannel)]
+
+    @property
     def recordings(self) -> list[Recording]:
         """All recordings, those of channels held out too."""
-        return [channel.recording for channel in (*self.problem.channels, *self.held_out)]
+        return [channel.recording for channel in self.curves]
 
     @cached_property
     def faults(self) -> tuple[DataFault, ...]:
         """Faults of the recordings, the fatal ones first."""
-        return find_faults(self.task.case, self.recordings)
+        of_tables = [fault for one in self.dynamic for fault in one.faults]
+        found = (*find_faults(self.task.case, self.recordings), *of_tables)
+        return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
         """Report the faults of the data; refuse a play in the rig that takes up the whole travel."""
-        for channel in self.problem.channels:
-            one = channel.recording
+        for one in self.recordings:
             check_play(self.task.case, one.name, one.mode, one.displacement)
         if told is not None:
             for fault in self.faults:
@@ -239,6 +251,7 @@ class _Searches:
         best, profiles, cut = _profiled(task, problem, best, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, profiles)
+        tables, known = compared_tables(problem, self.dynamic, best.x)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -265,10 +278,12 @@ class _Searches:
             profiles=tuple(profiles),
             leverage=certainty.leverage(problem, best.x),
             effects=effects(task, problem, best.x),
+            tables=tables,
         )
-        begun = ((one.name, one.before) for one in (*problem.channels, *self.held_out))
+        begun = ((one.name, one.before) for one in self.curves)
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in begun if before is not None)
+        doubts += known
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
             doubts = tuple(one for one in doubts if one.name == "interrupted")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.channel import Channel, ChannelForces, Patience
+from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
@@ -68,7 +68,7 @@ class LeastSquaresProblem:
 
     def __init__(
         self,
-        channels: Sequence[Channel],
+        channels: Sequence[FitChannel],
         law: Law,
         names: Sequence[str],
         fixed: Mapping[str, float],
@@ -157,8 +157,8 @@ class LeastSquaresProblem:
 
     @property
     def samples(self) -> int:
-        """Number of recorded samples of all channels."""
-        return sum(len(channel.recording.displacement) for channel in self.channels)
+        """Number of measured rows of all channels."""
+        return sum(len(channel.measured) for channel in self.channels)
 
     @property
     def sweeps(self) -> int:
@@ -203,7 +203,7 @@ class LeastSquaresProblem:
         values, slopes = [], []
         for channel, (force, slope) in zip(self.channels, forces, strict=True):
             weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-            values.append((force - channel.recording.force) * weight)
+            values.append((force - channel.measured) * weight)
             slopes.append(slope * weight[:, None])
         value, slope = self._stability(x)
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])

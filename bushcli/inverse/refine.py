@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Channel, ChannelForces, Patience
+from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
 from bushcli.inverse.journal import Journal, open_journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import search
@@ -87,7 +87,7 @@ class _GivenUp(Exception):
 
 def refine(
     task: Task,
-    channels: list[Channel],
+    channels: list[FitChannel],
     given: Assignment,
     progress: Progress | None = None,
     stopped: Callable[[], bool] = lambda: False,
@@ -98,7 +98,7 @@ def refine(
     ----------
     task : Task
         Definition of the identification.
-    channels : list[Channel]
+    channels : list[FitChannel]
         Channels of the problem.
     given : Assignment
         The start, and the cost to compare it with.
@@ -203,7 +203,7 @@ def coarse_costs(
 
 def refine_start(
     task: Task,
-    channels: list[Channel],
+    channels: list[FitChannel],
     given: Sequence[Assignment],
     done: Callable[[Refined], None],
     progress: Progress | None,
@@ -215,7 +215,7 @@ def refine_start(
     ----------
     task : Task
         Definition of the identification.
-    channels : list[Channel]
+    channels : list[FitChannel]
         Used by a single worker; several workers make their own.
     given : Sequence[Assignment]
         Starts, each with the cost to compare it with.

@@ -15,6 +15,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
+from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
 Weighting = Literal["absolute", "relative"]
@@ -223,6 +224,8 @@ class Fit:
         of an error of calibration, of the mesh or of the model.
     faults
         Faults of the recordings or coupons, which are in the conditions too.
+    tables
+        Tables of dynamic stiffness beside the simulation, those held out too.
     """
 
     material: Material
@@ -250,3 +253,4 @@ class Fit:
     leverage: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     effects: tuple[ActiveEffect, ...] = ()
     faults: tuple[DataFault, ...] = ()
+    tables: tuple[ComparedTable, ...] = ()

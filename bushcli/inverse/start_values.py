@@ -142,7 +142,7 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         return trial
     weights = [1.0 / (channel.scale * np.sqrt(len(channel.scale))) for channel in problem.channels]
     force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
-    wanted = np.concatenate([c.recording.force * w for c, w in zip(problem.channels, weights, strict=True)])
+    wanted = np.concatenate([c.measured * w for c, w in zip(problem.channels, weights, strict=True)])
     factor = float(force @ wanted / (force @ force))
     found = []
     if factor > 0:

@@ -17,8 +17,8 @@ from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.channel import Channel, Corrected, Patience
-from bushcli.inverse.channels import bushing_channels, coupon_channels
+from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
+from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
@@ -169,7 +169,7 @@ class Task:
         measured: Measured | None = None,
         corrected: Corrected | None = None,
     ) -> tuple[list[Channel], list[Channel]]:
-        """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
+        """Channels of curves to fit, and those to predict; `prepared` makes their finite-element models.
 
         Parameters
         ----------
@@ -189,10 +189,7 @@ class Task:
         InputError
             A file cannot be read, or nothing is left to fit.
         """
-        case = self.case
-        if coarse:
-            few = case.geometry.coarse
-            case = replace(case, mesh=MeshOptions(few.across, few.along, few.around))
+        case = self._case(coarse)
         material = self.material
         bulk_modulus = material.bulk_modulus
         if self.bulk_modulus and self.source == "coupons":
@@ -210,20 +207,34 @@ class Task:
         else:
             if not case.recordings:
                 what = "there are no [[recordings]] to identify a law from"
-                raise InputError(Problem(str(case.path), what, "", "[[recordings]] with mode and file"))
+                expected = "[[recordings]] with mode and file"
+                if case.dynamic:
+                    what, expected = (
+                        f"{what} beside tables of dynamic stiffness",
+                        f"{expected}: a static curve",
+                    )
+                raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
             found = bushing_channels(case, rubber, comm, prepared, measured, corrected)
-        known = [channel.name for channel in found]
+        known = [*(channel.name for channel in found), *(source.label for source in case.dynamic)]
         for name in self.hold_out:
             if name not in known:
                 what = f'"{name}" is not a channel of this case'
                 raise InputError(Problem("--hold-out", what, nearest(name, known), ", ".join(known)))
         fitted = [channel for channel in found if channel.name not in self.hold_out]
         if not fitted:
-            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
+            what = "leaves no curve to fit" if case.dynamic else "leaves no channel to fit"
+            raise InputError(Problem("--hold-out", what, "", ", ".join(known)))
         return fitted, [channel for channel in found if channel.name in self.hold_out]
+
+    def _case(self, coarse: bool) -> Case:
+        """The case, with a coarse mesh if asked for."""
+        if not coarse:
+            return self.case
+        few = self.case.geometry.coarse
+        return replace(self.case, mesh=MeshOptions(few.across, few.along, few.around))
 
     def problem(
         self,
@@ -232,8 +243,8 @@ class Task:
         progress: Progress | None = None,
         comm: MPI.Comm = MPI.COMM_WORLD,
         tables: TableCache | None = None,
-    ) -> tuple[LeastSquaresProblem, list[Channel]]:
-        """The least-squares problem and the channels held out of it.
+    ) -> tuple[LeastSquaresProblem, list[FitChannel]]:
+        """The least-squares problem and the channels held out of it: curves, and tables of dynamic stiffness.
 
         Parameters
         ----------
@@ -248,12 +259,18 @@ class Task:
         tables : TableCache, optional
             Cache of the binary files that the caller reads.
         """
-        fitted, held_out = self.channels(coarse, comm, measured=Measured(tables))
+        curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
+        fitted: list[FitChannel] = [*curves]
+        held_out: list[FitChannel] = [*predicted]
+        if self.source == "recordings":
+            rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
+            for channel in dynamic_channels(self._case(coarse), rubber, curves[0].comm, tables):
+                (held_out if channel.name in self.hold_out else fitted).append(channel)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
         self,
-        fitted: list[Channel],
+        fitted: Sequence[FitChannel],
         journal: Journal | None = None,
         progress: Progress | None = None,
         states: Array | None = None,
@@ -264,7 +281,7 @@ class Task:
 
         Parameters
         ----------
-        fitted : list[Channel]
+        fitted : Sequence[FitChannel]
             Channels that are fitted.
         journal : Journal | None
             Where evaluations are saved, if at all.
@@ -280,7 +297,8 @@ class Task:
         material = self.material
         known = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
-        watched = coupon_states(_stretches(fitted)) if states is None else states
+        curves = [one for one in fitted if isinstance(one, Channel)]
+        watched = coupon_states(_stretches(curves)) if states is None else states
         return LeastSquaresProblem(
             fitted,
             self.law,

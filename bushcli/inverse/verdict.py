@@ -377,7 +377,7 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
 
 
 def _predictions(fit: Fit, task: Task) -> list[Condition]:
-    solved = {curve.name for curve in fit.curves}
+    solved = {curve.name for curve in fit.curves} | {one.table.name for one in fit.tables}
     unsolved = [
         Condition(
             "held_out_not_predicted",

@@ -199,23 +199,41 @@ def _check(case: Case) -> None:
         )
         raise InputError(Problem(where, "no load case has vibrations", "", expected))
     require_values(case.effects, where)
-    problems = []
+    problems: list[Problem] = []
     for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-        active = acting(case.effects, name, test.mode)
-        if not branches_of(active):
-            what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
-            expected = (
-                'add [[effects]] name = "viscoelasticity" with parameters = {g1 = ..., tau1 = ...}; '
-                "g1 = 0 says that the rubber has no loss"
-            )
-            problems.append(Problem(where, what, "", expected))
-        for one in in_state(active, unrelaxed=False):
-            if one.effect.acts != "rig" and (one.effect.feature is None or one.effect.has_memory):
-                what = f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
-                expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
-                problems.append(Problem(where, what, "", expected))
+        problems += unfit(where, name, acting(case.effects, name, test.mode))
     if problems:
         raise InputError(*problems)
+
+
+def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem]:
+    """Return why the effects of a channel give no dynamic stiffness: no branch, or one without such a stiffness.
+
+    Parameters
+    ----------
+    where : str
+        Name of the case file, for the message.
+    name : str
+        Name of the channel.
+    active : sequence of ActiveEffect
+        Effects that act on it, with values.
+    """
+    problems = []
+    if not branches_of(active):
+        what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
+        expected = (
+            'add [[effects]] name = "viscoelasticity" with parameters = {g1 = ..., tau1 = ...}; '
+            "g1 = 0 says that the rubber has no loss"
+        )
+        problems.append(Problem(where, what, "", expected))
+    for one in in_state(active, unrelaxed=False):
+        if one.effect.acts != "rig" and (one.effect.feature is None or one.effect.has_memory):
+            what = (
+                f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
+            )
+            expected = f'give the effect "{one.name}" channels = [...] without {name}, or leave it out'
+            problems.append(Problem(where, what, "", expected))
+    return problems
 
 
 class _Run:
@@ -231,7 +249,7 @@ class _Run:
     def response(self, interrupted: bool = False) -> DynamicResponse:
         """Return the result so far."""
         curves = tuple(self.curves)
-        found = [*self._conditions, *(one for curve in curves for one in _doubts(curve))]
+        found = [*self._conditions, *(one for curve in curves for one in doubts(curve))]
         if interrupted:
             total = sum(len(one.preload) for one in self._case.vibrations)
             what = f"interrupted after {len(curves)} of {total} preloads"
@@ -242,13 +260,13 @@ class _Run:
     def test(self, name: str, test: DynamicTest) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
         active = acting(self._case.effects, name, test.mode)
-        self._conditions += _left_out(name, active)
+        self._conditions += effects_left_out(name, active)
         six = None if test.six is None else whole(test.six)
         features = features_of(in_state(active, unrelaxed=False))
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
         model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)
-        made = _Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
+        made = Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
         try:
             for program in made.programs():
                 self._march(made, program)
@@ -260,7 +278,7 @@ class _Run:
             self._seconds["dynamic"] += made.seconds
             self._seconds["static"] -= made.seconds
 
-    def _march(self, made: _Vibrations, program: Program) -> None:
+    def _march(self, made: Vibrations, program: Program) -> None:
         def report(step: int, steps: int, newton: int, q: float) -> None:
             meet(self._comm)
             if self._progress is not None:
@@ -277,7 +295,7 @@ class _Run:
             self._seconds["static"] += time.perf_counter() - begin
 
 
-class _Vibrations:
+class Vibrations:
     """One load case: its model, and the curves at the preloads that were reached."""
 
     def __init__(
@@ -375,8 +393,16 @@ def _unstable(name: str, test: DynamicTest, q: float) -> Condition:
     return Condition("unstable_preload", what, remedy)
 
 
-def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
-    """Return which effects the dynamic stiffness is without."""
+def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
+    """Return which effects the dynamic stiffness is without.
+
+    Parameters
+    ----------
+    name : str
+        Name of the channel.
+    active : sequence of ActiveEffect
+        Effects that act on it.
+    """
     found = []
     sliding = [one for one in active if one.effect.fades and not one.effect.needs_time]
     if sliding:
@@ -395,7 +421,7 @@ def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
     return found
 
 
-def _doubts(curve: DynamicCurve) -> list[Condition]:
+def doubts(curve: DynamicCurve) -> list[Condition]:
     """Return what is doubtful about a curve: reduction, contact."""
     found = []
     if not curve.reduction_error <= PROMISED:

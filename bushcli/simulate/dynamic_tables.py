@@ -31,7 +31,7 @@ Complex = NDArray[np.complex128]
 _SAME_PRELOAD = 0.02
 _STEPS = 20
 #: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
-_SPREAD = 1.5
+SPREAD = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def compare_tables(
     """
     compared, conditions = [], []
     for table in tables:
-        conditions += _left_out(table)
+        conditions += left_out(table)
         preload, failed = _preloads(case, material, table, comm)
         conditions += failed
         kept = ~np.isnan(preload)
@@ -128,20 +128,34 @@ def _at(curve: DynamicCurve, frequency: Array) -> Complex:
     return curve.model.stiffness(frequency, curve.branches)
 
 
-def _left_out(table: DynamicTable) -> list[Condition]:
-    """Return what of a table a linear simulation at one temperature does not have."""
+def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
+    """Return what of a table a linear simulation at one temperature does not have.
+
+    Parameters
+    ----------
+    table : DynamicTable
+    use : {"compared", "fitted"}
+        What is done with it: rows of larger amplitudes are compared, but not fitted.
+    """
     found = []
     known = table.amplitude[~np.isnan(table.amplitude)]
-    if len(known) and known.max() > _SPREAD * known.min():
+    if len(known) and known.max() > SPREAD * known.min():
         what = f"{table.name}: the amplitudes differ {known.max() / known.min():.3g}-fold, "
         what += "and the simulation is that of small ones"
-        remedy = "compare the rows of the smallest amplitude; filled rubber is softer at larger ones"
+        remedy = "compare the rows of the smallest amplitude"
+        if use == "fitted":
+            what += f": rows beyond {SPREAD:g} times the smallest are left out"
+            remedy = "nothing to do"
+        remedy += "; filled rubber is softer at larger ones"
         found.append(Condition("amplitude_left_out", what, remedy))
     warm = table.temperature[~np.isnan(table.temperature)]
     if len(warm) and np.ptp(warm) > 5.0:
         what = f"{table.name}: the temperatures go from {warm.min():.3g} to {warm.max():.3g} degrees C, "
         what += "and the rubber of the simulation has one"
-        found.append(Condition("temperature_left_out", what, "compare the rows of one temperature"))
+        remedy = (
+            "compare the rows of one temperature" if use == "compared" else "give a table of one temperature"
+        )
+        found.append(Condition("temperature_left_out", what, remedy))
     return found
 
 
@@ -151,8 +165,8 @@ def _preloads(
     """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
     given = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
     forces = np.where(np.isnan(given), table.preload_force, np.nan)
-    preload, conditions = _gathered(given), []
-    levels = _gathered(forces)
+    preload, conditions = gathered(given), []
+    levels = gathered(forces)
     for force in np.unique(levels[~np.isnan(levels)]):
         travel = 0.0
         if force:
@@ -169,8 +183,8 @@ def _preloads(
     return preload, conditions
 
 
-def _gathered(values: Array) -> Array:
-    """Return values (n,) in which those of one preload are equal to their mean."""
+def gathered(values: Array) -> Array:
+    """Return preloads (n,), mm, rad, N or N mm, in which those that are one preload are equal to their mean."""
     known = ~np.isnan(values)
     order = np.flatnonzero(known)[np.argsort(values[known], kind="stable")]
     if not len(order):

@@ -172,7 +172,7 @@ def batch(
         parts += found
         curves.append(curve)
     with TemporaryDirectory() as folder:
-        mean = replace(case, recordings=_mean_sources(curves, Path(folder)), specimens=())
+        mean = replace(case, recordings=_mean_sources(curves, Path(folder)), specimens=(), dynamic=())
         told(f"identifying {model} from the mean of {sum(one.parts for one in curves)} parts")
         fit = identify(Task(mean, model), progress=progress, tables=tables)
         others = [one for one in recordings if one.name not in {part.name for part in parts}]

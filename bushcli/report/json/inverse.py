@@ -11,6 +11,7 @@ from bushcli.inverse.file_units import in_file_units
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.cycles import history_json
+from bushcli.report.json.dynamic_tables import compared_json
 from bushcli.report.json.fit import curves_by_mode, fit_part
 from bushcli.report.ranking import effective_samples, information_criterion
 from bushcli.report.views.inverse import answer
@@ -43,6 +44,8 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
     }
+    if best.tables:
+        document["dynamic"] = compared_json(best.tables)
     document["leverage"] = {channel: dict(changes) for channel, changes in best.leverage.items()}
     document["profile_sweeps"] = best.profile_sweeps
     document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]

@@ -74,11 +74,7 @@ def with_tables(
     """
     if not compared:
         return replace(static, problems=[*static.problems, *problems])
-    lines = [
-        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
-        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
-        for one in compared
-    ]
+    lines = misfit_lines(compared)
     headline = f"{len(compared)} table{'s' if len(compared) > 1 else ''} of dynamic stiffness compared"
     return replace(
         static,
@@ -87,6 +83,15 @@ def with_tables(
         sections=[*static.sections, compared_section(compared)],
         problems=[*static.problems, *problems],
     )
+
+
+def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
+    """Return a sentence with the misfit of each table."""
+    return [
+        f"{one.table.name}: dynamic stiffness within {percent(one.stiffness_percent)} and "
+        f"{number(one.loss_angle_deg)} degrees of its table (rms)"
+        for one in compared
+    ]
 
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
@@ -117,7 +122,8 @@ def compared_section(compared: Sequence[ComparedTable]) -> Section:
                 )
             )
     title = "Dynamic stiffness: simulated and measured"
-    return Section(title, [Table(title, heads, tuple(rows))] if rows else [])
+    remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
+    return Section(title, [Table(title, heads, tuple(rows)), *paragraphs(remarks)] if rows else [])
 
 
 def _rows(table: DynamicTable) -> list[tuple[str, ...]]:

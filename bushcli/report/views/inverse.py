@@ -22,6 +22,7 @@ from bushcli.report.quantity import listed, number, percent, with_std
 from bushcli.report.ranking import information_criterion
 from bushcli.report.verdict import faulty_data
 from bushcli.report.views.cycles import history_section
+from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
@@ -63,6 +64,7 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
             [estimate_table(best), note(_ERRORS)],
         ),
         Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
+        *([compared_section(best.tables)] if best.tables else []),
         history_section(histories, pictures),
         Section(
             "What the curves determine",
@@ -81,7 +83,7 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
     ]
     return Document(
         found.headline,
-        found.lines,
+        (*found.lines, *misfit_lines(best.tables)),
         found.tone,
         sections,
         with_hysteresis(best.conditions, histories),

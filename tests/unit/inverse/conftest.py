@@ -27,8 +27,7 @@ class Linear:
         self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
         self.margin = lambda x: -self.edge(x)
         force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
-        recording = SimpleNamespace(force=force, displacement=q)
-        self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
+        self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), measured=force)]
         self.bounds = Bounds(np.full(2, -1e3), np.full(2, 1e3))
         self.states, self.samples = np.zeros((1, 3)), len(q)
         self.asked, self.evaluations, self.best = [], [], None
@@ -71,7 +70,7 @@ class Linear:
         cost = float("nan") if self.wall(x) else 1.0
         self.evaluations.append(SimpleNamespace(parameters=self.parameters(x), cost=cost))
         (force, _), weight = self.forces(x)[0], 1 / (self.noise * np.sqrt(self.samples))
-        value = np.append((force - self.channels[0].recording.force) * weight, self.edge(x))
+        value = np.append((force - self.channels[0].measured) * weight, self.edge(x))
         return value * np.nan if self.wall(x) else value
 
     def jacobian(self, x):
@@ -83,7 +82,7 @@ class Linear:
 
     def minimum(self):
         """Least-squares solution in closed form (without bend), and its covariance from the remaining white noise."""
-        force = self.channels[0].recording.force
+        force = self.channels[0].measured
         x = np.linalg.lstsq(self.rows, force, rcond=None)[0]
         left = force - self.rows @ x
         return x, left @ left / (self.samples - 2) * np.linalg.inv(self.rows.T @ self.rows)

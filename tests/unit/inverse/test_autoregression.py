@@ -71,7 +71,7 @@ def test_intervals_of_short_correlated_recordings_hold_the_truth():
     for _ in range(400):
         force = drawn(rng, 61, 0.8)
         x = np.linalg.lstsq(rows, force, rcond=None)[0]
-        channel = SimpleNamespace(scale=np.ones(61), recording=SimpleNamespace(force=force))
+        channel = SimpleNamespace(scale=np.ones(61), measured=force)
         found = uncertainty(SimpleNamespace(channels=[channel], forces=lambda x: [(rows @ x, rows)]), x)
         count += bool(abs(x[0]) < found.quantile * np.sqrt(found.covariance[0, 0]))
     assert 0.92 <= count / 400 <= 0.99

@@ -23,7 +23,7 @@ class Channel:
         q = np.linspace(0.05, 1.0, 20)
         self.slope = np.column_stack([2 * q, 4 * q**3, 6 * q**5])
         self.scale = np.full(20, 0.01)
-        self.recording = SimpleNamespace(force=self.slope @ TRUTH)
+        self.measured = self.slope @ TRUTH
 
 
 class Problem:
@@ -52,8 +52,7 @@ class Problem:
         if found is None:
             return float("nan")
         return sum(
-            float(np.mean((f - c.recording.force) ** 2))
-            for (f, _), c in zip(found, self.channels, strict=True)
+            float(np.mean((f - c.measured) ** 2)) for (f, _), c in zip(found, self.channels, strict=True)
         )
 
 
@@ -73,7 +72,7 @@ def test_in_a_bushing_the_ratios_stay_in_a_coupon_they_are_found():
     # Least squares of one factor, by hand.
     channel = Channel(False)
     force = channel.slope @ start
-    assert shaped[0] / start[0] == pytest.approx(force @ channel.recording.force / (force @ force))
+    assert shaped[0] / start[0] == pytest.approx(force @ channel.measured / (force @ force))
     assert scaled(Problem(coupon=True), start) == pytest.approx(TRUTH, rel=1e-6)
 
 
@@ -107,7 +106,7 @@ def test_from_the_bounds_there_is_a_stable_point_at_the_right_scale(corner):
     problem = Problem()
     found, _ = first_point(problem, np.where(corner, UPPER, LOWER))
     assert is_stable(problem, found)
-    assert problem.cost(found) < np.mean(problem.channels[0].recording.force ** 2)
+    assert problem.cost(found) < np.mean(problem.channels[0].measured ** 2)
 
 
 def test_where_nothing_can_be_solved_the_start_comes_back():

@@ -24,7 +24,7 @@ def test_numbers_that_are_not_finite_end_the_trial_and_not_the_run(spoiled):
     channel = SimpleNamespace(
         coupon=True,
         comm=MPI.COMM_SELF,
-        recording=SimpleNamespace(displacement=Q, force=Q),
+        measured=Q,
         solve=lambda parameters, names, patience: ChannelForces(Q, **values),
     )
     problem = LeastSquaresProblem(
