@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.report.document import Document, Picture
+    from bushcli.runtime.condition import Condition
+    from bushcli.simulate.dynamic_tables import ComparedTable
 
 
 @click.command()
@@ -170,9 +172,6 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.report.json.dynamic_tables import compared_json
-    from bushcli.report.views.dynamic_tables import with_tables
-    from bushcli.simulate.dynamic_tables import compare_tables
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -206,17 +205,30 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    with run.timed("dynamic"):
-        vibrations, doubts = compare_tables(case, response.material, () if interrupted else tables)
+    vibrations: Sequence[ComparedTable] = ()
+    doubts: Sequence[Condition] = ()
+    if tables and not interrupted:
+        from bushcli.simulate.dynamic_tables import compare_tables
+
+        with run.timed("dynamic"):
+            vibrations, doubts = compare_tables(case, response.material, tables)
 
     def document(pictures: Sequence[Picture] = ()) -> Document:
         static = report.direct_document(response, compared, found, pictures)
+        if not tables:
+            return static
+        from bushcli.report.views.dynamic_tables import with_tables
+
         return with_tables(static, vibrations, doubts, alone=not response.channels)
 
     def result() -> dict[str, Any]:
         static = report.direct_json(response, compared, found, run.timings())
+        if not tables:
+            return static
+        from bushcli.report.json.dynamic_tables import compared_json
+
         static["problems"] += [vars(one) for one in doubts]
-        return static | ({"dynamic": compared_json(vibrations)} if tables else {})
+        return static | {"dynamic": compared_json(vibrations)}
 
     run.deliver(result, document, lambda: report.direct_files(response, compared, found))
     if interrupted:

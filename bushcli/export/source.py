@@ -1,7 +1,7 @@
 """A case, or the folder of a result -> the data that can be exported.
 
 A case gives its material and effects. The folder of `direct` also gives curves and matrices, that of `dynamic` the
-dynamic stiffness, that of `fit` or `inverse` the identified law and effects, that of `diagnose` the most probable model.
+dynamic stiffness, that of `fit` or `inverse` the identified law and effects, that of `diagnose` the most probable one.
 """
 
 from __future__ import annotations
