@@ -17,6 +17,8 @@ from bushcli.errors import InputError, Problem
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.report.document import Document, Picture
 
 
@@ -181,14 +183,7 @@ def direct(
         what = "is a state of stiffness matrices, and none is asked for"
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
-    tables = []
-    if case.dynamic:
-        # What few cases need is loaded where one needs it.
-        from bushcli.recording.dynamic.read import read_dynamic
-        from cases.mode import modes
-
-        bushing = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
-        tables = [read_dynamic(one, run.tables) for one in bushing]
+    tables = _bushing_tables(run, case) if case.dynamic else []
     if not case.recordings and not case.load_cases and not tables:
         expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
@@ -230,3 +225,11 @@ def direct(
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
+
+
+def _bushing_tables(run: Run, case: Case) -> list[DynamicTable]:
+    """Read the tables of dynamic stiffness of a bushing; those of coupons are fitted, not compared."""
+    from bushcli.recording.dynamic.read import read_dynamic
+    from cases.mode import modes
+
+    return [read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
