@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bushcli.report.document import Document, Picture
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.response import Response
 
 
 @click.command()
@@ -205,13 +206,7 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    vibrations: Sequence[ComparedTable] = ()
-    doubts: Sequence[Condition] = ()
-    if tables and not interrupted:
-        from bushcli.simulate.dynamic_tables import compare_tables
-
-        with run.timed("dynamic"):
-            vibrations, doubts = compare_tables(case, response.material, tables)
+    vibrations, doubts = _beside(run, response, () if interrupted else tables)
 
     def document(pictures: Sequence[Picture] = ()) -> Document:
         static = report.direct_document(response, compared, found, pictures)
@@ -245,3 +240,15 @@ def _bushing_tables(run: Run, case: Case) -> list[DynamicTable]:
     from cases.mode import modes
 
     return [read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+
+
+def _beside(
+    run: Run, response: Response, tables: Sequence[DynamicTable]
+) -> tuple[Sequence[ComparedTable], Sequence[Condition]]:
+    """Return the simulated stiffness beside that of tables, and what has to be known about it."""
+    if not tables:
+        return (), ()
+    from bushcli.simulate.dynamic_tables import compare_tables
+
+    with run.timed("dynamic"):
+        return compare_tables(response.case, response.material, tables)

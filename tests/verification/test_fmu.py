@@ -375,12 +375,12 @@ VIBRATING = """
 [[load_cases]]
 mode = "axial"
 [load_cases.dynamic]
-preload = [0.0, 2.0]
+preload = [0.0, 2.0, 4.5]
 frequency = [0.3, 3.0, 30.0]
 [[load_cases]]
 mode = "torsional"
 [load_cases.dynamic]
-preload = [5.0]
+preload = [11.0]
 frequency = [0.3, 3.0, 30.0]
 """
 
@@ -398,7 +398,7 @@ def test_the_first_harmonic_is_the_dynamic_stiffness(tmp_path):
     path = tmp_path / "bushing.fmu"
     path.write_bytes(writer_for("fmu2").text(order))
     curves = vibrate(source.case).curves
-    assert len(curves) == 3
+    assert len(curves) == 4
     for curve in curves:
         turned = curve.mode == "torsional"
         amplitude, output = (1e-3, "torsional_moment") if turned else (0.01, "axial_force")
@@ -422,6 +422,6 @@ def test_the_first_harmonic_is_the_dynamic_stiffness(tmp_path):
             force = np.interp(time, found["time"], found[output])[-200:]
             turns = np.exp(-2j * np.pi * frequency * time[-200:])
             stiffness = np.mean(force * turns) / np.mean(q[-200:] * turns)
-            # 0.07 % and 0.004 degrees when this was written; at 30 Hz it is the inertia, which the FMU has not.
+            # 0.12 % and 0.02 degrees when this was written; at 30 Hz it is the inertia, which the FMU has not.
             assert abs(stiffness) == pytest.approx(abs(expected), rel=0.003)
             assert abs(np.degrees(np.angle(stiffness / expected))) < 0.05

@@ -32,7 +32,7 @@ def write(order: Order) -> str:
         for i, model in enumerate(_MODELS)
     ]
     heads = "{ formulation" + " " * 9 + "".join(f"  {d}" for d in FORCES) + " }"
-    lines += block("FORCES", ["(ACTIVITY)", heads, *rows])
+    lines += block("DIRECTIONS", ["(ACTIVITY)", heads, *rows])
     for direction in FORCES:
         data = ["(SPLINE_DATA)", "{           disp            force  }", *curve(order, direction, "altair")]
         lines += block(f"SPLINE_STIFFNESS_{direction}", data)
