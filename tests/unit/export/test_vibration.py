@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -163,6 +164,15 @@ def test_a_case_and_the_folder_of_dynamic_give_the_same(case, tmp_path, load_cas
         (curve,) = [one for one in vibrate(source.case).curves if one.mode == "torsional"]
         assert last.stiffness == pytest.approx(curve.stiffness[::-1])
         assert last.static == pytest.approx((np.radians(4.0), curve.force))
+
+
+def test_a_law_that_was_fitted_is_that_of_the_folder(case, tmp_path):
+    source = read_source(case(AXIAL))
+    fitted = replace(source.case.material, parameters={"C10": 0.6, "C20": 0.0, "C30": 0.0})
+    bare = replace(source.case, material=replace(source.case.material, parameters={}))
+    kept = read_source(saved(tmp_path / "out", vibrate(bare, fitted)))
+    assert kept.case.material.parameters == fitted.parameters
+    assert not kept.case.needs_fit
 
 
 def test_what_was_simulated_with_an_effect_is_not_exported_without_it(case, tmp_path):
