@@ -113,7 +113,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
         result = _read(file, path)
         try:
             source = _from_result(result, str(path), file.parent)
-        except (KeyError, TypeError, AttributeError):
+        except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
             ) from None

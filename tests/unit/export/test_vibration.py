@@ -182,6 +182,16 @@ def test_what_was_simulated_with_an_effect_is_not_exported_without_it(case, tmp_
     assert not kept.without(["gain"]).vibrations
 
 
+@pytest.mark.parametrize("spoiled", [[1.0, 2.0, 3.0], None, "x"])
+def test_a_spoiled_result_of_dynamic_is_refused(case, tmp_path, spoiled):
+    folder = saved(tmp_path / "out", vibrate(read_source(case(TORSIONAL)).case))
+    result = json.loads((folder / "result.json").read_text())
+    result["load_cases"][0]["loss"] = spoiled
+    (folder / "result.json").write_text(json.dumps(result))
+    with pytest.raises(InputError, match="is not a complete result"):
+        read_source(folder)
+
+
 def test_a_direction_without_stiffness_is_refused(case):
     source = read_source(case(AXIAL, TORSIONAL))
     order = Order("x", "x", unit_system("SI"), None, bushing_of(source, writer_for("nastran")))
