@@ -221,8 +221,9 @@ class Builder:
         density = DENSITY * table.density
         if table.hardness is not None:
             others = [name for name in ("parameters", "terms") if getattr(table, name)]
-            self.findings += checks.hardness(table.hardness, others, bool(data.get("coupons")))
-            return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
+            found = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
+            self.findings += found
+            return None if found else replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
         return material
@@ -319,7 +320,7 @@ class Builder:
             self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
         )
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
-        return builder.build(tables, "coupon" if coupons else None, usual)
+        return builder.build(tables, "coupon" if coupons else None, usual, section == "specimens")
 
     def _dynamic(
         self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]

@@ -49,7 +49,9 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.standards.protocol import protocol
 
     case = run.load()
-    curves = [read_recording(source, tables=run.tables) for source in case.recordings]
+    curves = [
+        read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)
+    ]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
@@ -187,7 +189,7 @@ def direct(
         read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"
     ]
     if not case.recordings and not case.load_cases and not tables:
-        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False

@@ -210,7 +210,8 @@ class Task:
         else:
             if not case.recordings:
                 what = "there are no [[recordings]] to identify a law from"
-                raise InputError(Problem(str(case.path), what, "", "[[recordings]] with mode and file"))
+                expected = case.expected("[[recordings]] with mode and file")
+                raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
