@@ -34,7 +34,7 @@ from bushcli.case.schema import (
     MeshTable,
     ToleranceTable,
 )
-from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
+from bushcli.case.sources import ESCAPED, SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
 from bushcli.recording.dynamic.source import DynamicSource
@@ -223,7 +223,9 @@ class Builder:
             others = [name for name in ("parameters", "terms") if getattr(table, name)]
             found = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
             self.findings += found
-            return None if found else replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
+            if found:
+                return None
+            return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
         return material
@@ -402,6 +404,9 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
         for index, item in enumerate(value):
             yield from _impossible_values(item, (*keys, index))
     elif isinstance(value, str) and printable(value) != value:
+        # "runs\\radial.csv" between quotation marks: the file is looked for with slashes.
+        if str(keys[-1]).endswith("file") and printable(value.translate(ESCAPED)) == value.translate(ESCAPED):
+            return
         yield Finding(
             keys, f"{dotted(keys)} = {shown(value)} has a control character, which would act on a terminal"
         )

@@ -297,12 +297,12 @@ def is_file(path: Path) -> bool:
 
 
 #: Characters that TOML makes of a backslash with a letter, between quotation marks: "runs\\new.csv".
-_ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
+ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
 
 
 def with_slashes(folder: Path, name: str) -> str:
     """Return a name with slashes in place of backslashes where there is no such file, but its folder with slashes."""
-    other = name.translate(_ESCAPED)
+    other = name.translate(ESCAPED)
     return other if other != name and not is_file(folder / name) and is_folder(folder / other) else name
 
 

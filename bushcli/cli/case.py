@@ -50,9 +50,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.standards.protocol import protocol
 
     case = run.load()
-    curves = [
-        read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)
-    ]
+    curves = [read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.

@@ -204,7 +204,9 @@ class Task:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected += "; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                expected = case.expected(
+                    f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                )
                 raise InputError(Problem(str(case.path), what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, measured)
         else:

@@ -144,8 +144,8 @@ def test_the_remedy_for_a_part_in_another_unit_corrects_that_part_alone(
     file.write_text(f"time_s,displacement_mm,force_N\n{rows}\n")
     wrong = bushcli("batch", case, "-q", "--json")
     found = json.loads(wrong.stdout)
-    assert found["outliers"] == ["part_07"]
-    (fault,) = (one for one in found["conditions"] if one["name"] == "faulty_data")
+    assert {one["name"]: one["outlier"] for one in found["parts"]}["part_07"] == ["data"]
+    (fault,) = (one for one in found["problems"] if one["name"] == "faulty_data")
     # The pattern's table has the units of twenty parts.
     assert "a [[specimens]] table of its own" in fault["remedy"]
     assert 'units = { force = "kN" }' in fault["remedy"]
