@@ -53,7 +53,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.standards.protocol import protocol
 
     case = run.load()
-    curves = [read_recording(source, tables=run.tables) for source in case.recordings]
+    curves = [read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
@@ -185,7 +185,7 @@ def direct(
     case = run.load()
     tables = _bushing_tables(run, case) if case.dynamic else []
     if not case.recordings and not case.load_cases and not tables:
-        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
