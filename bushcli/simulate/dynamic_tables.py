@@ -9,9 +9,11 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, DynamicTest, Material
+from bushcli.case import Case, DynamicTest, Material, checks
+from bushcli.case.case import LoadCase
 from bushcli.effects.active import acting, in_state
 from bushcli.effects.assembly import features_of
+from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
@@ -89,10 +91,12 @@ def compare_tables(
     Raises
     ------
     InputError
-        The rubber has no viscous branch, or an effect has no dynamic stiffness.
+        A preload is beyond what the bushing's shape admits, the rubber has no viscous branch, or an effect has no
+        dynamic stiffness.
     """
     compared, conditions = [], []
     for table in tables:
+        _check_preloads(case, table)
         conditions += _left_out(table)
         preload, failed = _preloads(case, material, table, comm)
         conditions += failed
@@ -109,6 +113,18 @@ def compare_tables(
         if found is not None:
             compared.append(found)
     return tuple(compared), tuple(conditions)
+
+
+def _check_preloads(case: Case, table: DynamicTable) -> None:
+    """Refuse a table with a preload that no bushing of this shape has, as a load case with it is refused."""
+    travel = np.abs(np.nan_to_num(table.preload))
+    row = int(np.argmax(travel))
+    found = next(
+        checks.travel(("preload",), LoadCase(table.mode, (0.0, float(travel[row]))), case.geometry), None
+    )
+    if travel[row] and found is not None:
+        remedy = f"{found.expected}; units = {{preload = ...}} in the recording's table, if the file has another unit"
+        raise InputError(Problem(table.places[row], found.what, "", remedy))
 
 
 def _rows(response: DynamicResponse, table: DynamicTable, preload: Array) -> ComparedTable | None:
