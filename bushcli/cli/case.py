@@ -14,10 +14,11 @@ from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, is_first_rank, on_a_case
 from bushcli.errors import InputError, Problem
-from cases.mode import modes
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.report.document import Document, Picture
 
 
@@ -169,7 +170,6 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.report.json.dynamic_tables import compared_json
     from bushcli.report.views.dynamic_tables import with_tables
     from bushcli.simulate.dynamic_tables import compare_tables
@@ -183,9 +183,7 @@ def direct(
         what = "is a state of stiffness matrices, and none is asked for"
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
-    tables = [
-        read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"
-    ]
+    tables = _bushing_tables(run, case) if case.dynamic else []
     if not case.recordings and not case.load_cases and not tables:
         expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
@@ -227,3 +225,11 @@ def direct(
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
+
+
+def _bushing_tables(run: Run, case: Case) -> list[DynamicTable]:
+    """Read the tables of dynamic stiffness of a bushing; those of coupons are fitted, not compared."""
+    from bushcli.recording.dynamic.read import read_dynamic
+    from cases.mode import modes
+
+    return [read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"]

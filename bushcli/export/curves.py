@@ -14,6 +14,7 @@ from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.export.law import BushingLaw
+    from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
 #: Order of rows and columns of a stiffness matrix.
@@ -113,6 +114,8 @@ class BushingData:
         Force law with memory.
     unrelaxed : bool
         Whether curves and matrix are those in a sudden step.
+    vibrations : tuple of Vibration
+        Dynamic stiffness, one per motion and preload.
     """
 
     curves: tuple[ForceCurve, ...]
@@ -120,6 +123,7 @@ class BushingData:
     remarks: tuple[str, ...] = ()
     law: BushingLaw | None = None
     unrelaxed: bool = False
+    vibrations: tuple[Vibration, ...] = ()
 
     def by_mode(self) -> dict[str, ForceCurve]:
         """Return the first curve of each mode."""

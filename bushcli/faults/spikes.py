@@ -267,7 +267,8 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         used = np.where(clean[one], own, there)
         known[one] = used.sum(axis=0) >= _LEAST
         u = np.stack([before[0][part] for part in back])
-        u -= x[one]
+        # Samples that are not used may be far away: they must not determine the scale.
+        u = (u - x[one]) * used
         u /= np.maximum(np.abs(u).max(axis=0), 1e-300)
         # The parabola at u = 0 by the normal equations: moments of the abscissae, and the first column of the inverse.
         powers = [used.astype(float)]
@@ -276,11 +277,16 @@ def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) ->
         s0, s1, s2, s3, s4 = (power.sum(axis=0) for power in powers)
         inverse = np.stack([s2 * s4 - s3 * s3, s2 * s3 - s1 * s4, s1 * s3 - s2 * s2])
         determinant = s0 * inverse[0] + s1 * inverse[1] + s2 * inverse[2]
-        inverse /= np.where(known[one], determinant, 1.0)
+        poor = known[one] & (determinant <= 1e-9 * s0 * s2 * s4)
+        inverse /= np.where(known[one] & ~poor, determinant, 1.0)
+        if poor.any():
+            # Cofactors lose too many digits where samples are far from each other.
+            normal = np.stack([s0, s1, s2, s1, s2, s3, s2, s3, s4], axis=1)[poor].reshape(-1, 3, 3)
+            inverse[:, poor] = np.linalg.pinv(normal, hermitian=True)[:, :, 0].T
         y = np.stack([before[1][part] for part in back])
         y -= values[one]
         size[one] = -sum(inverse[k] * (powers[k] * y).sum(axis=0) for k in range(3))
-        score[one] = size[one] / np.sqrt(1.0 + np.where(known[one], inverse[0], 0.0))
+        score[one] = size[one] / np.sqrt(1.0 + np.where(known[one], np.maximum(inverse[0], 0.0), 0.0))
     judged = known & clean
     nan = np.where(known, 0.0, np.nan)
     return score / _scale(score[judged], values) + nan, size + nan, judged

@@ -92,7 +92,7 @@ def test_a_bushing_that_softens_keeps_within_one_percent(softened):
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_finds_the_softening(softened, tmp_path, version):
     path = tmp_path / "bushing.fmu"
-    order = Order("12/22/40", "case.toml", unit_system("SI"), None, None, softened)
+    order = Order("12/22/40", "case.toml", unit_system("SI"), None, softened)
     path.write_bytes(writer_for(f"fmu{version}").text(order))
     assert fmpy.validation.validate_fmu(str(path)) == []
     (channel,) = softened.law.channels
@@ -195,7 +195,7 @@ def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
     table["axial_velocity"][:-1] = np.diff(q) / 0.1
     for version in (2, 3):
         path = worn / f"bushing{version}.fmu"
-        order = Order("12/22/40", "case.toml", unit_system("N-mm-s"), None, None, found)
+        order = Order("12/22/40", "case.toml", unit_system("N-mm-s"), None, found)
         path.write_bytes(writer_for(f"fmu{version}").text(order))
         assert fmpy.validation.validate_fmu(str(path)) == []
         ran = fmpy.simulate_fmu(
@@ -241,7 +241,7 @@ def test_an_effect_without_a_place_in_the_law_is_refused_by_name(worn):
 def fmu(bushing, tmp_path_factory):
     def make(version, units):
         path = tmp_path_factory.mktemp("fmu") / "bushing.fmu"
-        order = Order("12/22/40", "case.toml", unit_system(units), None, None, bushing)
+        order = Order("12/22/40", "case.toml", unit_system(units), None, bushing)
         path.write_bytes(writer_for(f"fmu{version}").text(order))
         return path
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.dynamic.names import ACROSS, KINDS, Meaning, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
 from bushcli.recording.header.columns import chosen_index
@@ -42,18 +42,18 @@ _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
 
 @dataclass(frozen=True)
-class Group:
+class ColumnGroup:
     """Columns that belong together.
 
     Attributes
     ----------
-    columns : mapping of str to (int, Meaning)
+    columns : mapping of str to (int, ColumnName)
         Column, from 0, by quantity.
     conditions : mapping of str to Stated
         Conditions of all its rows.
     """
 
-    columns: Mapping[str, tuple[int, Meaning]]
+    columns: Mapping[str, tuple[int, ColumnName]]
     conditions: Mapping[str, Stated]
 
 
@@ -70,7 +70,7 @@ def is_dynamic(table: Table, source: DynamicSource) -> bool:
     return any(one.quantity in MEASURED for one in meanings(table))
 
 
-def meanings(table: Table) -> list[Meaning]:
+def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
     found = []
     above, over = _spanning(table), _titles(table)
@@ -128,7 +128,7 @@ def _spanning(table: Table) -> dict[int, tuple[Stated, ...]]:
 
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
-    label = meaning(fields[0]) if fields and fields[0] else Meaning("")
+    label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
     said = label.quantity if label.quantity in _CONDITIONS else ""
     found: dict[int, Stated] = {}
     for i, field in enumerate(fields):
@@ -169,7 +169,7 @@ def with_conditions_above(table: Table) -> Table:
     )
 
 
-def groups(table: Table, source: DynamicSource, mode: Mode) -> list[Group]:
+def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have.
 
     Parameters
@@ -205,11 +205,11 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[Group]:
         own = {found[i].quantity for i in columns}
         taken = [*columns, *(i for i in shared if found[i].quantity not in own)]
         conditions = {c.quantity: c for i in columns or shared for c in found[i].conditions}
-        made.append(Group(_unique(table, taken, found, mode), conditions))
+        made.append(ColumnGroup(_unique(table, taken, found, mode), conditions))
     return made
 
 
-def _resolved(one: Meaning, table: Table, source: DynamicSource) -> Meaning:
+def _resolved(one: ColumnName, table: Table, source: DynamicSource) -> ColumnName:
     """Return a meaning whose conditions are known: a length in the name is what the case says it is."""
     if not any(c.quantity == ACROSS for c in one.conditions) or not one.quantity:
         return one
@@ -223,10 +223,10 @@ def _resolved(one: Meaning, table: Table, source: DynamicSource) -> Meaning:
 
 
 def _unique(
-    table: Table, columns: Sequence[int], found: Sequence[Meaning], mode: Mode
-) -> dict[str, tuple[int, Meaning]]:
+    table: Table, columns: Sequence[int], found: Sequence[ColumnName], mode: Mode
+) -> dict[str, tuple[int, ColumnName]]:
     """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
-    own: dict[str, tuple[int, Meaning]] = {}
+    own: dict[str, tuple[int, ColumnName]] = {}
     for quantity, count in Counter(found[i].quantity for i in columns).items():
         among = [i for i in columns if found[i].quantity == quantity]
         if count > 1:
@@ -297,7 +297,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
 
 
 def numbers(
-    table: Table, index: int, said: Meaning, quantity: str, source: DynamicSource, mode: Mode
+    table: Table, index: int, said: ColumnName, quantity: str, source: DynamicSource, mode: Mode
 ) -> tuple[Array, str]:
     """Return a column in internal units, and a remark where its unit was understood from its values.
 
@@ -306,7 +306,7 @@ def numbers(
     table : Table
     index : int
         Column, from 0.
-    said : Meaning
+    said : ColumnName
     quantity : str
     source : DynamicSource
     mode : Mode
@@ -365,13 +365,13 @@ def above(table: Table) -> dict[str, Stated]:
     return {one.quantity: one for one in found}
 
 
-def with_values(table: Table, group: Group) -> Table:
+def with_values(table: Table, group: ColumnGroup) -> Table:
     """Return the rows of a table in which a group of columns has values.
 
     Parameters
     ----------
     table : Table
-    group : Group
+    group : ColumnGroup
     """
     if not isinstance(table, TextTable):
         return table

@@ -148,7 +148,7 @@ class Stated:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class ColumnName:
     """The meaning of a column's name.
 
     Attributes
@@ -177,7 +177,7 @@ class Meaning:
     conditions: tuple[Stated, ...] = field(default=())
 
 
-def meaning(name: str, unit: str = "") -> Meaning:
+def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column.
 
     Parameters
@@ -208,7 +208,7 @@ def meaning(name: str, unit: str = "") -> Meaning:
     strained = any(word in words for word in _STRAINED)
     if known is not None and quantity and known.kind not in KINDS[quantity]:
         known, quantity = _otherwise(quantity, known)
-    return Meaning(
+    return ColumnName(
         quantity, known, written, peak if quantity == "amplitude" else "", modulus, strained, conditions
     )
 

@@ -346,7 +346,7 @@ READERS = {
 def written(program, rubber, units="N-mm-s"):
     one = writer_for(program)
     one.check(rubber)
-    return one.text(Order("A rubber, 60 ShA", "case.toml", unit_system(units), None, rubber)).decode("ascii")
+    return one.text(Order("A rubber, 60 ShA", "case.toml", unit_system(units), rubber)).decode("ascii")
 
 
 def rubber_with(name, **further):
@@ -472,7 +472,7 @@ def test_an_incompressible_rubber_has_no_compliance():
 
 
 def test_a_title_cannot_break_a_card():
-    order = Order("-- *END <b> 3%", "case.toml", unit_system("SI"), None, rubber_with("yeoh"))
+    order = Order("-- *END <b> 3%", "case.toml", unit_system("SI"), rubber_with("yeoh"))
     for program in CARDS:
         text = writer_for(program).text(order).decode("ascii")
         assert READERS[program](text).bulk == pytest.approx(BULK * 1e6, rel=1e-4)

@@ -27,7 +27,7 @@ CURVES = (
 
 
 def written(program, bushing, units="N-mm-s"):
-    order = Order("12/22/40", "case.toml", unit_system(units), None, None, bushing)
+    order = Order("12/22/40", "case.toml", unit_system(units), None, bushing)
     return writer_for(program).text(order).decode("ascii")
 
 
@@ -190,7 +190,7 @@ def test_no_text_of_the_user_leaves_its_comment(program, breaks):
     curves = tuple(replace(curve, name=bad) for curve in CURVES)
     rubber = ExportedRubber("neo_hookean", {"C10": 0.5}, 2000.0) if one.kind == "card" else None
     bushing = None if rubber else BushingData(curves, MATRIX, (bad,))
-    lines = one.text(Order(bad, bad, unit_system("SI"), None, rubber, bushing)).decode("ascii").splitlines()
+    lines = one.text(Order(bad, bad, unit_system("SI"), rubber, bushing)).decode("ascii").splitlines()
     said = [line for line in lines if "INPUT=harmful" in line]
     begin, end = one.comment
     assert said
