@@ -408,11 +408,9 @@ def _left_out(name: str, active: Sequence[ActiveEffect]) -> list[Condition]:
     if rig:
         names = " and ".join(readable_name(one.name) for one in rig)
         what = f"{name}: the stiffness is that of the part, without {names} of the rig"
-        found.append(
-            Condition(
-                "effect_left_out", what, "nothing to do, unless the part is compared with a rig's table"
-            )
-        )
+        remedy = "nothing to do, unless the part is compared with a rig's table: `bushcli direct` compares, with all "
+        remedy += "effects of the rig but free play"
+        found.append(Condition("effect_left_out", what, remedy))
     return found
 
 

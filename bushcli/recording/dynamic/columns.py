@@ -74,7 +74,8 @@ def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
     found = []
     above, over = _spanning(table), _titles(table)
-    for i, name in enumerate(table.names):
+    # Above conditions a name in merged cells holds until the next one.
+    for i, name in enumerate(_carried(table.names, len(table.names)) if above else table.names):
         own = condition_of(name)
         said = meaning(
             over.get(i, name) if own else name, "" if condition_of(table.units[i]) else table.units[i]
@@ -146,7 +147,7 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
 def with_conditions_above(table: Table) -> Table:
     """Return a table whose first row has conditions, ``Preload [N];0;500``, with that row above the names.
 
-    A name then holds until the next one, as in cells that were merged.
+    A unit then holds until the next one, as in cells that were merged.
 
     Parameters
     ----------
@@ -162,7 +163,6 @@ def with_conditions_above(table: Table) -> Table:
     split = [[table.text(row, i) for i in range(width)] for row in rows]
     return replace(
         table,
-        names=tuple(_carried(table.names, width)),
         units=tuple(_carried(table.units, width)),
         preamble=(*table.preamble, (table.line(0), ";".join(fields))),
         parts=(SplitRows(split, [table.line(row) for row in rows]),),

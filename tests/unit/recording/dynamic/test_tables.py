@@ -108,6 +108,8 @@ WIDE = [
     "f [Hz],Kdyn [N/mm],,Phase [deg],\nVorlast [N],0,500,0,500\n",
     "Preload (N),0,500,0,500\nf [Hz],Kdyn [N/mm],Kdyn [N/mm],Phase [deg],Phase [deg]\n",
     ",Kdyn [N/mm],,Phase [deg],\nf [Hz],0 N,500 N,0 N,500 N\n",
+    "f [Hz],Kdyn [N/mm],,Phase [deg],\n,0 N,500 N,0 N,500 N\n",
+    "f [Hz],Kdyn,,Phase,\nHz,N/mm,,deg,\nPreload [N],0,500,0,500\n",
 ]
 
 
