@@ -228,7 +228,7 @@ def direct(
     run.deliver(result, document, lambda: report.direct_files(response, compared, found))
     if interrupted:
         raise KeyboardInterrupt
-    if not response.complete:
+    if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, tables)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE

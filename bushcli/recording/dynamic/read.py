@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,12 +20,13 @@ from bushcli.recording.dynamic.columns import (
     is_dynamic,
     numbers,
     suited_kinds,
+    with_conditions_above,
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.part import TablePart
-from bushcli.recording.dynamic.source import DynamicSource
+from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity
 from bushcli.recording.opened import listed, opened
@@ -99,6 +101,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
         return read_loops(source, plain, tables)
     found = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
     every = [found] if isinstance(found, Table) else list(found.tables)
+    every = [with_conditions_above(table) for table in every]
     fitting = [table for table in every if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
@@ -149,7 +152,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
             arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
-    _refuse_frequency(arrays["frequency"], places, table, source)
+    # Moduli may come from shifts along temperature, which reach any frequency.
+    highest = HIGHEST if mode.specimen == "bushing" else math.inf
+    _refuse_frequency(arrays["frequency"], places, table, highest)
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
@@ -208,7 +213,7 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     return found
 
 
-def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, source: DynamicSource) -> None:
+def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, highest: float) -> None:
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
@@ -218,6 +223,12 @@ def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, sou
         row = int(np.argmax(bad))
         what = f"a frequency of {frequency[row]:g} Hz has no cycle"
         expected = "delete the row; a static stiffness comes from a recording of force over displacement"
+        raise RecordingError(Problem(places[row], what, "", expected))
+    high = frequency > highest
+    if high.any():
+        row = int(np.argmax(high))
+        what = f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
+        expected = 'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit'
         raise RecordingError(Problem(places[row], what, "", expected))
 
 
