@@ -53,7 +53,8 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     "asked",
     multiple=True,
     metavar="[NAME=]ANSWER",
-    help="axial.initial, axial.secant@3, axial.tangent@3, axial.force@3, under a load axial.secant@500N, or a key of the result of `direct`.",
+    help="axial.initial, axial.secant@3, axial.tangent@3, axial.force@3, under a load axial.secant@500N, or a key of "
+    "the result of `direct`.",
 )
 @click.option(
     "--limits",
