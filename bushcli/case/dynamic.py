@@ -12,9 +12,7 @@ from pydantic import Field
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import CaseTable, ColumnKey, Name
 from bushcli.errors import nearest
-from bushcli.recording.dynamic.columns import suited_kinds
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
-from bushcli.recording.dynamic.units import read_unit
 from cases.mode import modes
 
 KIND = "dynamic"
@@ -111,6 +109,10 @@ def sources(
 
 def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     """Return what is wrong with the keys of columns and units."""
+    # Here, because a case without such tables needs no parser of units.
+    from bushcli.recording.dynamic.columns import suited_kinds
+    from bushcli.recording.dynamic.units import read_unit
+
     mode, findings = modes()[table.mode], []
     every = (*COLUMNS, *LOOP_COLUMNS)
     for section in ("columns", "units"):

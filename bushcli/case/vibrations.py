@@ -13,13 +13,10 @@ from bushcli.case import checks, motion_path
 from bushcli.case.case import DynamicTest, LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
+from bushcli.recording.dynamic.source import HIGHEST
 from cases.mode import modes
 from cases.six import MOTIONS, SixPath
 from geometry.shape import Shape
-
-# Hz; rubber's moduli have been measured up to some kHz in bushings, and at 1e5 Hz the wave in a soft rubber is shorter
-# than an element of the default mesh.
-HIGHEST = 1e5
 
 
 def test(

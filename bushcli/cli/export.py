@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     required=True,
     metavar="PROGRAM",
     help="Material card: abaqus, ansys, calculix, febio, lsdyna, marc, radioss. Vehicle model: adams, altair, chrono, "
-    "csv, json, fmu2, fmu3.",
+    "csv, json, fmu2, fmu3; over frequency: nastran, csv_dynamic.",
 )
 @click.option(
     "--units",
@@ -40,7 +40,15 @@ if TYPE_CHECKING:
     "--density",
     type=PositiveNumber(),
     metavar="KG_PER_M3",
-    help="Density of the rubber, for cards.",
+    help="Density of the rubber, for cards.  [default: material.density of the case]",
+)
+@click.option(
+    "--viscoelastic",
+    "form",
+    default="time-prony",
+    show_default=True,
+    metavar="FORM",
+    help="Viscoelasticity of a card: time-prony, or of abaqus frequency-prony, frequency-tabular.",
 )
 @click.option(
     "--without",
@@ -55,13 +63,19 @@ if TYPE_CHECKING:
 )
 @functools.partial(on_a_case, into="FILE", writes="Write this file; without it the text goes to stdout.")
 def export(
-    run: Run, program: str, system: str, density: float | None, without: tuple[str, ...], unrelaxed: bool
+    run: Run,
+    program: str,
+    system: str,
+    density: float | None,
+    form: str,
+    without: tuple[str, ...],
+    unrelaxed: bool,
 ) -> int:
-    """Write CASE for another program: a material card, a vehicle model, a force law.
+    """Write CASE for another program: a material card, a vehicle model, dynamic stiffness, a force law.
 
-    CASE is a case file, or a folder that `direct`, `fit`, `inverse` or `diagnose` wrote with -o: then the identified
-    rubber and effects are exported. The text goes to FILE with -o FILE, else to stdout. What a program cannot express
-    is refused by name.
+    CASE is a case file, or a folder that `direct`, `dynamic`, `fit`, `inverse` or `diagnose` wrote with -o: then the
+    identified rubber and effects are exported. The text goes to FILE with -o FILE, else to stdout. What a program
+    cannot express is refused by name.
     """
     from bushcli.export import Order, read_source, unit_system, writer_for
     from bushcli.export.file import check_file, write_file
@@ -70,6 +84,7 @@ def export(
     if ranks_there_are() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
     chosen, units = writer_for(program), unit_system(system)
+    chosen.check_form(form)
     if unrelaxed and not chosen.static:
         what = f"{chosen.name} has no single state: its file has the memory of the rubber, or the curves as they are"
         raise InputError(Problem("--unrelaxed", what, "", "leave it out; it is for adams, altair and chrono"))
@@ -82,11 +97,11 @@ def export(
     source = read_source(run.path, run.overrides, run.tables).without(without)
     if source.case.needs_fit and chosen.kind != "matrix":
         source = _identified(run, source)
-    order = Order(source.case.title, source.where, units, density)
+    order = Order(source.case.title, source.where, units, form=form)
     if chosen.kind == "card":
-        order = replace(order, rubber=rubber_of(source.case.material, source.case.effects))
-        assert order.rubber is not None
-        chosen.check(order.rubber)
+        found = rubber_of(source.case.material, source.case.effects)
+        chosen.check(found, form)
+        order = replace(order, rubber=replace(found, density=density or found.density))
     else:
         order = replace(order, bushing=_bushing(run, chosen, source, unrelaxed))
     content = chosen.text(order)

@@ -75,6 +75,9 @@ def fit(
             lambda: report.Files(case),
         )
         return NEGATIVE if strict and problems else DONE
+    if problems and not spectra and not case.coupons:
+        # The only tables of the case have no spectrum: what prevents it is the answer.
+        raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
     found = fit_to_coupons(run, case, model, weighting)

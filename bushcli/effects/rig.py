@@ -23,6 +23,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Given, RigChange, Signal
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Response = Callable[[Array], tuple[Array, Array, Array]]
 """Displacement (n,) -> force (n,), stiffness dF/dq (n,), derivative by each column at fixed displacement (n, P)."""
 
@@ -32,6 +33,10 @@ _CLOSE = 1e-12
 _MOST_STEPS = 200
 # Step, as a share of the recording, of the central difference for a marched force's rate (for derivatives by a lag).
 _LAG_DIFFERENCE = 1e-6
+
+
+# A column of derivatives that is none by a parameter: that by the displacement or by the force.
+_SLOPE = "slope"
 
 
 class NoEquilibrium(ArithmeticError):
@@ -225,6 +230,47 @@ def sampled(
         if change.read is not None:
             logged = change.read(logged, times - times[0], given)
     return logged
+
+
+def has_slope(one: ActiveEffect) -> bool:
+    """Whether an effect of the rig is smooth about any preload: with free play the force depends on the amplitude."""
+    ((change, given),) = _changes((one,), (_SLOPE,))
+    at_rest = Signal(np.zeros(1), np.ones((1, 1)))
+    return change.drive is None or bool(change.drive(at_rest, given).slope[0, 0] == 1.0)
+
+
+def vibrating(
+    active: Sequence[ActiveEffect], stiffness: Complex, frequency: Array, q: float, force: float
+) -> Complex:
+    """Return the dynamic stiffness that the rig measures about a preload: its changes of the curve, linearised.
+
+    What stands beside the bushing adds its stiffness, springs in series their compliance at the force that they carry;
+    a force that is logged late by a time t turns by exp(-i omega t), and is scaled as it is read.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the rig (`has_slope`), all parameters given.
+    stiffness : shape (n,)
+        K* of the bushing, N/mm or N mm/rad.
+    frequency : shape (n,)
+        Hz.
+    q, force : float
+        Displacement and static force of the bushing under the preload: mm or rad, N or N mm.
+    """
+    columns = ("", _SLOPE)
+    moved = Signal(np.array([q]), np.array([[1.0, 0.0]]))
+    carried = parallel(active, moved, Signal(np.array([force]), np.array([[0.0, 1.0]])), columns, np.zeros(1))
+    beside, share = carried.slope[0]
+    found = beside + share * stiffness
+    carried = Signal(carried.value, np.array([[0.0, 1.0]]))
+    found = found / (1.0 + extension(active, carried, columns).slope[0, 1] * found)
+    for change, given in _changes(active, columns):
+        if change.clock is not None:
+            found = found * np.exp(-2j * np.pi * frequency * given[change.clock].value)
+        if change.read is not None:
+            carried = change.read(carried, np.zeros(1), given)
+    return np.asarray(carried.slope[0, 1] * found)
 
 
 def elastic_response(

@@ -14,6 +14,7 @@ from bushcli.export.curves import Array, BushingData, ForceCurve, matrix_remedy
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
+from bushcli.export.vibration import Vibration, motions
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
@@ -35,7 +36,7 @@ def bushing_of(
     source : ExportSource
         Case whose parameters all have values, and the curves that exist already.
     chosen : Writer
-        Of kind "bushing", "matrix" or "force_law".
+        Of kind "bushing", "matrix", "force_law" or "vibration".
     progress : callable or None
         As in `bushcli.simulate.predict.predict`.
     tables : TableCache, optional
@@ -51,6 +52,8 @@ def bushing_of(
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
         raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
+    if chosen.kind == "vibration":
+        return _vibrating(source, progress)
     said = state_in_words(source.case.effects, unrelaxed)
     matrix = _matrix(source, unrelaxed) if chosen.static else source.stiffness_matrix
     if chosen.kind == "matrix":
@@ -85,6 +88,40 @@ def bushing_of(
     if not chosen.static and matrix is not None and said:
         of_matrix.append(f"the stiffness matrix is that of the {source.state} rubber, without friction")
     return BushingData(curves, matrix, (*remarks, *of_matrix), unrelaxed=unrelaxed)
+
+
+def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
+    """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
+    left = [
+        one.effect.name
+        for one in source.case.effects
+        if one.effect.acts == "rig" or (one.effect.fades and not one.effect.needs_time)
+    ]
+    found = source.vibrations or _vibrations(source, progress)
+    remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(left)}"] if left else []
+    if any(one.static is None for one in found):
+        remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")
+    return BushingData((), None, tuple(remarks), vibrations=found)
+
+
+def _vibrations(source: ExportSource, progress: Progress | None) -> tuple[Vibration, ...]:
+    """Return the dynamic stiffness of a case, simulated."""
+    from bushcli.simulate.dynamic import vibrate
+
+    if not source.case.vibrations:
+        remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
+        raise InputError(Problem(source.where, "has no vibrations", "", remedy))
+    response = vibrate(source.case, progress=progress)
+    if not response.complete:
+        failures = ("preload_not_reached", "unstable_preload")
+        failed = next(one for one in response.conditions if one.name in failures)
+        raise InputError(Problem(source.where, failed.message, "", failed.remedy))
+    found: list[Vibration] = []
+    for one in response.curves:
+        values = one.stiffness if one.matrix is None else one.matrix
+        static = (one.preload, one.force)
+        found += motions(one.name, one.test.mode, static, one.test.transfer, one.frequency, values)
+    return tuple(found)
 
 
 def _matrix(source: ExportSource, unrelaxed: bool) -> Array | None:
@@ -137,6 +174,10 @@ def _nothing(source: ExportSource) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which give the range of displacement"
     if _several(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
+    elif source.case.vibrations:
+        what = (
+            "has only load cases with vibrations, which give no curve; they are for nastran and csv_dynamic"
+        )
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 

@@ -10,10 +10,6 @@ from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import bulk_modulus, poisson_ratio
 from bushcli.export.writer import Order
 
-# kg/m3, for programs that do not run without a density; quasi-static results do not depend on it. Rule of mixtures:
-# 100 parts by weight of natural rubber (920 kg/m3), 45 of carbon black (1800), 5 of zinc oxide (5600) make 1114.
-DENSITY = 1100.0
-
 
 def rubber(order: Order) -> ExportedRubber:
     """Return the rubber of an order for a card."""

@@ -10,21 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
+from bushcli.export.directions import FORCES, mode_of
 from cases.mode import modes
 
 if TYPE_CHECKING:
     from bushcli.export.law import BushingLaw
+    from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
-#: Order of rows and columns of a stiffness matrix.
-DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-#: Forces and moments in the same order.
-FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
-
-
-def mode_of(direction: str) -> str:
-    """Return the name of the mode whose curve stands for a direction FX to TZ."""
-    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)
@@ -113,6 +106,8 @@ class BushingData:
         Force law with memory.
     unrelaxed : bool
         Whether curves and matrix are those in a sudden step.
+    vibrations : tuple of Vibration
+        Dynamic stiffness, one per motion and preload.
     """
 
     curves: tuple[ForceCurve, ...]
@@ -120,6 +115,7 @@ class BushingData:
     remarks: tuple[str, ...] = ()
     law: BushingLaw | None = None
     unrelaxed: bool = False
+    vibrations: tuple[Vibration, ...] = ()
 
     def by_mode(self) -> dict[str, ForceCurve]:
         """Return the first curve of each mode."""

@@ -51,5 +51,5 @@ def hyperelastic(order: Order, moduli: str = "", absent: float = 0.0) -> str:
 
 
 def density(order: Order) -> str:
-    """Return `*DENSITY` with its data line and a line break; empty where no density was given."""
-    return "" if order.density is None else f"*DENSITY\n{order.units.of_density(order.density):.10g}\n"
+    """Return `*DENSITY` with its data line and a line break."""
+    return f"*DENSITY\n{order.units.of_density(rubber(order).density):.10g}\n"

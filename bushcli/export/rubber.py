@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bushcli.case import Material
+from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
 from forms.law import law as law_called
 
@@ -46,6 +47,8 @@ class ExportedRubber:
         Names of effects of the rubber that no material card can express.
     beside : tuple of str
         Names of effects of the assembly and the rig, which do not belong to the rubber.
+    density : float
+        kg/m3.
     """
 
     law: str
@@ -55,6 +58,7 @@ class ExportedRubber:
     softening: OgdenRoxburgh | None = None
     inexpressible: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
+    density: float = Material.density / DENSITY
 
     @property
     def shear_modulus(self) -> float:
@@ -102,6 +106,7 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
         else OgdenRoxburgh(mullins["inverse_r"], mullins["m"] * factor, mullins["beta"]),
         inexpressible=tuple(one.name for one in left if one.effect.acts == "rubber"),
         beside=tuple(one.name for one in left if one.effect.acts != "rubber"),
+        density=material.density / DENSITY,
     )
 
 

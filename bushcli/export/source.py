@@ -1,7 +1,7 @@
 """A case, or the folder of a result -> the data that can be exported.
 
-A case gives its material and effects. The folder of `direct` also gives curves and matrices, that of `fit` or
-`inverse` the identified law and effects, that of `diagnose` the most probable model.
+A case gives its material and effects. The folder of `direct` also gives curves and matrices, that of `dynamic` the
+dynamic stiffness, that of `fit` or `inverse` the identified law and effects, that of `diagnose` the most probable one.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from bushcli.case.rebuild import rebuilt_case
 from bushcli.effects.active import require_values
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
+from bushcli.export.vibration import Vibration, vibrations_in
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
-_COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
+_COMMANDS = ("direct", "dynamic", "fit", "inverse", "diagnose", "check")
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class ExportSource:
         N, mm, rad.
     state : str
         State of the matrix: "relaxed", "unrelaxed", or empty where the result does not say.
+    vibrations : tuple of Vibration
+        Dynamic stiffness that has been simulated already.
     """
 
     case: Case
@@ -49,6 +52,7 @@ class ExportSource:
     curves: tuple[ForceCurve, ...] = ()
     stiffness_matrix: Array | None = None
     state: str = ""
+    vibrations: tuple[Vibration, ...] = ()
 
     def without(self, names: Sequence[str]) -> ExportSource:
         """Return this source without some of its effects.
@@ -71,11 +75,12 @@ class ExportSource:
                 raise InputError(Problem("--without", what, nearest(name, there), known))
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
         # What was simulated with the effect is wrong without it; a relaxed matrix has no effect that fades.
-        curves = self.curves if not names else ()
+        curves, vibrations = ((), ()) if names else (self.curves, self.vibrations)
         fading = all(one.effect.fades for one in self.case.effects if one.effect.name in names)
         matrix = self.stiffness_matrix if self.state == "relaxed" and fading else None
         matrix = matrix if names else self.stiffness_matrix
-        return replace(self, case=replace(self.case, effects=kept), curves=curves, stiffness_matrix=matrix)
+        case = replace(self.case, effects=kept)
+        return replace(self, case=case, curves=curves, stiffness_matrix=matrix, vibrations=vibrations)
 
 
 def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | None = None) -> ExportSource:
@@ -108,7 +113,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
         result = _read(file, path)
         try:
             source = _from_result(result, str(path), file.parent)
-        except (KeyError, TypeError, AttributeError):
+        except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
             ) from None
@@ -134,4 +139,4 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
 def _from_result(result: dict[str, Any], where: str, folder: Path) -> ExportSource:
     shown = dict(result["case"]) | identified(result)
     case = rebuilt_case(shown, folder)
-    return ExportSource(case, where, curves_of(result), *matrix_of(result))
+    return ExportSource(case, where, curves_of(result), *matrix_of(result), vibrations_in(result))

@@ -44,6 +44,10 @@ class UnitSystem:
         """Convert a time from s."""
         return seconds / self.time
 
+    def of_frequency(self, hertz: float) -> float:
+        """Convert a frequency from Hz to cycles per unit of time."""
+        return hertz * self.time
+
     def of_density(self, kilogram_per_cubic_metre: float) -> float:
         """Convert a density from kg/m3: the unit of mass is force time^2 / length."""
         return kilogram_per_cubic_metre * self.length**4 / (self.force * self.time**2)

@@ -22,7 +22,9 @@ from bushcli.export.units import UnitSystem
 if TYPE_CHECKING:
     from bushcli.export.curves import BushingData
 
-Kind = Literal["card", "bushing", "matrix", "force_law"]
+Kind = Literal["card", "bushing", "matrix", "force_law", "vibration"]
+#: Forms in which a card states viscoelasticity: for marches in time, and for vibrations by a series or by a table.
+TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR = "time-prony", "frequency-prony", "frequency-tabular"
 
 
 @dataclass(frozen=True)
@@ -36,20 +38,20 @@ class Order:
     where : str
         Case file or folder that it comes from.
     units : UnitSystem
-    density : float or None
-        kg/m3; None = not given.
     rubber : ExportedRubber or None
         For material cards.
     bushing : BushingData or None
-        Curves and stiffness matrix, for vehicle models.
+        Curves, stiffness matrix and dynamic stiffness, for vehicle models.
+    form : str
+        Form in which a card states viscoelasticity.
     """
 
     title: str
     where: str
     units: UnitSystem
-    density: float | None = None
     rubber: ExportedRubber | None = None
     bushing: BushingData | None = None
+    form: str = TIME_PRONY
 
     @property
     def name(self) -> str:
@@ -68,8 +70,9 @@ class Writer:
         As on the command line.
     title : str
         Name of the program and its file.
-    kind : {"card", "bushing", "matrix", "force_law"}
-        What the file contains: the rubber, the bushing's curves, its stiffness matrix, its force law with memory.
+    kind : {"card", "bushing", "matrix", "force_law", "vibration"}
+        What the file contains: the rubber, the bushing's curves, its stiffness matrix, its force law with memory, its
+        dynamic stiffness over frequency.
     ending : str
         Usual ending of the file's name.
     comment : (str, str)
@@ -80,6 +83,8 @@ class Writer:
         Of a card: law -> the program's name of it.
     series, softening : str
         The program's names of a Prony series and of the Ogden-Roxburgh model; empty where it has none.
+    forms : tuple of str
+        Forms in which the card can state viscoelasticity.
     series_laws, softening_laws : frozenset of str, optional
         Laws with which the program combines them; None = all.
     incompressible : bool
@@ -102,14 +107,40 @@ class Writer:
     laws: Mapping[str, str] = field(default_factory=dict)
     series: str = ""
     softening: str = ""
+    forms: tuple[str, ...] = (TIME_PRONY,)
     series_laws: frozenset[str] | None = None
     softening_laws: frozenset[str] | None = None
     incompressible: bool = True
     static: bool = False
     remarks: tuple[str, ...] = ()
 
-    def check(self, rubber: ExportedRubber) -> None:
+    def check_form(self, form: str) -> None:
+        """Refuse a form of viscoelasticity that is unknown, or that the program's file does not have.
+
+        Raises
+        ------
+        InputError
+            The message names the nearest form, or the programs that have it.
+        """
+        having = {
+            known: [one.name for one in all_writers().values() if known in one.forms and one.kind == "card"]
+            for known in (TIME_PRONY, FREQUENCY_PRONY, FREQUENCY_TABULAR)
+        }
+        if form not in having:
+            what = f'"{form}" is not a form of viscoelasticity'
+            raise InputError(Problem("--viscoelastic", what, nearest(form, having), ", ".join(having)))
+        if form != TIME_PRONY and self.name not in having[form]:
+            what = f"{self.title} has no viscoelasticity in the form {form}"
+            raise InputError(Problem("--viscoelastic", what, "", f"it is for {', '.join(having[form])}"))
+
+    def check(self, rubber: ExportedRubber, form: str = TIME_PRONY) -> None:
         """Refuse a rubber that the program cannot express.
+
+        Parameters
+        ----------
+        rubber : ExportedRubber
+        form : str
+            Form in which the card is to state viscoelasticity.
 
         Raises
         ------
@@ -121,6 +152,9 @@ class Writer:
         def refuse(what: str, remedy: str) -> None:
             found.append(Problem(f"--to {self.name}", what, "", remedy))
 
+        if form != TIME_PRONY and not rubber.series:
+            remedy = 'add [[effects]] name = "viscoelasticity", or leave --viscoelastic out'
+            refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
         if rubber.law not in self.laws:
             refuse(
                 f"{self.title} has no {rubber.law} law",

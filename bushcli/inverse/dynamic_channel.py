@@ -16,8 +16,10 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest
-from bushcli.effects.active import acting, in_state
+from bushcli.effects.active import ActiveEffect, acting, in_state
 from bushcli.effects.assembly import features_of
+from bushcli.effects.names import readable_name
+from bushcli.effects.rig import has_slope, vibrating
 from bushcli.errors import InputError, Problem
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.channel import ChannelForces, Patience, isochoric_sample
@@ -99,6 +101,17 @@ class DynamicChannel:
         self.table, self.comm = table, comm
         self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode))
         problems = unfit(case.path.name, table.name, self._active)
+        for one in self._active:
+            if one.effect.acts == "rig" and _changes_stiffness(one):
+                what = (
+                    f"{table.name}: {readable_name(one.name)} changes the stiffness that the rig measures, "
+                )
+                what += "which is not fitted to tables"
+                expected = (
+                    f'give the effect "{one.name}" channels = [...] without {table.name}, or leave it out; '
+                )
+                expected += "`bushcli direct` compares tables with it"
+                problems.append(Problem(case.path.name, what, "", expected))
         if problems:
             raise InputError(*problems)
         features = features_of(in_state(self._active, unrelaxed=False))
@@ -215,8 +228,10 @@ class DynamicChannel:
         """
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         reached = self._reached(own, self._branches(parameters), Patience())
+        # Effects of the rig that act on a table leave its stiffness as it is.
+        rubber = [one for one in self._active if one.effect.acts != "rig"]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
-        return [*left_out(self.table, "fitted"), *effects_left_out(self.name, self._active), *doubtful]
+        return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
@@ -322,6 +337,16 @@ class DynamicChannel:
                 )
             )
         return used
+
+
+def _changes_stiffness(one: ActiveEffect) -> bool:
+    """Whether an effect of the rig changes the dynamic stiffness that is measured; offset and drift do not."""
+    started = replace(one, values={p.name: p.start for p in one.parameters})
+    part = np.array([1e3 + 1e2j])
+    # Far from rest every stop is engaged.
+    return not has_slope(started) or not np.allclose(
+        vibrating((started,), part, np.ones(1), 1e3, 1e6), part, rtol=1e-12
+    )
 
 
 def _preloads(table: DynamicTable) -> list[_Preloads]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, load_case_names
-from bushcli.effects.active import acting
+from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.change import Signal
 from bushcli.effects.rig import parallel
 from bushcli.errors import InputError, Problem
@@ -122,15 +122,28 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
 def _loaded(case: Case, load: LoadCase, name: str, program: Program) -> PrescribedForce:
     """Return what a program of forces prescribes: the force of the bushing with all that stands beside it."""
     active = tuple(one.started() for one in acting(case.effects, name, load.mode))
+    return with_all_beside(active, program.time)
+
+
+def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
+    """Return a prescribed force that the bushing carries together with all that stands beside it.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the channel, all with values.
+    time : shape (n,) or None
+        Times of the program, s.
+    """
     beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
     if not beside:
         return PrescribedForce()
-    began = 0.0 if program.time is None else float(program.time[0])
+    began = 0.0 if time is None else float(time[0])
 
-    def carried(q: float, force: float, time: float) -> float:
-        at, own = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
-        elapsed = None if program.time is None else np.array([time - began])
-        return float(parallel(beside, at, own, (), elapsed).value[0])
+    def carried(q: float, force: float, at: float) -> float:
+        moved, own = (Signal(np.array([value]), np.zeros((1, 0))) for value in (q, force))
+        elapsed = None if time is None else np.array([at - began])
+        return float(parallel(beside, moved, own, (), elapsed).value[0])
 
     return PrescribedForce(carried)
 
@@ -180,7 +193,7 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        wanted = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
     channels = [

@@ -34,6 +34,7 @@ from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.program import Program, path
+from cases.ranks import summed
 from cases.simulate import prepare
 from cases.six import PAIR_MODES
 
@@ -42,6 +43,8 @@ Complex = NDArray[np.complex128]
 
 # Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
 NEAR = 1e-6
+# Gap of the plates in front of the free ends, and one that no preload closes, mm.
+_GAP, _AWAY = "snubber.gap", 1e6
 # Relative error of the stiffness by the reduction: what is promised, and what vectors are chosen for.
 PROMISED, CHOSEN = 1e-4, 1e-5
 
@@ -349,8 +352,6 @@ class Vibrations:
         number = test.motion if test.six is not None else 0
         model = DynamicModel(found, number, test.transfer)
         pose, forces = solver.pose, solver.six
-        contact = self.model.surfaces.contact
-        met = () if contact is None else touches(contact, self.model.state.x.array)
         return DynamicCurve(
             self.name,
             test,
@@ -363,8 +364,25 @@ class Vibrations:
             model,
             self._branches,
             None if pose is None else model.matrix(frequency, self._branches),
-            tuple(one.surfaces for one in met),
+            _touching(self.model),
         )
+
+
+def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
+    """Return which surfaces are in contact at the present state; a plate in front of the free ends is one of them."""
+    contact = model.surfaces.contact
+    met = () if contact is None else touches(contact, model.state.x.array)
+    found = [one.surfaces for one in met]
+    gap = model.parameters.constants.get(_GAP)
+    if gap is not None:
+        # The plates push if they have energy that they would not have further away.
+        near, own = model.surfaces.energy(), float(gap.value)
+        model.parameters.set({_GAP: _AWAY})
+        away = model.surfaces.energy()
+        model.parameters.set({_GAP: own})
+        if summed(model.comm, near - away) > 0.0:
+            found.append(("free end", "snubber"))
+    return tuple(found)
 
 
 def _shown(test: DynamicTest, q: float) -> str:
@@ -381,10 +399,13 @@ def _not_reached(name: str, test: DynamicTest, failure: NotConverged) -> Conditi
         q, force = failure.largest
         unit = "N mm" if modes()[test.mode].rotational else "N"
         what = (
-            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {_shown(test, q)}"
+            f"a preload was not reached: the largest force found is {force:.4g} {unit} at {_shown(test, q)} "
+            f"({failure.reason})"
         )
     what = f"{name}: {what}; preloads up to there have their results"
-    return Condition("preload_not_reached", what, "set a smaller preload, more steps or a coarser mesh")
+    return Condition(
+        "preload_not_reached", what, "set a smaller preload (in mm or N), more steps or a coarser mesh"
+    )
 
 
 def _unstable(name: str, test: DynamicTest, q: float) -> Condition:
@@ -413,11 +434,9 @@ def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Conditio
     if rig:
         names = " and ".join(readable_name(one.name) for one in rig)
         what = f"{name}: the stiffness is that of the part, without {names} of the rig"
-        found.append(
-            Condition(
-                "effect_left_out", what, "nothing to do, unless the part is compared with a rig's table"
-            )
-        )
+        remedy = "nothing to do, unless the part is compared with a rig's table: `bushcli direct` compares, with all "
+        remedy += "effects of the rig but free play"
+        found.append(Condition("effect_left_out", what, remedy))
     return found
 
 

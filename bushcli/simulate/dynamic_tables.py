@@ -9,16 +9,19 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, DynamicTest, Material
-from bushcli.effects.active import acting, in_state
+from bushcli.case import Case, DynamicTest, Material, checks
+from bushcli.case.case import LoadCase
+from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
 from bushcli.effects.assembly import features_of
+from bushcli.effects.rig import has_slope, vibrating
+from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
+from bushcli.simulate.channels import with_all_beside
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from bushcli.simulate.six_motions import mode_of
-from cases.load import PrescribedForce
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import path
@@ -43,7 +46,7 @@ class ComparedTable:
     table : DynamicTable
         The rows whose preload was reached.
     simulated : shape (n,)
-        K* in N/mm or N mm/rad.
+        K* as the rig measures it, N/mm or N mm/rad.
     preload : shape (n,)
         mm or rad, as it was simulated.
     reduction_error : float
@@ -89,12 +92,19 @@ def compare_tables(
     Raises
     ------
     InputError
-        The rubber has no viscous branch, or an effect has no dynamic stiffness.
+        A preload is beyond what the bushing's shape admits, the rubber has no viscous branch, or an effect has no
+        dynamic stiffness.
     """
     compared, conditions = [], []
     for table in tables:
+        _check_preloads(case, table)
         conditions += left_out(table)
-        preload, failed = _preloads(case, material, table, comm)
+        own = acting(case.effects, table.name, table.mode)
+        require_values(own, case.path.name)
+        # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
+        rig = tuple(one for one in own if one.effect.acts == "rig" and has_slope(one))
+        part = replace(case, effects=tuple(replace(one, channels=None) for one in own if one not in rig))
+        preload, failed = _preloads(part, material, table, rig, comm)
         conditions += failed
         kept = ~np.isnan(preload)
         if not kept.any():
@@ -103,20 +113,34 @@ def compare_tables(
         test = DynamicTest(
             table.mode, tuple(np.unique(rows.frequency)), tuple(np.unique(preload[kept])), steps=_STEPS
         )
-        response = vibrate(replace(case, vibrations=(test,)), material, progress=progress, comm=comm)
+        response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
-        found = _rows(response, rows, preload[kept])
+        found = _rows(response, rows, preload[kept], rig)
         if found is not None:
             compared.append(found)
     return tuple(compared), tuple(conditions)
 
 
-def _rows(response: DynamicResponse, table: DynamicTable, preload: Array) -> ComparedTable | None:
-    """Return the rows of a table about the preloads that were reached."""
+def _check_preloads(case: Case, table: DynamicTable) -> None:
+    """Refuse a table with a preload that no bushing of this shape has, as a load case with it is refused."""
+    travel = np.abs(np.nan_to_num(table.preload))
+    row = int(np.argmax(travel))
+    found = next(
+        checks.travel(("preload",), LoadCase(table.mode, (0.0, float(travel[row]))), case.geometry), None
+    )
+    if travel[row] and found is not None:
+        remedy = f"{found.expected}; units = {{preload = ...}} in the recording's table, if the file has another unit"
+        raise InputError(Problem(table.places[row], found.what, "", remedy))
+
+
+def _rows(
+    response: DynamicResponse, table: DynamicTable, preload: Array, rig: Sequence[ActiveEffect]
+) -> ComparedTable | None:
+    """Return the rows of a table about the preloads that were reached, as a rig with these effects measures them."""
     simulated = np.full(len(table), np.nan, dtype=np.complex128)
     for curve in response.curves:
         own = preload == curve.preload
-        simulated[own] = _at(curve, table.frequency[own])
+        simulated[own] = _at(curve, table.frequency[own], rig)
     kept = ~np.isnan(simulated)
     if not kept.any():
         return None
@@ -124,8 +148,9 @@ def _rows(response: DynamicResponse, table: DynamicTable, preload: Array) -> Com
     return ComparedTable(table.rows(kept), simulated[kept], preload[kept], error)
 
 
-def _at(curve: DynamicCurve, frequency: Array) -> Complex:
-    return curve.model.stiffness(frequency, curve.branches)
+def _at(curve: DynamicCurve, frequency: Array, rig: Sequence[ActiveEffect]) -> Complex:
+    part = curve.model.stiffness(frequency, curve.branches)
+    return vibrating(rig, part, frequency, curve.preload, curve.force)
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
@@ -160,7 +185,7 @@ def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
 
 
 def _preloads(
-    case: Case, material: Material, table: DynamicTable, comm: MPI.Comm
+    case: Case, material: Material, table: DynamicTable, rig: Sequence[ActiveEffect], comm: MPI.Comm
 ) -> tuple[Array, list[Condition]]:
     """Return the displacement (n,) of each row's preload, nan where a force is not reached; equal ones are one."""
     given = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
@@ -171,7 +196,7 @@ def _preloads(
         travel = 0.0
         if force:
             try:
-                travel = _travel(case, material, table.mode, float(force), comm)
+                travel = _travel(case, material, table.mode, float(force), rig, comm)
             except NotConverged as failure:
                 unit = "N mm" if modes()[table.mode].rotational else "N"
                 what = f"{table.name}: the preload of {force:.4g} {unit} is not reached ({failure.reason})"
@@ -198,11 +223,13 @@ def gathered(values: Array) -> Array:
     return found
 
 
-def _travel(case: Case, material: Material, mode: str, force: float, comm: MPI.Comm) -> float:
-    """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing."""
-    features = features_of(in_state(acting(case.effects, mode, mode), unrelaxed=False))
+def _travel(
+    case: Case, material: Material, mode: str, force: float, rig: Sequence[ActiveEffect], comm: MPI.Comm
+) -> float:
+    """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
+    features = features_of(in_state(case.effects, unrelaxed=False))
     model = prepare(
         case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
     )
-    history = march(model, path((0.0, force), _STEPS), drive=PrescribedForce())
+    history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))
     return float(history.displacement[-1])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.dynamic.reduction import Reduced, Sweep
+from cases.dynamic.reduction import ReducedPencil, Sweep
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -68,14 +68,14 @@ class DynamicModel:
 
     Attributes
     ----------
-    reduced : Reduced
+    reduced : ReducedPencil
     motion : int
         Number of the driven sleeve's motion, among those of `reduced`.
     transfer : bool
         Whether the force is taken at the held sleeve; else where the bushing is driven.
     """
 
-    reduced: Reduced
+    reduced: ReducedPencil
     motion: int = 0
     transfer: bool = False
 

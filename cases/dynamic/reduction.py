@@ -54,7 +54,7 @@ class Sweep:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class ReducedPencil:
     """Matrices over the responses to motions of the driven sleeve, rigid motions of the body, and free vectors.
 
     The work of the momentum on a rigid motion is the difference between the force where the bushing is driven and that
@@ -201,7 +201,7 @@ class Reduced:
         return np.asarray(errors.max(axis=1)), np.asarray(1.0 / np.sqrt(sizes * beta))
 
 
-def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Reduced:
+def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> ReducedPencil:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 
     Parameters
@@ -270,7 +270,7 @@ class _Basis:
         m = self._motions
         return np.vstack([self._vectors[m:], self._viscous, self._inertial])
 
-    def reduced(self) -> Reduced:
+    def reduced(self) -> ReducedPencil:
         """Return the matrices over the present vectors."""
         pencil, m = self._pencil, self._motions
         rigid = slice(len(pencil.motions), m)
@@ -284,7 +284,7 @@ class _Basis:
         equilibrium, viscous, rubber, metal = map(matrix, vars(self._forces).values())
         forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
         inner = _even(pencil.products(self._parts, forces))
-        return Reduced(
+        return ReducedPencil(
             m,
             len(pencil.motions),
             equilibrium,
@@ -296,12 +296,12 @@ class _Basis:
             inner,
         )
 
-    def residuals(self, found: Reduced, at: Sweep, weights: Array) -> Array:
+    def residuals(self, found: ReducedPencil, at: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
 
         Parameters
         ----------
-        found : Reduced
+        found : ReducedPencil
             Of the present vectors.
         at : Sweep
             Points, shape (f,).

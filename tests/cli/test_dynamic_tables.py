@@ -77,3 +77,12 @@ def test_what_is_asked_ends_with_exit_code_2_and_the_key(case):
     done = run("check", case)
     assert done.exit_code == 2
     assert 'amplitude_is = "peak" or "double"' in done.output
+
+
+def test_fit_says_why_a_sweep_has_no_spectrum(case):
+    sweep = case.parent / "sweep.csv"
+    sweep.write_text("".join(sweep.read_text().splitlines(keepends=True)[:4]))
+    done = run("fit", case)
+    assert done.exit_code == 2
+    assert "3 frequencies" in done.output
+    assert "at least 4 frequencies" in done.output

@@ -112,8 +112,8 @@ def test_direct_loads_what_it_solves_with(tmp_path, plain):
     probe = f"{STACK}; import json, sys; print(json.dumps(sorted(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
     # 284 when this was written (some 30 more with Python 3.14 and its pydantic), two thirds of them bushcli's own; once
-    # more than twice as many.
-    assert len(modules - set(json.loads(run.stdout))) < 330
+    # more than twice as many. Then loads by force and vibrations of a case came, and each result got a view and JSON.
+    assert len(modules - set(json.loads(run.stdout))) < 345
 
 
 def test_a_case_with_a_section_loads_its_shape_alone(tmp_path, plain):

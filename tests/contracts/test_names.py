@@ -18,10 +18,9 @@ SEVERAL = {
     # module imports either.
     "Bushing": ("bushcli.export.fmu.slave2", "bushcli.export.fmu.slave3"),
     # Parts of a document or of a plot, and what the same word means in its own field: the section of a bushing, the
-    # rows of a text file, the curves of many designs.
+    # rows of a text file.
     "Section": ("bushcli.report.document", "geometry.shapes.section"),
     "Table": ("bushcli.recording.text.table", "bushcli.report.document"),
-    "Band": ("bushcli.report.document", "bushcli.study.bands"),
 }
 
 

@@ -73,7 +73,7 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
 
     monkeypatch.setattr(Channel, "solve", stuck)
     monkeypatch.setattr(refine, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
-    monkeypatch.setattr(starts, "screened", lambda *_: [np.array([0.5, 0.02, 0.001])])
+    monkeypatch.setattr(starts, "screen_starts", lambda *_: [np.array([0.5, 0.02, 0.001])])
     fit = identify(Task(case, "yeoh", starts=2))
     assert "given up" in fit.end_points[-1].message
     assert fit.converged

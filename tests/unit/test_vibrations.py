@@ -130,7 +130,7 @@ amplitude = 2
     [
         ("frequency=[0]", "0 Hz"),
         ("frequency=[-3, 1]", "above 0"),
-        ("frequency=[]", "list of numbers"),
+        ("frequency=[]", "list of at least one number"),
         ("frequency=[2, 2]", "a frequency twice"),
         ("frequency={from = 1}", "frequency.to is missing"),
         ("frequency={from = 0, to = 3, points = 3}", "greater than 0"),
@@ -337,6 +337,45 @@ def test_contact_that_stays_is_said(tmp_path: Path) -> None:
     driving = replace(pressed.model, transfer=False)
     quiet = np.array([1e-3])
     assert_allclose(pressed.model.stiffness(quiet, ()), driving.stiffness(quiet, ()))
+    assert (free.touching, pressed.touching) == ((), (("free end", "snubber"),))
+    (said,) = found.conditions
+    assert said.name == "contact_frozen"
+    assert "axial at 1.5 mm: free end and snubber touch" in said.message
+
+
+def test_voids_that_close_are_said(tmp_path: Path) -> None:
+    void = {"void_inner_radius": 14.0, "void_outer_radius": 18.0, "void_angle": 80.0}
+    keys = ["geometry.shape=voided", "mesh.elements_around=12"]
+    keys += [f"geometry.{name}={value}" for name, value in void.items()]
+    found = vibrate(one("radial", "frequency = [10]\npreload = [0, 6]", tmp_path, *keys))
+    assert [curve.touching for curve in found.curves] == [(), (("void", "void"),)]
+    assert [one.name for one in found.conditions] == ["contact_frozen"]
+
+
+def test_a_drawn_section_has_the_stiffness_of_the_same_plain_bushing(tmp_path: Path) -> None:
+    """Axial and radial about a preload; the section is meshed freely, and both meshes converge to one stiffness."""
+    drawn = """shape = "section"
+[[geometry.outline]]
+from = [12.0, -10.0]
+to = [22.0, -10.0]
+[[geometry.outline]]
+to = [22.0, 10.0]
+name = "outer"
+[[geometry.outline]]
+to = [12.0, 10.0]
+[[geometry.outline]]
+to = [12.0, -10.0]
+name = "inner"
+"""
+    begin, end = CASE.index('shape = "plain"'), CASE.index("[mesh]")
+    section = (CASE[:begin] + drawn + CASE[end:]).replace("elements_across = 2", "elements_across = 3")
+    plain = CASE.replace("elements_across = 2", "elements_across = 3")
+    dynamic = "frequency = [1, 200]\npreload = [0, 1]"
+    for mode in ("axial", "radial"):
+        found, expected = (vibrate(one(mode, dynamic, tmp_path, text=text)) for text in (section, plain))
+        for a, b in zip(found.curves, expected.curves, strict=True):
+            assert_allclose(np.abs(a.stiffness), np.abs(b.stiffness), rtol=0.01)
+            assert_allclose(a.loss_angle, b.loss_angle, atol=math.radians(0.05))
 
 
 SOFTENING = "material.parameters={C10 = 0.5, C20 = -0.1, C30 = 0.0}"

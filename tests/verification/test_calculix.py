@@ -37,7 +37,7 @@ def calculix():
 
 def card(name, parameters, units="N-mm-s"):
     rubber = rubber_of(Material(name, BULK, parameters), ())
-    order = Order("rubber", "a test", unit_system(units), None, rubber)
+    order = Order("rubber", "a test", unit_system(units), rubber)
     return writer_for("calculix").text(order).decode()
 
 

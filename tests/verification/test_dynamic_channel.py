@@ -59,6 +59,10 @@ MULLINS = """
 [[effects]]
 name = "mullins"
 """
+RIG = """
+[[effects]]
+name = "{}"
+"""
 # Standard errors of a table: of the stiffness, and of the loss angle in degrees.
 NOISE = 0.01, 0.3
 
@@ -197,6 +201,10 @@ def test_stated_errors_and_rows_that_do_not_count(specimen):
         (lambda text: text.partition("[[effects]]")[0] + STATIC + TABLE, 'name = "viscoelasticity"'),
         (lambda text: text.replace(STATIC, ""), "beside tables of dynamic stiffness"),
         (lambda text: text + MULLINS, "changes the force along a path"),
+        *(
+            (lambda text, name=name: text + RIG.format(name), "changes the stiffness that the rig measures")
+            for name in ("rig_compliance", "time_lag", "gain", "free_play", "bump_stop")
+        ),
     ],
 )
 def test_what_cannot_be_fitted_is_refused_with_the_remedy(specimen, changed, said):
@@ -205,3 +213,10 @@ def test_what_cannot_be_fitted_is_refused_with_the_remedy(specimen, changed, sai
     done = CliRunner().invoke(main, ["inverse", str(path)])
     assert done.exit_code == 2
     assert said in " ".join(done.output.split())
+
+
+def test_an_offset_of_the_rig_leaves_a_table_as_it_is(specimen):
+    path = specimen.measured().path
+    path.write_text(path.read_text() + RIG.format("offset"))
+    problem, _ = Task(load_case(path), "neo_hookean").problem()
+    assert [one.name for one in problem.channels] == ["axial", "rig"]

@@ -99,3 +99,69 @@ def test_a_rubber_without_a_branch_is_refused_with_the_remedy(simulated):
     done = CliRunner().invoke(main, ["direct", str(folder / "elastic.toml")])
     assert done.exit_code == 2
     assert 'name = "viscoelasticity"' in done.output
+
+
+def test_a_rig_of_a_table_is_in_the_comparison(simulated):
+    """Series spring, late force, wrong gain and a zero that is off, by their formulas; another channel has none."""
+    curve, folder = simulated
+    written(folder, curve, ("preload_mm", 1.5))
+    effects = """
+[[effects]]
+name = "rig_compliance"
+parameters = {stiffness = 2000.0}
+[[effects]]
+name = "time_lag"
+parameters = {lag = 0.0002}
+[[effects]]
+name = "gain"
+channels = ["second"]
+parameters = {error = 0.03}
+[[effects]]
+name = "offset"
+channels = ["second"]
+parameters = {displacement = 0.1, force = 3.0}
+"""
+    second = TABLE + 'name = "second"\n'
+    (folder / "rig.toml").write_text(CASE + effects + TABLE + second)
+    case = load_case(folder / "rig.toml")
+    tables = [read_dynamic(one) for one in case.dynamic]
+    found, conditions = compare_tables(case, case.material, tables)
+    assert not conditions
+    expected = np.exp(-2j * np.pi * curve.frequency * 2e-4) / (1.0 / curve.stiffness + 1.0 / 2000.0)
+    np.testing.assert_allclose(found[0].simulated, expected, rtol=1e-5)
+    np.testing.assert_allclose(found[1].simulated, 1.03 * expected, rtol=1e-5)
+
+
+def test_a_stop_beside_the_bushing_carries_its_share_of_the_preload(simulated):
+    curve, folder = simulated
+    stop = '[[effects]]\nname = "bump_stop"\nparameters = {stiffness = 100.0, gap = 1.0}\n'
+    case = written(folder, curve, ("preload_N", curve.force + 50.0))
+    (folder / "stop.toml").write_text(CASE + stop + TABLE)
+    case = load_case(folder / "stop.toml")
+    (found,), _ = compare_tables(case, case.material, [read_dynamic(case.dynamic[0])])
+    np.testing.assert_allclose(found.preload, 1.5, rtol=1e-4)
+    np.testing.assert_allclose(found.simulated, curve.stiffness + 100.0, rtol=1e-4)
+
+
+def test_free_play_has_no_stiffness_of_its_own_and_is_said_to_be_left_out(simulated):
+    curve, folder = simulated
+    written(folder, curve, ("preload_mm", 1.5))
+    play = '[[effects]]\nname = "free_play"\nparameters = {half_width = 0.05}\n'
+    (folder / "play.toml").write_text(CASE + play + TABLE)
+    case = load_case(folder / "play.toml")
+    (found,), (said,) = compare_tables(case, case.material, [read_dynamic(case.dynamic[0])])
+    assert said.name == "effect_left_out"
+    assert "free_play" in said.message
+    np.testing.assert_allclose(found.simulated, curve.stiffness, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("preload", "code", "says"),
+    [(("preload_mm", 400.0), 2, "times the rubber's thickness"), (("preload_N", 1e9), 3, "is not reached")],
+)
+def test_a_preload_that_the_bushing_cannot_have_is_named(simulated, preload, code, says):
+    curve, folder = simulated
+    written(folder, curve, preload)
+    done = CliRunner().invoke(main, ["direct", str(folder / "case.toml")])
+    assert done.exit_code == code
+    assert says in " ".join(done.output.split())

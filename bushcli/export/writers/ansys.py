@@ -28,8 +28,7 @@ def write(order: Order) -> str:
     """Return the commands for material 1."""
     one, units = rubber(order), order.units
     lines = [f"/COM, {order.name}: material {_MATERIAL}"]
-    if order.density is not None:
-        lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(order.density):.10g}")
+    lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(one.density):.10g}")
     option, count = _OPTIONS[one.law]
     numbers = _constants(order)
     if one.law == "ogden":

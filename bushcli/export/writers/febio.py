@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from bushcli.export.card import DENSITY, ogden_terms, rubber, stresses
+from bushcli.export.card import ogden_terms, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
 LAWS = {
@@ -30,8 +30,7 @@ def write(order: Order) -> str:
     ElementTree.SubElement(root, "Module", type="solid")
     material = ElementTree.SubElement(ElementTree.SubElement(root, "Material"), "material", id="1")
     material.set("name", order.name)
-    if order.density is not None or one.series:
-        _number(material, "density", units.of_density(order.density or DENSITY))
+    _number(material, "density", units.of_density(one.density))
     elastic = material
     if one.series:
         material.set("type", "uncoupled viscoelastic")

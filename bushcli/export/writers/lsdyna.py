@@ -8,7 +8,7 @@ long-term law: shear moduli G_i and decay constants BETA_i = 1/tau_i.
 
 from __future__ import annotations
 
-from bushcli.export.card import DENSITY, field, ogden_terms, poisson_field, rubber, stresses
+from bushcli.export.card import field, ogden_terms, poisson_field, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
 _H = ("c10", "c01", "c11", "c20", "c02", "c30")
@@ -23,7 +23,7 @@ def write(order: Order) -> str:
 
 def _head(order: Order) -> list[str]:
     """Return MID, RO, PR, N = 0 (constants are given) and NV."""
-    ro = order.units.of_density(order.density or DENSITY)
+    ro = order.units.of_density(rubber(order).density)
     return [
         "$      mid        ro        pr         n        nv         g      sigf       ref",
         f"{1:10d}{field(ro)}{poisson_field(order, 'lsdyna', 10)}{0:10d}{0:10d}",
@@ -47,7 +47,7 @@ def _ogden(order: Order) -> list[str]:
 
 def _boyce(order: Order) -> list[str]:
     one, values, units = rubber(order), stresses(order), order.units
-    ro = units.of_density(order.density or DENSITY)
+    ro = units.of_density(one.density)
     numbers = (ro, units.of_stress(one.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
     return [
         "*MAT_127_TITLE",
@@ -86,7 +86,6 @@ WRITER = Writer(
     series="Gi, BETAi",
     incompressible=False,
     remarks=(
-        f"density {DENSITY:g} kg/m3 unless another was given: a filled natural rubber",
         "the Prony series is linear in the Green strain: the same as bushcli's at small strain",
         "N of *MAT_127 is lambda_m squared, a real number; check that your program does not read it as an integer",
     ),

@@ -31,8 +31,7 @@ def write(order: Order) -> str:
         f"*mater_name {name}",
         *_law(order),
     ]
-    if order.density is not None:
-        lines.append(f"*mater_param general:mass_density {order.units.of_density(order.density):.10g}")
+    lines.append(f"*mater_param general:mass_density {order.units.of_density(rubber(order).density):.10g}")
     if by_hand:
         width = max(len(name) for name, _ in by_hand)
         lines.append("| to be typed in by hand, after which the material is complete:")

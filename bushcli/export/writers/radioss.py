@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.card import (
-    DENSITY,
     field,
     incompressibility,
     ogden_terms,
@@ -58,7 +57,7 @@ def _row(*numbers: float) -> str:
 
 
 def _head(order: Order, law: str) -> list[str]:
-    ro = order.units.of_density(order.density or DENSITY)
+    ro = order.units.of_density(rubber(order).density)
     return [f"/MAT/{law}/1", order.name, "#              RHO_I", _row(ro)]
 
 
@@ -164,9 +163,6 @@ WRITER = Writer(
     series_laws=frozenset({"neo_hookean", "mooney_rivlin", "ogden", "arruda_boyce"}),
     softening_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "arruda_boyce"}),
     incompressible=False,
-    remarks=(
-        f"density {DENSITY:g} kg/m3 unless another was given: a filled natural rubber",
-        "the deck's /BEGIN states the units; no unit_ID is given here",
-    ),
+    remarks=("the deck's /BEGIN states the units; no unit_ID is given here",),
     source="Altair Radioss Reference Guide 2021: /MAT/LAW42, LAW92, LAW94, LAW100, /VISC/PRONY, /FAIL/MULLINS_OR",
 )

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.dynamic.names import ACROSS, KINDS, Meaning, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.vocabulary import is_foreign
+from bushcli.recording.text.fields import is_number, to_float
 from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
@@ -40,18 +42,18 @@ _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
 
 
 @dataclass(frozen=True)
-class Group:
+class ColumnGroup:
     """Columns that belong together.
 
     Attributes
     ----------
-    columns : mapping of str to (int, Meaning)
+    columns : mapping of str to (int, ColumnName)
         Column, from 0, by quantity.
     conditions : mapping of str to Stated
         Conditions of all its rows.
     """
 
-    columns: Mapping[str, tuple[int, Meaning]]
+    columns: Mapping[str, tuple[int, ColumnName]]
     conditions: Mapping[str, Stated]
 
 
@@ -68,37 +70,106 @@ def is_dynamic(table: Table, source: DynamicSource) -> bool:
     return any(one.quantity in MEASURED for one in meanings(table))
 
 
-def meanings(table: Table) -> list[Meaning]:
+def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
     found = []
-    above = _spanning(table)
-    for i, name in enumerate(table.names):
-        said = meaning(name, "" if condition_of(table.units[i]) else table.units[i])
-        conditions = (*said.conditions, *above.get(i, ()))
+    above, over = _spanning(table), _titles(table)
+    # Above conditions a name in merged cells holds until the next one.
+    for i, name in enumerate(_carried(table.names, len(table.names)) if above else table.names):
+        own = condition_of(name)
+        said = meaning(
+            over.get(i, name) if own else name, "" if condition_of(table.units[i]) else table.units[i]
+        )
+        conditions = (*said.conditions, *((own,) if own and i in over else ()), *above.get(i, ()))
         found.append(replace(said, conditions=conditions))
     return found
+
+
+def _split_above(table: Table) -> Iterator[list[list[str]]]:
+    """Yield each line above the names, and the row of units, split at each delimiter that does not make it too long."""
+    for text in (*(text for _, text in table.preamble), ";".join(table.units)):
+        split = [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
+        yield [fields for fields in split if 1 < len(fields) <= len(table.names)]
+
+
+def _titles(table: Table) -> dict[int, str]:
+    """Return the quantity above each column whose name is a condition alone: ``Kdyn [N/mm]`` above ``0 N``, ``500 N``.
+
+    A title holds until the next one of its line.
+    """
+    found: dict[int, str] = {}
+    for lines in _split_above(table):
+        for fields in lines:
+            if any(meaning(field).quantity in MEASURED for field in fields if field):
+                found |= {i: title for i, title in enumerate(_carried(fields, len(table.names))) if title}
+    return found
+
+
+def _carried(fields: Sequence[str], width: int) -> list[str]:
+    """Return the fields of a row, each of which holds until the next one."""
+    carried: list[str] = []
+    for i in range(width):
+        carried.append((fields[i] if i < len(fields) else "") or (carried[-1] if carried else ""))
+    return carried
 
 
 def _spanning(table: Table) -> dict[int, tuple[Stated, ...]]:
     """Return conditions of columns in lines above the names, each of which holds until the next one of its line."""
     found: dict[int, tuple[Stated, ...]] = {}
     # A row of lengths above the names may have been taken for one of units.
-    for text in (*(text for _, text in table.preamble), ";".join(table.units)):
-        for delimiter in ";\t,|":
-            fields = text.split(delimiter)
-            known = [condition_of(field) if field.strip() else None for field in fields]
-            if len(fields) > len(table.names) or sum(one is not None for one in known) < 2:
-                continue
-            last: Stated | None = None
-            for i in range(len(table.names)):
-                last = known[i] if i < len(known) and known[i] is not None else last
-                if last is not None:
-                    found[i] = (*found.get(i, ()), last)
-            break
+    for lines in _split_above(table):
+        known = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
+        last: Stated | None = None
+        for i in range(len(table.names)):
+            last = known.get(i, last)
+            if last is not None:
+                found[i] = (*found.get(i, ()), last)
     return found
 
 
-def groups(table: Table, source: DynamicSource, mode: Mode) -> list[Group]:
+def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
+    """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
+    label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
+    said = label.quantity if label.quantity in _CONDITIONS else ""
+    found: dict[int, Stated] = {}
+    for i, field in enumerate(fields):
+        one = condition_of(field) if field else None
+        if one is not None:
+            found[i] = replace(one, quantity=said) if said and one.quantity == ACROSS else one
+        elif i and field and said and label.unit is not None:
+            number = next((to_float(field, sign) for sign in ".," if is_number(field, sign)), math.nan)
+            if not math.isfinite(number):
+                return {}
+            found[i] = Stated(said, number, label.unit, label.peak)
+    return found
+
+
+def with_conditions_above(table: Table) -> Table:
+    """Return a table whose first row has conditions, ``Preload [N];0;500``, with that row above the names.
+
+    A unit then holds until the next one, as in cells that were merged.
+
+    Parameters
+    ----------
+    table : Table
+    """
+    if not isinstance(table, TextTable) or len(table) < 2:
+        return table
+    width = len(table.names)
+    fields = [table.text(0, i).strip() for i in range(width)]
+    if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
+        return table
+    rows = range(1, len(table))
+    split = [[table.text(row, i) for i in range(width)] for row in rows]
+    return replace(
+        table,
+        units=tuple(_carried(table.units, width)),
+        preamble=(*table.preamble, (table.line(0), ";".join(fields))),
+        parts=(SplitRows(split, [table.line(row) for row in rows]),),
+    )
+
+
+def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
     """Return the groups of columns of a table: one, or one for each condition that the columns' names have.
 
     Parameters
@@ -134,11 +205,11 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[Group]:
         own = {found[i].quantity for i in columns}
         taken = [*columns, *(i for i in shared if found[i].quantity not in own)]
         conditions = {c.quantity: c for i in columns or shared for c in found[i].conditions}
-        made.append(Group(_unique(table, taken, found, mode), conditions))
+        made.append(ColumnGroup(_unique(table, taken, found, mode), conditions))
     return made
 
 
-def _resolved(one: Meaning, table: Table, source: DynamicSource) -> Meaning:
+def _resolved(one: ColumnName, table: Table, source: DynamicSource) -> ColumnName:
     """Return a meaning whose conditions are known: a length in the name is what the case says it is."""
     if not any(c.quantity == ACROSS for c in one.conditions) or not one.quantity:
         return one
@@ -152,10 +223,10 @@ def _resolved(one: Meaning, table: Table, source: DynamicSource) -> Meaning:
 
 
 def _unique(
-    table: Table, columns: Sequence[int], found: Sequence[Meaning], mode: Mode
-) -> dict[str, tuple[int, Meaning]]:
+    table: Table, columns: Sequence[int], found: Sequence[ColumnName], mode: Mode
+) -> dict[str, tuple[int, ColumnName]]:
     """Return one column for each quantity: not a set value beside the measured one, not a unit of another specimen."""
-    own: dict[str, tuple[int, Meaning]] = {}
+    own: dict[str, tuple[int, ColumnName]] = {}
     for quantity, count in Counter(found[i].quantity for i in columns).items():
         among = [i for i in columns if found[i].quantity == quantity]
         if count > 1:
@@ -226,7 +297,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
 
 
 def numbers(
-    table: Table, index: int, said: Meaning, quantity: str, source: DynamicSource, mode: Mode
+    table: Table, index: int, said: ColumnName, quantity: str, source: DynamicSource, mode: Mode
 ) -> tuple[Array, str]:
     """Return a column in internal units, and a remark where its unit was understood from its values.
 
@@ -235,7 +306,7 @@ def numbers(
     table : Table
     index : int
         Column, from 0.
-    said : Meaning
+    said : ColumnName
     quantity : str
     source : DynamicSource
     mode : Mode
@@ -289,17 +360,18 @@ def _usual(quantity: str, mode: Mode) -> tuple[str, str]:
 
 def above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    found = [one for _, text in table.preamble if (one := stated(text)) is not None]
+    decimal = table.decimal if isinstance(table, TextTable) else ""
+    found = [one for _, text in table.preamble if (one := stated(text, decimal)) is not None]
     return {one.quantity: one for one in found}
 
 
-def with_values(table: Table, group: Group) -> Table:
+def with_values(table: Table, group: ColumnGroup) -> Table:
     """Return the rows of a table in which a group of columns has values.
 
     Parameters
     ----------
     table : Table
-    group : Group
+    group : ColumnGroup
     """
     if not isinstance(table, TextTable):
         return table

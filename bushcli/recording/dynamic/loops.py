@@ -10,7 +10,7 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
-from bushcli.recording.dynamic.part import Part
+from bushcli.recording.dynamic.part import TablePart
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
 from bushcli.recording.opened import opened
 from bushcli.recording.read import read_recording
@@ -20,7 +20,7 @@ from bushcli.recording.text.table import Table
 from cases.mode import modes
 
 
-def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[Part]:
+def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
     """Return the rows that the sine bursts of a file give.
 
     Parameters
@@ -97,4 +97,4 @@ def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list
         expected = "put the sign of the force right in the file; or the fixture's inertia is larger than the stiffness"
         raise RecordingError(Problem(places[row], what, "", expected))
     modulus: Literal["E", "G", ""] = "" if mode.specimen == "bushing" else "G" if mode.sheared else "E"
-    return [Part(arrays, places, tuple(said), modulus)]
+    return [TablePart(arrays, places, tuple(said), modulus)]

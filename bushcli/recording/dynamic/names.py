@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
+from bushcli.recording.text.fields import is_thousands
 
 Peak = Literal["peak", "double", ""]
 
@@ -50,7 +51,7 @@ _WORDS: Mapping[str, tuple[str, ...]] = {
         "temperature", "temp", "temperatur", "température", "temperatura", "温度", "температура", "t",
     ),
     "stiffness": (
-        "complex", "dynamic stiffness", "dyn stiffness", "dynamic rate", "dynamic spring rate", "kdyn", "k dyn",
+        "complex", "kd", "dynamic stiffness", "dyn stiffness", "dynamic rate", "dynamic spring rate", "kdyn", "k dyn",
         "cdyn", "c dyn", "dynamische steifigkeit", "dyn steifigkeit", "dynamische federrate", "complex stiffness",
         "complex modulus", "komplexer modul", "complex shear modulus", "raideur dynamique", "动刚度", "動ばね定数",
     ),
@@ -97,7 +98,8 @@ _ERRORS = re.compile(
 )
 _PEAK = re.compile(r"\b(peak|0 p|0 pk|zero to peak|half|single|einfach|scheitel|ampl zero peak)\b|±|\+/-")
 _DOUBLE = re.compile(
-    r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|doppel\w*|schwingbreite|range|dda|total|crête à crête)\b"
+    r"\b(double|p p|pp|pk pk|peak to peak|peak peak|pkpk|ptp|spitze (?:zu )?spitze|doppel\w*|schwingbreite|range|dda"
+    r"|total|crête à crête)\b"
 )
 _CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
 _STRAINED = ("strain", "dehnung", "gamma", "γ")
@@ -121,6 +123,12 @@ _CONDITION = re.compile(
     r"\s*_?(?P<unit>mm|µm|μm|um|kNm|Nmm|Nm|kN|N|°C|degC|°F|K|C|Hz|%|degrees|deg|°|mrad|rad|MPa)(?![\w/*·^])"
     r"\s*(?P<pp>p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|peak|pk)?"
 )
+#: A condition in a line: its name, its number, its unit, and what follows them, "(peak)".
+_STATED = re.compile(
+    r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*?[^:=;\t\d\s])\s*[:=;,\t]+"
+    r"\s*(?P<number>(?:±|\+/-|[-+])?\s?(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,3}(?:\.\d{3})+(?:,\d+)?|\d+(?:[.,]\d+)?)"
+    r"(?![.,]?\d)(?:[eE][-+]?\d+)?)\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)(?P<rest>.*)"
+)
 #: What stands beside a unit in its brackets: "(mm p-p)", "[±mm]".
 _BESIDE = re.compile(r"±|\+/-|\b(?:p-?p|pk-?pk|peak[- ]to[- ]peak|0-p|0-pk|peak|pk|double|zero-peak)\b")
 #: The name of the contract for |K*|, in whatever unit.
@@ -140,7 +148,7 @@ class Stated:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class ColumnName:
     """The meaning of a column's name.
 
     Attributes
@@ -169,7 +177,7 @@ class Meaning:
     conditions: tuple[Stated, ...] = field(default=())
 
 
-def meaning(name: str, unit: str = "") -> Meaning:
+def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column.
 
     Parameters
@@ -185,7 +193,7 @@ def meaning(name: str, unit: str = "") -> Meaning:
     modulus = _modulus(text)
     text = _MAGNITUDE.sub(r" \1 complex ", text)
     text = _PRIMED.sub(lambda m: f" {m[1]} {_SIGNED.get(m[2], 'storage')} ", text)
-    words = " ".join(re.sub(r"[\W_]+", " ", text.replace("±", " peak ")).lower().split())
+    words = _words(text)
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, known)
     quantity = (
         quantity
@@ -196,29 +204,36 @@ def meaning(name: str, unit: str = "") -> Meaning:
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
         quantity = ""
-    peak: Peak = "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
+    peak = _peak(words)
     strained = any(word in words for word in _STRAINED)
     if known is not None and quantity and known.kind not in KINDS[quantity]:
         known, quantity = _otherwise(quantity, known)
-    return Meaning(
+    return ColumnName(
         quantity, known, written, peak if quantity == "amplitude" else "", modulus, strained, conditions
     )
 
 
-def stated(line: str) -> Stated | None:
-    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
-    found = re.match(
-        r"\s*[#%/]*\s*(?P<key>[^:=;\t\d]*[^:=;\t\d\s])\s*[:=;,\t]+\s*(?P<number>[-+±]?\s?\d[\d.,]*(?:[eE][-+]?\d+)?)"
-        r"\s*[;,\t]?\s*\[?(?P<unit>[^\s;,\t\]]*)",
-        line,
-    )
+def stated(line: str, decimal: str = "") -> Stated | None:
+    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None.
+
+    Parameters
+    ----------
+    line : str
+    decimal : str
+        Decimal sign of the table; empty if it is not known.
+    """
+    found = _STATED.match(line)
     if found is None:
         return None
     said = meaning(found["key"], found["unit"])
     if said.quantity not in _CONDITIONS or said.unit is None:
         return None
-    peak: Peak = "peak" if "±" in found["number"] else said.peak
-    return Stated(said.quantity, _number(found["number"]), said.unit, peak)
+    peak = (
+        "peak"
+        if "±" in found["number"] or "/" in found["number"]
+        else _peak_alone(found["rest"]) or said.peak
+    )
+    return Stated(said.quantity, _number(found["number"], decimal), said.unit, peak)
 
 
 def condition_of(text: str) -> Stated | None:
@@ -227,8 +242,38 @@ def condition_of(text: str) -> Stated | None:
     return None if found is None else _condition(found)
 
 
-def _number(text: str) -> float:
-    return float(re.sub(r"[±\s]", "", text).replace(",", "."))
+def _words(text: str) -> str:
+    """Return a text in lower case with single blanks; a sign of a peak is its word."""
+    return " ".join(re.sub(r"[\W_]+", " ", re.sub(r"±|\+/-", " peak ", text)).lower().split())
+
+
+def _peak(text: str) -> Peak:
+    """Return what a text says of an amplitude."""
+    words = _words(text)
+    return "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
+
+
+def _peak_alone(text: str) -> Peak:
+    """Return what stands behind an amplitude, ``(peak)``, of it; nothing if there is more, such as another range."""
+    words = _words(re.split(r"[:=;\t]", text)[0])
+    return "" if _PEAK.sub(" ", _DOUBLE.sub(" ", words)).split() else _peak(words)
+
+
+def _number(text: str, decimal: str = "") -> float:
+    """Return the value of a number with a decimal sign of either kind, and thousands separators.
+
+    A single sign before three digits, as in ``1,000``, separates thousands if the table has the other decimal sign.
+    """
+    digits = re.sub(r"±|\+/-|\s", "", text)
+    signs = re.findall(r"[.,]", digits)
+    if not signs:
+        return float(digits)
+    last = signs[-1]
+    grouped = signs.count(last) > 1 or (decimal not in ("", last) and is_thousands(digits, last))
+    if not grouped:
+        whole, _, part = digits.rpartition(last)
+        return float(f"{re.sub(r'[.,]', '', whole)}.{part}")
+    return float(re.sub(r"[.,]", "", digits))
 
 
 def _condition(found: re.Match[str]) -> Stated | None:
@@ -276,13 +321,11 @@ def _apart(text: str, unit: str) -> tuple[str, str, DynamicUnit | None]:
     """Return a name without its unit, the unit as written, and the unit; that of a row of units first."""
     brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
     for found in reversed(list(brackets.finditer(text))):
-        inside = _BESIDE.sub(" ", found[1])
+        inside = _BESIDE.sub(" ", found[1]).strip(" ,;")
         known = read_unit(inside)
         if known is not None:
             said = " ".join(_BESIDE.findall(found[1]))
-            return _with_row(
-                f"{text[: found.start()]} {said} {text[found.end() :]}", inside.strip(), known, unit
-            )
+            return _with_row(f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known, unit)
     bare = brackets.sub(r" \1 ", text)
     per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
     for found in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):

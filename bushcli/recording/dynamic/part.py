@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Part:
+class TablePart:
     """Rows of one file, or of a group of its columns: arrays (n,) by name, in internal units."""
 
     arrays: Mapping[str, Array]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,19 +14,20 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import (
     MEASURED,
-    Group,
+    ColumnGroup,
     above,
     groups,
     is_dynamic,
     numbers,
     suited_kinds,
+    with_conditions_above,
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
 from bushcli.recording.dynamic.names import Stated
-from bushcli.recording.dynamic.part import Part
-from bushcli.recording.dynamic.source import DynamicSource
-from bushcli.recording.dynamic.stiffness import Columns, complex_stiffness
+from bushcli.recording.dynamic.part import TablePart
+from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
+from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
@@ -85,7 +87,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     )
 
 
-def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) -> list[Part]:
+def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) -> list[TablePart]:
     """Return the rows of one file: of all its sheets or groups that are tables of stiffness, or of its loops."""
     plain = Source(
         source.mode,
@@ -99,6 +101,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
         return read_loops(source, plain, tables)
     found = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
     every = [found] if isinstance(found, Table) else list(found.tables)
+    every = [with_conditions_above(table) for table in every]
     fitting = [table for table in every if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
@@ -109,7 +112,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     return parts
 
 
-def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[Part]:
+def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[TablePart]:
     made = groups(table, source, mode)
     # A column of conditions alone, such as the mean of all, is no group.
     measured = [group for group in made if set(MEASURED) & set(group.columns)]
@@ -123,7 +126,7 @@ def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[Part]:
     return parts
 
 
-def _part(table: Table, group: Group, source: DynamicSource, mode: Mode) -> Part:
+def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
         raise RecordingError(Problem(table.where, "has a group of columns without values"))
@@ -149,10 +152,12 @@ def _part(table: Table, group: Group, source: DynamicSource, mode: Mode) -> Part
             arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
-    _refuse_frequency(arrays["frequency"], places, table, source)
+    # Moduli may come from shifts along temperature, which reach any frequency.
+    highest = HIGHEST if mode.specimen == "bushing" else math.inf
+    _refuse_frequency(arrays["frequency"], places, table, highest)
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
-    columns = Columns(
+    columns = StiffnessColumns(
         measured, labels, arrays["frequency"], table.where, places, source.stiffness_is, source.loss_angle_is
     )
     storage, loss, said_of = complex_stiffness(columns)
@@ -161,7 +166,7 @@ def _part(table: Table, group: Group, source: DynamicSource, mode: Mode) -> Part
     arrays = {key: arrays.get(key, unknown) for key in _ARRAYS}
     moduli = {said.modulus for quantity, (_, said) in group.columns.items() if quantity in MEASURED} - {""}
     modulus: Literal["E", "G", ""] = next(iter(moduli)) if len(moduli) == 1 else ""
-    return Part(arrays, places, (*remarks, *said_of), modulus)
+    return TablePart(arrays, places, (*remarks, *said_of), modulus)
 
 
 def _stated(
@@ -182,7 +187,7 @@ def _stated(
     return found.unit.factor * found.number + found.unit.zero
 
 
-def _peak(table: Table, group: Group, stated: Mapping[str, Stated], source: DynamicSource) -> str:
+def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
     """Return whether the file's amplitude is the peak or the double amplitude; ask for it where nothing says it."""
     if "amplitude" in group.columns:
         index, said = group.columns["amplitude"]
@@ -208,7 +213,7 @@ def _peak(table: Table, group: Group, stated: Mapping[str, Stated], source: Dyna
     return found
 
 
-def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, source: DynamicSource) -> None:
+def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, highest: float) -> None:
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
@@ -218,6 +223,12 @@ def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, sou
         row = int(np.argmax(bad))
         what = f"a frequency of {frequency[row]:g} Hz has no cycle"
         expected = "delete the row; a static stiffness comes from a recording of force over displacement"
+        raise RecordingError(Problem(places[row], what, "", expected))
+    high = frequency > highest
+    if high.any():
+        row = int(np.argmax(high))
+        what = f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
+        expected = 'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit'
         raise RecordingError(Problem(places[row], what, "", expected))
 
 
@@ -246,7 +257,7 @@ def _refuse_conditions(
         raise RecordingError(Problem(places[row], what, "", 'units = {temperature = "°C"} or "K"'))
 
 
-def _modulus(part: Part, source: DynamicSource, mode: Mode) -> Literal["E", "G", ""]:
+def _modulus(part: TablePart, source: DynamicSource, mode: Mode) -> Literal["E", "G", ""]:
     """Return the modulus of a coupon's table; ask for it where neither names nor the mode say it."""
     if part.modulus:
         return part.modulus

@@ -14,6 +14,9 @@ COLUMNS = (
     "frequency", "amplitude", "preload", "preload_force", "temperature", "stiffness", "storage", "loss", "loss_angle",
     "tan_delta", "damping", "storage_error", "loss_error",
 )  # fmt: skip
+#: Hz; rubber's moduli have been measured up to some kHz in bushings, and at 1e5 Hz the wave in a soft rubber is shorter
+#: than an element of the default mesh.
+HIGHEST = 1e5
 #: Columns of the raw loops.
 LOOP_COLUMNS = ("time", "displacement", "force")
 

@@ -29,7 +29,7 @@ _PAIRS = (
 
 
 @dataclass(frozen=True)
-class Columns:
+class StiffnessColumns:
     """Measured columns of a table, in internal units, and what is said of them.
 
     Attributes
@@ -59,12 +59,12 @@ class Columns:
     loss_angle_is: Literal["loss", "complement"] | None
 
 
-def complex_stiffness(columns: Columns) -> tuple[Array, Array, tuple[str, ...]]:
+def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[str, ...]]:
     """Return K' and K'' (n,) in the unit of the given ones, and remarks.
 
     Parameters
     ----------
-    columns : Columns
+    columns : StiffnessColumns
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _solved(pair: Sequence[str], values: Mapping[str, Array]) -> tuple[Array, Ar
     return values["stiffness"] * np.cos(angle), values["stiffness"] * np.sin(angle)
 
 
-def _named(columns: Columns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
+def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:
     """Return whether a column that is called stiffness or modulus is |K*| or K', by the others or the case file."""
     label = columns.labels["modulus"]
     if columns.stiffness_is is not None:
@@ -142,7 +142,7 @@ def _named(columns: Columns, values: Mapping[str, Array]) -> tuple[str, list[str
     raise RecordingError(Problem(columns.where, what, "", expected))
 
 
-def _refuse_impossible(columns: Columns, values: Mapping[str, Array]) -> None:
+def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
     """Refuse values that no rubber has: an angle outside 0 to 90 degrees, a negative stiffness or loss."""
     if "loss_angle" in values:
         angle = values["loss_angle"]
@@ -178,7 +178,7 @@ def _refuse_impossible(columns: Columns, values: Mapping[str, Array]) -> None:
 
 
 def _refuse_contradictions(
-    columns: Columns, values: Mapping[str, Array], storage: Array, loss: Array, pair: Sequence[str]
+    columns: StiffnessColumns, values: Mapping[str, Array], storage: Array, loss: Array, pair: Sequence[str]
 ) -> None:
     """Refuse further quantities that do not agree with the pair, naming what would make them agree."""
     size = np.hypot(storage, loss)
@@ -257,7 +257,7 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: 
 
 
 def _compare(
-    columns: Columns,
+    columns: StiffnessColumns,
     own: Array,
     given: Array,
     scale: Array,
@@ -280,7 +280,7 @@ def _compare(
     raise RecordingError(Problem(columns.places[row], what, "", remedy))
 
 
-def _refuse_complement(columns: Columns, storage: Array, loss: Array) -> None:
+def _refuse_complement(columns: StiffnessColumns, storage: Array, loss: Array) -> None:
     """Ask whether a table whose every loss angle is above 45 degrees has 90 degrees minus the angle."""
     angle = np.arctan2(loss, storage)
     if (angle > _IMPLAUSIBLE_ANGLE).all():

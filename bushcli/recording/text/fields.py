@@ -82,6 +82,11 @@ def is_grouped(field: str, decimal: str) -> bool:
     return decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1
 
 
+def is_thousands(field: str, sign: str) -> bool:
+    """Whether a sign may separate thousands in a number: ``1,234``, but not ``0,123`` or ``12,34``."""
+    return _THOUSANDS[sign].fullmatch(field) is not None
+
+
 def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     """Return the fields of a column that have thousands separators, by index, without the separators.
 
@@ -115,7 +120,7 @@ def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[in
         for j, field in enumerate(row):
             if decimal not in field or not _NUMBER[decimal].fullmatch(field):
                 continue
-            if not _THOUSANDS[decimal].fullmatch(field):
+            if not is_thousands(field, decimal):
                 return None
             first = first or (i, j)
     return first

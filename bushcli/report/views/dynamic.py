@@ -111,11 +111,12 @@ def _table(curve: DynamicCurve) -> Table:
 
 
 def _solved(response: DynamicResponse) -> Paragraph:
-    worst = max((curve.reduction_error for curve in response.curves), default=math.nan)
-    vectors = max((curve.vectors for curve in response.curves), default=0)
-    text = (
-        f"small vibrations about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
-        f"reduction at most {number(worst, 2)}; static march {response.seconds['static']:.1f} s, the rest "
-        f"{response.seconds['dynamic']:.2f} s"
-    )
+    text = f"static march {response.seconds['static']:.1f} s, the rest {response.seconds['dynamic']:.2f} s"
+    if response.curves:
+        worst = max(curve.reduction_error for curve in response.curves)
+        vectors = max(curve.vectors for curve in response.curves)
+        text = (
+            f"small vibrations about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
+            f"reduction at most {number(worst, 2)}; {text}"
+        )
     return Paragraph(text, "note")

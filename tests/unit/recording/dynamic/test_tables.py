@@ -103,6 +103,72 @@ def test_blocks_beside_each_other_have_their_conditions_above(tmp_path):
     np.testing.assert_allclose(table.stiffness, [500, 550, 600, 400, 450])
 
 
+WIDE = [
+    # A row of conditions below names in merged cells, or above the names; titles above names that are conditions.
+    "f [Hz],Kdyn [N/mm],,Phase [deg],\nVorlast [N],0,500,0,500\n",
+    "Preload (N),0,500,0,500\nf [Hz],Kdyn [N/mm],Kdyn [N/mm],Phase [deg],Phase [deg]\n",
+    ",Kdyn [N/mm],,Phase [deg],\nf [Hz],0 N,500 N,0 N,500 N\n",
+    "f [Hz],Kdyn [N/mm],,Phase [deg],\n,0 N,500 N,0 N,500 N\n",
+    "f [Hz],Kdyn,,Phase,\nHz,N/mm,,deg,\nPreload [N],0,500,0,500\n",
+]
+
+
+@pytest.mark.parametrize("head", WIDE)
+def test_a_wide_table_has_its_conditions_in_a_row(tmp_path, head):
+    table = read(tmp_path, head + "1,500,600,5,6\n10,550,650,7,8\n")
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 600, 650])
+    np.testing.assert_allclose(np.degrees(table.loss_angle), [5, 7, 6, 8])
+
+
+def test_a_row_of_amplitudes_says_what_they_are(tmp_path):
+    head = "Amplitude [mm] (0-pk);0,1;0,5;0,1;0,5\nf [Hz];Kdyn [N/mm];Kdyn [N/mm];Phase [deg];Phase [deg]\n"
+    table = read(tmp_path, head + "1;500,5;400;5;6\n10;550;450;7;8\n")
+    np.testing.assert_allclose(table.amplitude, [0.1, 0.1, 0.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("line", "peak"),
+    [
+        ("Amplitude: 0.2 mm (peak)", 0.2),
+        ("Amplitude: +/-0.2 mm", 0.2),
+        ("Amplitude = 0.4 mm p-p", 0.2),
+        ("Amplitude: 0.4 mm peak-peak", 0.2),
+        ("Amplitude (mm p-p),0.4", 0.2),
+        ("Amplitude,±0.2,mm", 0.2),
+        ("Schwingweg (Spitze-Spitze): 0.4 mm", 0.2),
+    ],
+)
+def test_a_line_above_says_which_amplitude_it_has(tmp_path, line, peak):
+    table = read(tmp_path, f"{line}\nf [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
+    np.testing.assert_allclose(table.amplitude, peak)
+    # A column says it in the brackets of its unit.
+    for name in ("A [+/- mm]", "Amplitude (mm, 0-pk)"):
+        table = read(tmp_path, f"f [Hz];{name};Kd [N/mm];Phase [deg]\n1;{peak};500;5\n10;{peak};550;7\n")
+        np.testing.assert_allclose(table.amplitude, peak)
+
+
+def test_another_range_in_the_line_says_nothing_of_the_amplitude(tmp_path):
+    line = "Amplitude: 0.2 mm; frequency range 1 to 10 Hz\n"
+    assert "amplitude_is" in refused(tmp_path, line + "f [Hz],Kd [N/mm],Phase [deg]\n1,500,5\n10,550,7\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "force"),
+    [
+        ("Preload: 1,000 N", 1000.0),
+        ("Preload: 1,234.5 N", 1234.5),
+        ("Preload: 0,500 kN", 500.0),
+        ("Preload: -2.5 kN", -2500.0),
+        # A list of what the table has is no condition of all rows.
+        ("Preload: 0,500,1000 N", np.nan),
+    ],
+)
+def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
+    table = read(tmp_path, f"{line}\nf [Hz]\tKd [N/mm]\tPhase [deg]\n1.0\t500.5\t5.1\n10.0\t550\t7\n")
+    np.testing.assert_allclose(table.preload_force, force)
+
+
 def test_one_file_for_each_condition_is_one_table(tmp_path):
     for force in (0, 500):
         text = f"Preload = {force} N\nfrequency_Hz,stiffness_N_per_mm,loss_angle_deg\n"
@@ -246,6 +312,13 @@ def test_impossible_rows_are_refused_with_their_line(tmp_path, row, said):
     message = refused(tmp_path, text, amplitude_is="peak")
     assert said in message
     assert "table.csv:3" in message
+
+
+def test_a_frequency_beyond_any_test_of_a_bushing_is_refused(tmp_path):
+    rows_of = "{} [Hz],{} [{}],delta [deg]\n1,500,5\n1e6,550,7\n"
+    assert "beyond any dynamic test" in refused(tmp_path, rows_of.format("f", "K*", "N/mm"))
+    # A master curve of a coupon reaches any frequency.
+    assert read(tmp_path, rows_of.format("f", "G*", "MPa"), "simple_shear").frequency[-1] == 1e6
 
 
 def test_a_negative_storage_stiffness_names_the_inertia(tmp_path):

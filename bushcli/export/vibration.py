@@ -1,0 +1,142 @@
+"""Dynamic stiffness of a bushing over frequency, from the result of `dynamic` or else simulated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import InputError, Problem
+from bushcli.export.directions import FORCES, mode_of
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """Dynamic stiffness of one motion about one preload.
+
+    Attributes
+    ----------
+    name : str
+        Name of the load case.
+    directions : tuple of str
+        Forces that it stands for, of FX to TZ; the bushing's axis is z.
+    static : (float, float) or None
+        Displacement and force of the preload, mm or rad and N or N mm; None = the end of a path of six motions.
+    transfer : bool
+        Whether the force is that on the held sleeve.
+    frequency : (n,) array
+        Hz, increasing.
+    stiffness : (n,) array
+        K' + i K'', N/mm or N mm/rad.
+    """
+
+    name: str
+    directions: tuple[str, ...]
+    static: tuple[float, float] | None
+    transfer: bool
+    frequency: Array
+    stiffness: Complex
+
+    @property
+    def rotational(self) -> bool:
+        """Whether it is a moment over an angle."""
+        return self.directions[0].startswith("T")
+
+    @property
+    def damping(self) -> Array:
+        """Coefficient of a viscous damper, K'' / omega, N s/mm or N mm s/rad."""
+        return np.asarray(self.stiffness.imag / (2.0 * np.pi * self.frequency))
+
+    @property
+    def state(self) -> str:
+        """The preload in words."""
+        point = f"{self.name}, {'transfer' if self.transfer else 'driving-point'} stiffness about"
+        if self.static is None:
+            return f"{point} the end of the path"
+        q, force = self.static
+        if self.rotational:
+            return f"{point} {math.degrees(q):.4g} deg and {force:.4g} N mm"
+        return f"{point} {q:.4g} mm and {force:.4g} N"
+
+
+def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibration]:
+    """Return the vibration of each direction FX to TZ: that about the first preload of the first load case.
+
+    Parameters
+    ----------
+    vibrations : tuple of Vibration
+    of : str
+        Name of the writer, for the message.
+
+    Raises
+    ------
+    InputError
+        A direction has none.
+    """
+    found: dict[str, Vibration] = {}
+    for one in vibrations:
+        for direction in one.directions:
+            found.setdefault(direction, one)
+    lacking = dict.fromkeys(mode_of(direction) for direction in FORCES if direction not in found)
+    if lacking:
+        missing = ", ".join(one for one in FORCES if one not in found)
+        what = f"no dynamic stiffness in {missing}, where the bushing would be free"
+        tables = " and ".join(f'mode = "{mode}"' for mode in lacking)
+        remedy = (
+            f"add [[load_cases]] with {tables}, each with a table [load_cases.dynamic]; or --to csv_dynamic"
+        )
+        raise InputError(Problem(f"--to {of}", what, "", remedy))
+    return {direction: found[direction] for direction in FORCES}
+
+
+def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
+    """Return what the JSON of `dynamic` has; coupons are left out."""
+    found: list[Vibration] = []
+    for entry in result["load_cases"] if result["command"] == "dynamic" else ():
+        matrix = entry.get("storage_matrix")
+        if matrix is None:
+            values = np.array(entry["storage"]) + 1j * np.array(entry["loss"])
+        else:
+            values = np.array(matrix) + 1j * np.array(entry["loss_matrix"])
+        preload, mode = entry["preload"], entry["mode"]
+        q = math.radians(preload["displacement"]) if modes()[mode].rotational else preload["displacement"]
+        transfer = entry["point"] == "transfer"
+        frequency = np.array(entry["frequency"], dtype=float)
+        found += motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values)
+    return tuple(found)
+
+
+def motions(
+    name: str, mode: str, static: tuple[float, float], transfer: bool, frequency: Array, values: Complex
+) -> Iterator[Vibration]:
+    """Yield the motions of a load case: one of a mode, six of a pose, whose matrix lacks its other terms.
+
+    Parameters
+    ----------
+    name, mode : str
+        Of the load case.
+    static : (float, float)
+        Displacement and force of the preload: mm or rad, N or N mm.
+    transfer : bool
+    frequency : (n,) array
+        Hz, in any order.
+    values : (n,) or (n, 6, 6) array
+        K' + i K'', N, mm and rad.
+    """
+    rising = np.argsort(frequency)
+    if values.ndim == 1:
+        if modes()[mode].specimen == "bushing":
+            yield Vibration(
+                name, modes()[mode].directions, static, transfer, frequency[rising], values[rising]
+            )
+        return
+    for k, direction in enumerate(FORCES):
+        yield Vibration(name, (direction,), None, transfer, frequency[rising], values[rising, k, k])
