@@ -36,7 +36,7 @@ from bushcli.simulate.dynamic import (
     effects_left_out,
     unfit,
 )
-from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, gathered, left_out
+from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
 from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
@@ -99,6 +99,7 @@ class DynamicChannel:
         prepared: Prepare = prepare,
     ) -> None:
         self.table, self.comm = table, comm
+        check_preloads(case, table)
         self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode))
         problems = unfit(case.path.name, table.name, self._active)
         for one in self._active:

@@ -97,7 +97,7 @@ def compare_tables(
     """
     compared, conditions = [], []
     for table in tables:
-        _check_preloads(case, table)
+        check_preloads(case, table)
         conditions += left_out(table)
         own = acting(case.effects, table.name, table.mode)
         require_values(own, case.path.name)
@@ -121,8 +121,18 @@ def compare_tables(
     return tuple(compared), tuple(conditions)
 
 
-def _check_preloads(case: Case, table: DynamicTable) -> None:
-    """Refuse a table with a preload that no bushing of this shape has, as a load case with it is refused."""
+def check_preloads(case: Case, table: DynamicTable) -> None:
+    """Refuse a table with a preload that no bushing of this shape has, as a load case with it is refused.
+
+    Parameters
+    ----------
+    case : Case
+    table : DynamicTable
+
+    Raises
+    ------
+    InputError
+    """
     travel = np.abs(np.nan_to_num(table.preload))
     row = int(np.argmax(travel))
     found = next(

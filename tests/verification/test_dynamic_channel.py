@@ -220,3 +220,12 @@ def test_an_offset_of_the_rig_leaves_a_table_as_it_is(specimen):
     path.write_text(path.read_text() + RIG.format("offset"))
     problem, _ = Task(load_case(path), "neo_hookean").problem()
     assert [one.name for one in problem.channels] == ["axial", "rig"]
+
+
+def test_a_preload_that_no_bushing_of_this_shape_has_is_refused(specimen):
+    case = specimen.measured()
+    table = specimen.folder / "table.csv"
+    table.write_text(table.read_text().replace(",3,", ",3000,"))
+    done = CliRunner().invoke(main, ["inverse", str(case.path)])
+    assert done.exit_code == 2
+    assert "units = {preload = ...}" in " ".join(done.output.split())
