@@ -37,8 +37,8 @@ from bushcli.study.outliers import FALSE_ALARM, FEWEST, foreign, outlying, toler
 
 Array = NDArray[np.float64]
 
-# Programs are equal if their samples differ by at most this share of the travel, and their numbers of samples by at most
-# this share of them: a logger that is stopped by hand writes some samples more or fewer.
+# Programs are equal if their samples differ by at most this share of the travel, and their numbers of samples by at
+# most this share of them: a logger that is stopped by hand writes some samples more or fewer.
 EQUAL = 0.02
 
 
