@@ -194,9 +194,9 @@ def _rows(
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
     if repeated:
-        first, last = body[repeated[0]].number, body[repeated[-1]].number
-        span = f"{len(repeated)} lines that repeat the header are left out (lines {first} to {last})"
-        said.insert(0, span if last > first else f"line {first} repeats the header and is left out")
+        head, tail = body[repeated[0]].number, body[repeated[-1]].number
+        span = f"{len(repeated)} lines that repeat the header are left out (lines {head} to {tail})"
+        said.insert(0, span if tail > head else f"line {head} repeats the header and is left out")
         for i in reversed(repeated):
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])
