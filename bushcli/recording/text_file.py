@@ -194,8 +194,9 @@ def _rows(
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
     if repeated:
-        span = f"lines {body[repeated[0]].number} to {body[repeated[-1]].number}"
-        said.insert(0, f"{len(repeated)} lines that repeat the header are left out ({span})")
+        head, tail = body[repeated[0]].number, body[repeated[-1]].number
+        span = f"{len(repeated)} lines that repeat the header are left out (lines {head} to {tail})"
+        said.insert(0, span if tail > head else f"line {head} repeats the header and is left out")
         for i in reversed(repeated):
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])

@@ -131,9 +131,8 @@ def answer(case: Case, text: str) -> Asked:
     if travel is not None and not math.isfinite(travel):
         raise InputError(Problem(f"--answer {text}", "has no number after @", "", EXAMPLES))
     if travel == 0.0 and kind == "secant":
-        raise InputError(
-            Problem(f"--answer {text}", "has no secant: the travel is zero", "", f"{channel}.initial")
-        )
+        what = f"has no secant: the {'load' if at and at[4] else 'travel'} is zero"
+        raise InputError(Problem(f"--answer {text}", what, "", f"{channel}.initial"))
     return Asked(name, channel, kind, travel, _unit(channels[channel], kind), bool(at and at[4]))
 
 

@@ -37,7 +37,8 @@ from bushcli.study.outliers import FALSE_ALARM, FEWEST, foreign, outlying, toler
 
 Array = NDArray[np.float64]
 
-# Programs are equal if their samples differ by at most this share of the travel.
+# Programs are equal if their samples differ by at most this share of the travel, and their numbers of samples by at
+# most this share of them: a logger that is stopped by hand writes some samples more or fewer.
 EQUAL = 0.02
 
 
@@ -190,7 +191,7 @@ def batch(
 
 
 def _programs(recordings: Sequence[Recording]) -> list[list[Recording]]:
-    """Return recordings of one mode in groups that ran the same program."""
+    """Return recordings of one mode in groups that ran the same program, each with the samples that all have."""
     groups: list[list[Recording]] = []
     for one in recordings:
         same = next((group for group in groups if _is_same(group[0], one)), None)
@@ -198,12 +199,23 @@ def _programs(recordings: Sequence[Recording]) -> list[list[Recording]]:
             groups.append([one])
         else:
             same.append(one)
-    return groups
+    return [[_first(one, min(len(other.force) for other in group)) for one in group] for group in groups]
 
 
 def _is_same(one: Recording, other: Recording) -> bool:
     q, p = one.displacement, other.displacement
-    return len(q) == len(p) and bool(np.abs(q - p).max() <= EQUAL * np.ptp(q))
+    n = min(len(q), len(p))
+    return max(len(q), len(p)) - n <= EQUAL * n and bool(np.abs(q[:n] - p[:n]).max() <= EQUAL * np.ptp(q))
+
+
+def _first(one: Recording, n: int) -> Recording:
+    """Return the first n samples of a recording."""
+    cut = {
+        name: values[:n]
+        for name in ("displacement", "force", "time", "numbers", "selected")
+        if (values := getattr(one, name)) is not None
+    }
+    return one if len(one.force) == n else replace(one, **cut)
 
 
 def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[BatchPart], BatchCurve]:

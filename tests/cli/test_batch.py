@@ -169,3 +169,18 @@ def test_commands_on_one_part_name_the_one_for_a_batch(
     refused = bushcli(command, case)
     assert refused.exit_code == 2
     assert "[[specimens]] are for `bushcli batch`" in refused.output
+
+
+def test_recordings_that_end_some_samples_earlier_ran_the_same_program(
+    tmp_path: Path, curve: np.ndarray
+) -> None:
+    case, _ = batch_of(tmp_path, curve, planted=False)
+    for number in range(1, COUNT + 1):
+        file = tmp_path / "parts" / f"part_{number:02d}.csv"
+        lines = file.read_text().splitlines()
+        file.write_text("\n".join(lines[: len(lines) - number % 4]) + "\n")
+    done = bushcli("batch", case, "-q", "--json", "--strict", "--model", "neo_hookean")
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["programs"] == 1
+    assert not any(one["own_simulation"] for one in found["parts"])

@@ -569,3 +569,17 @@ def test_the_practice_recordings_have_no_fault(name, ending):
     files = {mode: PRACTICE / name / f"{stem}{ending}.csv" for mode, stem in FILES.items()}
     found = [read_recording(Source(mode, file)) for mode, file in files.items() if file.is_file()]
     assert find_faults(bushing(), found) == ()
+
+
+def test_the_smallest_step_of_a_signal_is_searched_for_once_however_many_samples_repeat(monkeypatch):
+    # Each turning point of a slow sine repeats a sample: with a search at each, a day's record took minutes.
+    from bushcli.faults import repeats
+
+    searched = []
+    monkeypatch.setattr(repeats, "quantum", lambda values: searched.append(1) or 1e-4)
+    for cycles in (10, 40):
+        time = np.arange(200 * cycles) / 200.0
+        q = np.round(2.5 * np.sin(2.0 * np.pi * time), 2)
+        assert len(repeats.repetitions(q)) > cycles
+        repeats.stuck_displacement(q, 2000.0 * q + 0.01 * time, time)
+    assert len(searched) == 2
