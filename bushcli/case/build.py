@@ -34,7 +34,7 @@ from bushcli.case.schema import (
     MeshTable,
     ToleranceTable,
 )
-from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
+from bushcli.case.sources import ESCAPED, SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.errors import printable
 from bushcli.recording.dynamic.source import DynamicSource
@@ -221,7 +221,10 @@ class Builder:
         density = DENSITY * table.density
         if table.hardness is not None:
             others = [name for name in ("parameters", "terms") if getattr(table, name)]
-            self.findings += checks.hardness(table.hardness, others, bool(data.get("coupons")))
+            found = list(checks.hardness(table.hardness, others, bool(data.get("coupons"))))
+            self.findings += found
+            if found:
+                return None
             return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
@@ -319,7 +322,7 @@ class Builder:
             self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
         )
         builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files, self.tables)
-        return builder.build(tables, "coupon" if coupons else None, usual)
+        return builder.build(tables, "coupon" if coupons else None, usual, section == "specimens")
 
     def _dynamic(
         self, data: dict[str, Any], shape: Shape | None, material: Material | None, taken: Sequence[str]
@@ -401,6 +404,9 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
         for index, item in enumerate(value):
             yield from _impossible_values(item, (*keys, index))
     elif isinstance(value, str) and printable(value) != value:
+        # "runs\\radial.csv" between quotation marks: the file is looked for with slashes.
+        if str(keys[-1]).endswith("file") and printable(value.translate(ESCAPED)) == value.translate(ESCAPED):
+            return
         yield Finding(
             keys, f"{dotted(keys)} = {shown(value)} has a control character, which would act on a terminal"
         )

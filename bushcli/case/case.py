@@ -227,6 +227,10 @@ class Case:
                 digest.update(hashlib.file_digest(opened, "sha256").digest())
         return digest.hexdigest()
 
+    def expected(self, tables: str) -> str:
+        """Return which tables a command expects, and what reads the ``[[specimens]]`` that the case has instead."""
+        return f"{tables}; [[specimens]] are for `bushcli batch`" if self.specimens else tables
+
     @property
     def needs_fit(self) -> bool:
         """Whether the law has no parameters yet and must first be identified."""

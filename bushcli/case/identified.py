@@ -48,13 +48,13 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     result : mapping
-        The JSON of `direct`, `fit`, `inverse` or `diagnose`.
+        The JSON of `direct`, `dynamic`, `fit`, `inverse` or `diagnose`.
     """
     shown = result["case"]
     command, effects = result["command"], [dict(one) for one in shown.get("effects", [])]
     material = (
         _with_law(shown, result.get("material", {}))
-        if command in ("direct", "diagnose")
+        if command in ("direct", "dynamic", "diagnose")
         else shown["material"]
     )
     if command == "diagnose":

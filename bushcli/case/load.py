@@ -142,9 +142,9 @@ def _read(path: Path) -> dict[str, Any]:
         return tomllib.loads(text)
     except FileNotFoundError:
         beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-        raise CaseError(
-            Problem(str(path), "no such case file", nearest(path.name, beside), ", ".join(sorted(beside)))
-        ) from None
+        slashed = str(path).replace("\\", "/")
+        like = slashed if Path(slashed).is_file() else nearest(path.name, beside)
+        raise CaseError(Problem(str(path), "no such case file", like, ", ".join(sorted(beside)))) from None
     except IsADirectoryError:
         inside = sorted(p.name for p in path.glob("*.toml"))
         expected = f"a case file, such as {path / inside[0]}" if inside else "a case file in TOML"
@@ -203,19 +203,20 @@ _PLAIN = {ord(sign): plain for signs, plain in (
     ("\u201c\u201d\u201e\u201f\u00ab\u00bb\u2033", '"'), ("\u2018\u2019\u201a\u2032", "'"), ("\u2212\u2013", "-"),
     ("\u00a0\u202f\u2009", " "), ("\ufeff\u200b", ""),
 ) for sign in signs}  # fmt: skip
-#: A number with a decimal comma, and a number with a unit in which case files give such numbers.
-_COMMA = re.compile(r"(?<=[=\[\s])([-+]?\d+),(\d+)(?=\s*(?:#.*)?$)")
+#: A number with a decimal comma, at the end of a line or in an inline table, and a number with a unit in which case
+#: files give such numbers.
+_COMMA = re.compile(r"(?<=[=\[\s])([-+]?\d+),(\d+)(?=\s*(?:#.*)?$)|(=\s*[-+]?\d+),(\d+)(?=\s*[,}])")
 _WITH_UNIT = re.compile(r"(=\s*[-+]?\d+(?:[.,]\d+)?)\s*(?:mm|MPa|N|s|deg|\u00b0)(?=\s*(?:#.*)?$)")
 
 
 def _corrected(line: str) -> str:
     """Return a line as TOML has it where only its signs are wrong, or a number has the unit of all case files."""
     plain = line.translate(_PLAIN)
-    pointed = _COMMA.sub(r"\1.\2", plain)
+    pointed = _COMMA.sub(r"\1\3.\2\4", plain)
     for better in (
         plain,
         pointed,
-        _COMMA.sub(r"\1.\2", _WITH_UNIT.sub(r"\1", plain)),
+        _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", plain)),
         pointed.replace("\\", "/"),
     ):
         try:

@@ -33,8 +33,6 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     """
     path = found_case(Path(str(shown.get("path", "case.toml"))), folder)
     data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
-    # A path in several directions cannot be exported, and its table is not a list of points.
-    data["load_cases"] = [one for one in data.get("load_cases", []) if not isinstance(one.get("path"), dict)]
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")

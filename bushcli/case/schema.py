@@ -71,7 +71,7 @@ class MaterialTable(CaseTable):
     parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
     # 100 parts of rubber of 920 kg/m3, 50 of carbon black of 1,800 and 10 of others of 1,000 have 1,090.
     density: float = Field(
-        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations only"
+        default=1100.0, gt=0, description="kg/m3 (filled rubber; unfilled 950); for vibrations and exports"
     )
     hardness: float | None = Field(
         default=None, description="Shore A, for a law without parameters where nothing else is known"

@@ -100,9 +100,13 @@ class SourceBuilder:
         self.known = known
 
     def build(
-        self, tables: Iterable[tuple[RecordingTable, Keys]], specimen: str | None, usual: str
+        self,
+        tables: Iterable[tuple[RecordingTable, Keys]],
+        specimen: str | None,
+        usual: str,
+        parts: bool = False,
     ) -> tuple[Source, ...]:
-        """Return the sources of a list of tables.
+        """Return the sources of a list of tables; a file with a table of its own is left out of the patterns.
 
         Parameters
         ----------
@@ -112,14 +116,25 @@ class SourceBuilder:
             "coupon" if only modes of a coupon are permitted.
         usual : str
             Specimen whose modes the name of a file may contain, "bushing" or "coupon".
+        parts : bool
+            Whether each file is a part, which is named after its file.
         """
         sources: list[Source] = []
-        for table, keys in tables:
+        listed = [(table, keys, *self.files((*keys, "file"), table.file)) for table, keys in tables]
+        alone = {
+            (files[0].resolve(), table.mode)
+            for table, _, files, pattern in listed
+            if not pattern and is_file(files[0])
+        }
+        for table, keys, files, pattern in listed:
             taken = [source.name for source in sources]
             if table.name in taken:
                 what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
                 self.findings.append(Finding((*keys, "name"), what))
-            files, pattern = self.files((*keys, "file"), table.file)
+            if pattern:
+                files = [
+                    one for one in files if not alone & {(one.resolve(), table.mode), (one.resolve(), None)}
+                ]
             if pattern and table.name is not None and len(files) > 1:
                 what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
                 self.findings.append(
@@ -133,7 +148,7 @@ class SourceBuilder:
                 taken = [source.name for source in sources]
                 mode = self._mode(keys, table, file, usual)
                 known = mode is not None and self.known(keys, mode, specimen)
-                name = table.name or (file.stem if pattern else mode or file.stem)
+                name = table.name or (file.stem if pattern or parts else mode or file.stem)
                 source = self._source(table, keys, file, mode or "", known, _unused(name, taken))
                 found, wrong = (
                     motion_path.channels(source, table, keys, taken, self.tables)
@@ -282,12 +297,12 @@ def is_file(path: Path) -> bool:
 
 
 #: Characters that TOML makes of a backslash with a letter, between quotation marks: "runs\\new.csv".
-_ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
+ESCAPED = str.maketrans({"\\": "/", "\t": "/t", "\n": "/n", "\b": "/b", "\f": "/f", "\r": "/r"})
 
 
 def with_slashes(folder: Path, name: str) -> str:
     """Return a name with slashes in place of backslashes where there is no such file, but its folder with slashes."""
-    other = name.translate(_ESCAPED)
+    other = name.translate(ESCAPED)
     return other if other != name and not is_file(folder / name) and is_folder(folder / other) else name
 
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.report.document import Document, Picture
+    from bushcli.runtime.condition import Condition
+    from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.response import Response
 
 
 @click.command()
@@ -50,7 +53,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.standards.protocol import protocol
 
     case = run.load()
-    curves = [read_recording(source, tables=run.tables) for source in case.recordings]
+    curves = [read_recording(source, tables=run.tables) for source in (*case.recordings, *case.specimens)]
     coupons = [read_coupon(source, run.tables) for source in case.coupons]
     tables = [read_dynamic(source, run.tables) for source in case.dynamic]
     # What is not compared is simulated: its contents and its faults count too.
@@ -170,9 +173,6 @@ def direct(
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.report.json.dynamic_tables import compared_json
-    from bushcli.report.views.dynamic_tables import with_tables
-    from bushcli.simulate.dynamic_tables import compare_tables
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -185,7 +185,7 @@ def direct(
     case = run.load()
     tables = _bushing_tables(run, case) if case.dynamic else []
     if not case.recordings and not case.load_cases and not tables:
-        expected = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
@@ -206,17 +206,24 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    with run.timed("dynamic"):
-        vibrations, doubts = compare_tables(case, response.material, () if interrupted else tables)
+    vibrations, doubts = _beside(run, response, () if interrupted else tables)
 
     def document(pictures: Sequence[Picture] = ()) -> Document:
         static = report.direct_document(response, compared, found, pictures)
+        if not tables:
+            return static
+        from bushcli.report.views.dynamic_tables import with_tables
+
         return with_tables(static, vibrations, doubts, alone=not response.channels)
 
     def result() -> dict[str, Any]:
         static = report.direct_json(response, compared, found, run.timings())
+        if not tables:
+            return static
+        from bushcli.report.json.dynamic_tables import compared_json
+
         static["problems"] += [vars(one) for one in doubts]
-        return static | ({"dynamic": compared_json(vibrations)} if tables else {})
+        return static | {"dynamic": compared_json(vibrations)}
 
     run.deliver(result, document, lambda: report.direct_files(response, compared, found))
     if interrupted:
@@ -233,3 +240,15 @@ def _bushing_tables(run: Run, case: Case) -> list[DynamicTable]:
     from cases.mode import modes
 
     return [read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+
+
+def _beside(
+    run: Run, response: Response, tables: Sequence[DynamicTable]
+) -> tuple[Sequence[ComparedTable], Sequence[Condition]]:
+    """Return the simulated stiffness beside that of tables, and what has to be known about it."""
+    if not tables:
+        return (), ()
+    from bushcli.simulate.dynamic_tables import compare_tables
+
+    with run.timed("dynamic"):
+        return compare_tables(response.case, response.material, tables)

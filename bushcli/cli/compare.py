@@ -14,6 +14,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
+    from bushcli.curve.curve import Curve
     from bushcli.study.compare import ComparedResult
 
 
@@ -58,12 +59,10 @@ def _names(paths: list[Path]) -> list[str]:
 
 def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
     """Return one result, read from its folder or computed from its case."""
-    from bushcli import report
     from bushcli.case import load_case
+    from bushcli.case.identified import IDENTIFIED
     from bushcli.case.load import RESULT
     from bushcli.case.rebuild import rebuilt_case
-    from bushcli.simulate.misfit import misfits
-    from bushcli.simulate.predict import predict
     from bushcli.study.compare import ComparedResult, curves_in
 
     file = path if path.name == RESULT else path / RESULT
@@ -71,12 +70,38 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
         result = _read(file)
         try:
             case = rebuilt_case(json.loads(json.dumps(result["case"])), file.parent)
-            return ComparedResult(name, result, curves_in(result)), case
         except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
             ) from None
+        curves = curves_in(result)
+        if not curves and (file.parent / IDENTIFIED).is_file():
+            curves = _of_identified(run, file.parent, name)
+        return ComparedResult(name, result, curves), case
     case = load_case(path, run.overrides, run.tables)
+    result = _simulated(run, case, name)
+    return ComparedResult(name, result, curves_in(result)), case
+
+
+def _of_identified(run: Run, folder: Path, name: str) -> dict[str, Curve]:
+    """Return the curves of the case that a result identified; none where that has nothing to simulate."""
+    from bushcli.case import load_case
+    from bushcli.study.compare import curves_in
+
+    try:
+        case = load_case(folder, (), run.tables)
+        return curves_in(_simulated(run, case, name)) if case.recordings or case.load_cases else {}
+    except InputError as error:
+        run.say(f"{name} is compared without curves: {error}")
+        return {}
+
+
+def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
+    """Return the result of `bushcli direct` on a case."""
+    from bushcli import report
+    from bushcli.simulate.misfit import misfits
+    from bushcli.simulate.predict import predict
+
     run.say(f"simulating {name}")
     with run.timed(name):
         if case.needs_fit:
@@ -84,8 +109,7 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
 
             case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
         response = predict(case, pictures=False)
-    result = report.direct_json(response, misfits(response), None, {})
-    return ComparedResult(name, result, curves_in(result)), case
+    return report.direct_json(response, misfits(response), None, {})
 
 
 def _read(file: Path) -> dict[str, Any]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     multiple=True,
     required=True,
     metavar="RATE=VALUE",
-    help="Stiffness at rest, axial=350, over a travel, radial.secant@2=2500, or force, axial.force@5=1800; "
+    help="Stiffness at rest, axial=350, over a travel, radial.secant@2=2500, under a load, radial.secant@500N=2500, or force, axial.force@5=1800; "
     '"axial=350 +- 10 %" weights it by the deviation allowed.',
 )
 @click.option(

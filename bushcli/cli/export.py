@@ -71,11 +71,11 @@ def export(
     without: tuple[str, ...],
     unrelaxed: bool,
 ) -> int:
-    """Write CASE for another program: a material card, a vehicle model, a force law.
+    """Write CASE for another program: a material card, a vehicle model, dynamic stiffness, a force law.
 
-    CASE is a case file, or a folder that `direct`, `fit`, `inverse` or `diagnose` wrote with -o: then the identified
-    rubber and effects are exported. The text goes to FILE with -o FILE, else to stdout. What a program cannot express
-    is refused by name.
+    CASE is a case file, or a folder that `direct`, `dynamic`, `fit`, `inverse` or `diagnose` wrote with -o: then the
+    identified rubber and effects are exported. The text goes to FILE with -o FILE, else to stdout. What a program
+    cannot express is refused by name.
     """
     from bushcli.export import Order, read_source, unit_system, writer_for
     from bushcli.export.file import check_file, write_file

@@ -53,7 +53,8 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     "asked",
     multiple=True,
     metavar="[NAME=]ANSWER",
-    help="axial.initial, axial.secant@3, axial.tangent@3, axial.force@3, or a key of the result of `direct`.",
+    help="axial.initial, axial.secant@3, axial.tangent@3, axial.force@3, under a load axial.secant@500N, or a key of "
+    "the result of `direct`.",
 )
 @click.option(
     "--limits",
@@ -164,7 +165,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
     from bushcli.study.task import StudyTask
 
     if not case.load_cases and not case.recordings:
-        expected = "[[recordings]] or [[load_cases]]"
+        expected = case.expected("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in asked) or default_answers(case)
     material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None

@@ -130,7 +130,7 @@ def _checked(
 ) -> tuple[Recording, ...]:
     """The recordings of the case, after all names have been checked."""
     if not case.recordings:
-        wanted = "[[recordings]] with mode and file"
+        wanted = case.expected("[[recordings]] with mode and file")
         raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
     recordings = tuple(read_recording(source, tables=tables) for source in case.recordings)
     if model is not None and model not in laws():

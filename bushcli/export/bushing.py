@@ -14,7 +14,7 @@ from bushcli.export.curves import Array, BushingData, ForceCurve, matrix_remedy
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
-from bushcli.export.vibration import vibrations_of
+from bushcli.export.vibration import Vibration, motions
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
@@ -97,11 +97,31 @@ def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
         for one in source.case.effects
         if one.effect.acts == "rig" or (one.effect.fades and not one.effect.needs_time)
     ]
-    found = vibrations_of(source, progress)
+    found = source.vibrations or _vibrations(source, progress)
     remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(left)}"] if left else []
     if any(one.static is None for one in found):
         remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")
     return BushingData((), None, tuple(remarks), vibrations=found)
+
+
+def _vibrations(source: ExportSource, progress: Progress | None) -> tuple[Vibration, ...]:
+    """Return the dynamic stiffness of a case, simulated."""
+    from bushcli.simulate.dynamic import vibrate
+
+    if not source.case.vibrations:
+        remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
+        raise InputError(Problem(source.where, "has no vibrations", "", remedy))
+    response = vibrate(source.case, progress=progress)
+    if not response.complete:
+        failures = ("preload_not_reached", "unstable_preload")
+        failed = next(one for one in response.conditions if one.name in failures)
+        raise InputError(Problem(source.where, failed.message, "", failed.remedy))
+    found: list[Vibration] = []
+    for one in response.curves:
+        values = one.stiffness if one.matrix is None else one.matrix
+        static = (one.preload, one.force)
+        found += motions(one.name, one.test.mode, static, one.test.transfer, one.frequency, values)
+    return tuple(found)
 
 
 def _matrix(source: ExportSource, unrelaxed: bool) -> Array | None:

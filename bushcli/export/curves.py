@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
+from bushcli.export.directions import FORCES, mode_of
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -17,15 +18,6 @@ if TYPE_CHECKING:
     from bushcli.export.vibration import Vibration
 
 Array = NDArray[np.float64]
-#: Order of rows and columns of a stiffness matrix.
-DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-#: Forces and moments in the same order.
-FORCES = ("FX", "FY", "FZ", "TX", "TY", "TZ")
-
-
-def mode_of(direction: str) -> str:
-    """Return the name of the mode whose curve stands for a direction FX to TZ."""
-    return next(mode.name for mode in modes().values() if direction in mode.directions)
 
 
 @dataclass(frozen=True)

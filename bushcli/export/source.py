@@ -1,7 +1,7 @@
 """A case, or the folder of a result -> the data that can be exported.
 
 A case gives its material and effects. The folder of `direct` also gives curves and matrices, that of `dynamic` the
-dynamic stiffness, that of `fit` or `inverse` the identified law and effects, that of `diagnose` the most probable model.
+dynamic stiffness, that of `fit` or `inverse` the identified law and effects, that of `diagnose` the most probable one.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
         result = _read(file, path)
         try:
             source = _from_result(result, str(path), file.parent)
-        except (KeyError, TypeError, AttributeError):
+        except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
             ) from None

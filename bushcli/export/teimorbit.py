@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.curves import BushingData
+from bushcli.export.directions import FORCES, mode_of
 from bushcli.export.units import UnitSystem
 from bushcli.export.writer import Order, one_line
 
-DIRECTIONS = ("FX", "FY", "FZ", "TX", "TY", "TZ")
 _LENGTHS = {"mm": "mm", "m": "meter", "in": "inch"}
 _FORCES = {"N": "newton", "kN": "knewton", "lbf": "pound_force"}
 _TIMES = {"s": "second", "ms": "millisecond"}
@@ -70,12 +70,10 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
 
 def comments(bushing: BushingData) -> list[str]:
     """Return the comment lines that state the source of each direction's curve, and the bushing's remarks."""
-    from bushcli.export.curves import FORCES, mode_of
-
     curves = bushing.by_mode()
     found = {
         direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
         for direction, mode in zip(FORCES, map(mode_of, FORCES), strict=True)
     }
-    lines = [f"{direction}: {found[direction]}" for direction in DIRECTIONS] + list(bushing.remarks)
+    lines = [f"{direction}: {found[direction]}" for direction in FORCES] + list(bushing.remarks)
     return [f"$ {one_line(line)}" for line in lines]

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import FORCES, mode_of
+from bushcli.export.directions import FORCES, mode_of
 from cases.mode import modes
-
-if TYPE_CHECKING:
-    from bushcli.export.source import ExportSource
-    from bushcli.simulate.response import Progress
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -114,49 +110,27 @@ def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
         q = math.radians(preload["displacement"]) if modes()[mode].rotational else preload["displacement"]
         transfer = entry["point"] == "transfer"
         frequency = np.array(entry["frequency"], dtype=float)
-        found += _motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values)
+        found += motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values)
     return tuple(found)
 
 
-def vibrations_of(source: ExportSource, progress: Progress | None = None) -> tuple[Vibration, ...]:
-    """Return those of the source; simulated where it has none.
+def motions(
+    name: str, mode: str, static: tuple[float, float], transfer: bool, frequency: Array, values: Complex
+) -> Iterator[Vibration]:
+    """Yield the motions of a load case: one of a mode, six of a pose, whose matrix lacks its other terms.
 
     Parameters
     ----------
-    source : ExportSource
-    progress : callable or None
-        As in `bushcli.simulate.predict.predict`.
-
-    Raises
-    ------
-    InputError
-        The source has no vibrations, or a preload is not reached.
+    name, mode : str
+        Of the load case.
+    static : (float, float)
+        Displacement and force of the preload: mm or rad, N or N mm.
+    transfer : bool
+    frequency : (n,) array
+        Hz, in any order.
+    values : (n,) or (n, 6, 6) array
+        K' + i K'', N, mm and rad.
     """
-    from bushcli.simulate.dynamic import vibrate
-
-    if source.vibrations:
-        return source.vibrations
-    if not source.case.vibrations:
-        remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
-        raise InputError(Problem(source.where, "has no vibrations", "", remedy))
-    response = vibrate(source.case, progress=progress)
-    if not response.complete:
-        failed = next(
-            one for one in response.conditions if one.name in ("preload_not_reached", "unstable_preload")
-        )
-        raise InputError(Problem(source.where, failed.message, "", failed.remedy))
-    found: list[Vibration] = []
-    for one in response.curves:
-        values = one.stiffness if one.matrix is None else one.matrix
-        static = (one.preload, one.force)
-        found += _motions(one.name, one.test.mode, static, one.test.transfer, one.frequency, values)
-    return tuple(found)
-
-
-def _motions(
-    name: str, mode: str, static: tuple[float, float], transfer: bool, frequency: Array, values: Complex
-) -> Iterator[Vibration]:
-    """Yield the motions of a load case: one of a mode, six of a pose, whose matrix lacks its other terms."""
     rising = np.argsort(frequency)
     if values.ndim == 1:
         if modes()[mode].specimen == "bushing":

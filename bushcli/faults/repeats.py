@@ -87,7 +87,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
         Clipped samples, which repeat for that reason.
     """
     bad = np.zeros(len(force), dtype=bool)
-    step, chance = quantum(force), _chance(force, noise)
+    step, chance, smallest = quantum(force), _chance(force, noise), _smallest_jump(force)
     for start, stop in repetitions(force):
         length = stop - start
         if clip[start:stop].any():
@@ -98,7 +98,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
             and len(force) * chance ** (length - 1) < _CHANCE
             and worth >= max(_BESIDE * noise, 2.0 * step)
         )
-        if unlikely or (length >= _RUN and _catches_up(force, displacement, start, stop)):
+        if unlikely or (length >= _RUN and _catches_up(force, displacement, start, stop, smallest)):
             bad[start + 1 : stop] = True
     return bad
 
@@ -150,9 +150,9 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
         Time in s, or sample number.
     """
     bad = np.zeros(len(displacement), dtype=bool)
-    span = float(np.ptp(force))
+    span, smallest = float(np.ptp(force)), _smallest_jump(displacement)
     for start, stop in repetitions(displacement):
-        if stop - start < _RUN or not _catches_up(displacement, x, start, stop):
+        if stop - start < _RUN or not _catches_up(displacement, x, start, stop, smallest):
             continue
         # The force has gone on, or the logger repeated whole rows.
         went_on = float(np.ptp(force[start:stop])) > 0.5 * abs(force[stop] - force[start])
@@ -162,7 +162,12 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
     return bad
 
 
-def _catches_up(values: Array, x: Array, start: int, stop: int) -> bool:
+def _smallest_jump(values: Array) -> float:
+    """Return the smallest jump that can make up for a run of values (n,)."""
+    return max(_STEPS * quantum(values), _SHARE * float(np.ptp(values)))
+
+
+def _catches_up(values: Array, x: Array, start: int, stop: int, smallest: float) -> bool:
     """Whether a run ends with a jump that makes up for it, while x takes its typical steps.
 
     Parameters
@@ -172,6 +177,8 @@ def _catches_up(values: Array, x: Array, start: int, stop: int) -> bool:
         What the values change with: the displacement of a force, the time of a displacement.
     start, stop : int
         The run.
+    smallest : float
+        `_smallest_jump` of the values.
     """
     if start < 2 or stop + 2 >= len(values):
         return False
@@ -180,7 +187,7 @@ def _catches_up(values: Array, x: Array, start: int, stop: int) -> bool:
     steps = np.concatenate([np.diff(values[before]), np.diff(values[after])])
     strides = np.concatenate([np.diff(x[before]), np.diff(x[after])])
     jump, stride = values[stop] - values[stop - 1], x[stop] - x[stop - 1]
-    least = max(_JUMP * float(np.abs(steps).max()), _STEPS * quantum(values), _SHARE * float(np.ptp(values)))
+    least = max(_JUMP * float(np.abs(steps).max()), smallest)
     if abs(jump) < least or abs(stride) > 2.0 * float(np.abs(strides).max()):
         return False
     expected = 0.5 * (slope(x[before], values[before]) + slope(x[after], values[after]))

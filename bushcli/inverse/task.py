@@ -204,13 +204,16 @@ class Task:
                 what, expected = "there are no [[coupons]] to fit a law to", "[[coupons]] with mode and file"
                 if case.needs_fit:
                     what, expected = f"{what}, and no [material.parameters]", "one of both"
-                expected += "; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                expected = case.expected(
+                    f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
+                )
                 raise InputError(Problem(str(case.path), what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings:
                 what = "there are no [[recordings]] to identify a law from"
-                raise InputError(Problem(str(case.path), what, "", "[[recordings]] with mode and file"))
+                expected = case.expected("[[recordings]] with mode and file")
+                raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF

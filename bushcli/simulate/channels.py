@@ -193,7 +193,7 @@ def channels_to_simulate(
     """
     recordings, faults = measured(case)
     if not recordings and not case.load_cases and not case.dynamic:
-        wanted = "[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`"
+        wanted = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     check_travel(case, recordings, faults)
     channels = [

@@ -57,12 +57,12 @@ def protocol(
     ----------
     case : Case
     curves, coupons : sequence of Recording
-        As read from the files, in the order of the case.
+        As read from the files, in the order of the case; parts of a batch follow the other curves.
     programs : sequence of RecordedProgram
         Programs of load cases that were read from files.
     """
     seen, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
-    sources = (*case.recordings, *case.coupons)
+    sources = (*case.recordings, *case.specimens, *case.coupons)
     judged = tuple(
         (one.channel, source.standard, clauses(one, source))
         for one, source in zip((*seen, *tested), sources, strict=True)

@@ -330,7 +330,7 @@ def _with_causes(
 
 
 def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
-    found = [fault_condition(fault) for fault in faults]
+    found = [fault_condition(_of_part(fault, faults, parts)) for fault in faults]
     by_mode: Mapping[str, int] = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)
         for mode in {p.mode for p in parts}
@@ -340,3 +340,13 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
         what = f"too few parts ran one program to tell outliers: {', '.join(few)}, of at least {FEWEST}"
         found.append(Condition("few_parts", what, "record more parts with the same program"))
     return (*found, *fit.conditions)
+
+
+def _of_part(fault: DataFault, faults: Sequence[DataFault], parts: Sequence[BatchPart]) -> DataFault:
+    """Return a fault whose remedy corrects its part alone, unless most parts have the same one."""
+    alike = sum(one.remedy == fault.remedy for one in faults)
+    source = next(part.recording.source for part in parts if part.name == fault.channel)
+    if source is None or not (fault.fatal or fault.doubtful) or 2 * alike > len(parts):
+        return fault
+    table = f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
+    return replace(fault, remedy=f"give {fault.channel} {table}; in it, {fault.remedy}")

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 # Entries of a result that say how it was computed, not what it is; problems have an entry of their own.
 _HOW = ("case", "versions", "timings_s", "problems", "files", "question", "command", "data_faults")
+# The same of a channel, and sentences that repeat numbers.
+_HOW_OF_CHANNEL = ("seconds", "newton_iterations", "text")
 # Numbers that differ by less than this share of the larger one are equal: local strains of equal designs differ by up
 # to some 1e-7, the tolerance of a march being 1e-8 of the reactions.
 EQUAL = 1e-6
@@ -102,9 +104,14 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     numbers = [
         dict(_leaves({key: value for key, value in item.result.items() if key not in _HOW})) for item in items
     ]
-    # What only one kind of result has is no difference.
+    # What only one kind of result has is no difference, and a key of the cases is one already.
+    given = {key for case in cases for key in case}
     common = [
-        {key: value for key, value in table.items() if sum(key in one for one in numbers) > 1}
+        {
+            key: value
+            for key, value in table.items()
+            if key not in given and sum(key in one for one in numbers) > 1
+        }
         for table in numbers
     ]
     channels = dict.fromkeys(name for item in items for name in item.curves)
@@ -140,6 +147,8 @@ def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
     """Yield numbers and words by dotted key; lists of numbers are curves, and are left out unless they are short."""
     if isinstance(value, Mapping):
         for key, item in value.items():
+            if key in _HOW_OF_CHANNEL:
+                continue
             yield from _leaves(item, f"{at}.{key}" if at else str(key))
     elif isinstance(value, list) and any(isinstance(one, Mapping) for one in value):
         for i, item in enumerate(value):

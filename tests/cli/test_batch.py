@@ -132,3 +132,40 @@ def test_what_is_no_batch_is_refused(tmp_path: Path, curve: np.ndarray, specimen
     refused = bushcli("batch", case)
     assert refused.exit_code == 2
     assert said in refused.output
+
+
+def test_the_remedy_for_a_part_in_another_unit_corrects_that_part_alone(
+    tmp_path: Path, curve: np.ndarray
+) -> None:
+    case, _ = batch_of(tmp_path, curve, planted=False)
+    file = tmp_path / "parts" / "part_07.csv"
+    time, q, F = np.loadtxt(file, delimiter=",", skiprows=1).T
+    rows = "\n".join(f"{t:.1f},{a:.5f},{b:.7f}" for t, a, b in zip(time, q, F / 1000.0, strict=True))
+    file.write_text(f"time_s,displacement_mm,force_N\n{rows}\n")
+    wrong = bushcli("batch", case, "-q", "--json")
+    found = json.loads(wrong.stdout)
+    assert {one["name"]: one["outlier"] for one in found["parts"]}["part_07"] == ["data"]
+    (fault,) = (one for one in found["problems"] if one["name"] == "faulty_data")
+    # The pattern's table has the units of twenty parts.
+    assert "a [[specimens]] table of its own" in fault["remedy"]
+    assert 'units = { force = "kN" }' in fault["remedy"]
+    alone = '[[specimens]]\nmode = "axial"\nfile = "parts/part_07.csv"\nunits = { force = "kN" }\n'
+    case.write_text(case.read_text() + alone)
+    checked = bushcli("check", case, "-q", "--json", "--strict")
+    assert checked.exit_code == 0, checked.output
+    assert len(json.loads(checked.stdout)["recordings"]) == COUNT
+    right = bushcli("batch", case, "-q", "--json", "--strict")
+    assert right.exit_code == 0, right.output
+    assert sorted(one["name"] for one in json.loads(right.stdout)["parts"]) == [
+        f"part_{number:02d}" for number in range(1, COUNT + 1)
+    ]
+
+
+@pytest.mark.parametrize("command", ["inverse", "direct", "diagnose"])
+def test_commands_on_one_part_name_the_one_for_a_batch(
+    tmp_path: Path, curve: np.ndarray, command: str
+) -> None:
+    case, _ = batch_of(tmp_path, curve, planted=False)
+    refused = bushcli(command, case)
+    assert refused.exit_code == 2
+    assert "[[specimens]] are for `bushcli batch`" in refused.output

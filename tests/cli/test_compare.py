@@ -64,7 +64,8 @@ def test_equal_results_have_no_differences(two: tuple[Path, Path], tmp_path: Pat
     done = bushcli("compare", two[0], tmp_path / "soft.toml", "--json", "-q")
     found = json.loads(done.output)
     assert found["keys"] == {}
-    assert not any("stiffness" in key or "force" in key for key in found["numbers"])
+    # Neither do the seconds that each took count.
+    assert found["numbers"] == {}
     assert found["curves"][0]["percent"] == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
@@ -88,3 +89,25 @@ def test_what_cannot_be_compared_is_refused(two: tuple[Path, Path], tmp_path: Pa
         refused = bushcli("compare", *arguments)
         assert refused.exit_code == 2, arguments
         assert said in refused.output
+
+
+def test_an_identified_law_is_compared_by_the_curves_of_its_case(tmp_path: Path) -> None:
+    q = [0.1 * k for k in range(11)]
+    rows = "\n".join(f"{x:.2f},{300.0 * x:.3f}" for x in q)
+    (tmp_path / "axial.csv").write_text(f"displacement_mm,force_N\n{rows}\n")
+    (tmp_path / "soft.toml").write_text(CASE + LOAD)
+    recorded = '[[recordings]]\nmode = "axial"\nfile = "axial.csv"\n'
+    (tmp_path / "case.toml").write_text(CASE + recorded)
+    out = tmp_path / "identified"
+    done = bushcli("inverse", tmp_path / "case.toml", "-q", "-o", out, "--model", "neo_hookean")
+    assert done.exit_code == 0, done.output
+    compared = bushcli("compare", tmp_path / "soft.toml", out, "-q", "--json")
+    (axial,) = json.loads(compared.stdout)["curves"]
+    stiffness = json.loads(bushcli("direct", tmp_path / "soft.toml", "-q", "--json").stdout)
+    secant = stiffness["load_cases"][0]["stiffness"]["secant"]
+    assert axial["percent"][1] == pytest.approx(100.0 * (300.0 / secant - 1.0), abs=1.0)
+    # A moved recording leaves the rest to be compared.
+    (tmp_path / "axial.csv").unlink()
+    moved = bushcli("compare", tmp_path / "soft.toml", out)
+    assert moved.exit_code == 0, moved.output
+    assert "identified is compared without curves" in moved.output

@@ -488,6 +488,7 @@ def test_a_case_file_in_another_encoding_is_read(folder, encoding):
         ('title = "runs\\day 3"', 'title = "runs/day 3"'),
         ("length = 34,5 # mm", "length = 34.5 # mm"),
         ("length = 34,5 mm", "length = 34.5"),
+        ("parameters = {C10 = 0,45, C20 = -0,02}", "parameters = {C10 = 0.45, C20 = -0.02}"),
         ("length = \u221234.5", "length = -34.5"),
     ],
 )
@@ -502,12 +503,17 @@ def test_a_unit_that_case_files_do_not_have_is_not_taken_away(folder):
     assert "write" not in problems(folder, f"length = 1.5 in\n{CASE}")[0]
 
 
-@pytest.mark.parametrize("written", ["'runs\\tension.csv'", '"runs\\\\tension.csv"', '"runs\\tension.csv"'])
+@pytest.mark.parametrize(
+    "written",
+    ["'runs\\tension.csv'", '"runs\\\\tension.csv"', '"runs\\tension.csv"', '"runs\\radial.csv"'],
+)
 def test_a_path_with_backslashes_that_exists_with_slashes_is_read(folder, written):
     (folder / "runs").mkdir()
     (folder / "runs" / "tension.csv").write_text("time_s,displacement_mm,force_N\n")
-    text = f"{CASE}\n[[recordings]]\nmode = 'axial'\nfile = {written}\n"
-    assert load(folder, text).recordings[-1].file == folder / "runs" / "tension.csv"
+    (folder / "runs" / "radial.csv").write_text("time_s,displacement_mm,force_N\n")
+    text = f"{CASE}\n[[recordings]]\nname = 'again'\nmode = 'axial'\nfile = {written}\n"
+    name = "radial.csv" if "radial" in written else "tension.csv"
+    assert load(folder, text).recordings[-1].file == folder / "runs" / name
 
 
 def test_a_diameter_in_place_of_a_radius_is_refused_once(folder):

@@ -60,6 +60,8 @@ def test_a_case_from_a_hardness_says_so(tmp_path: Path) -> None:
         ("hardness = 60", '[[coupons]]\nmode = "uniaxial"\nfile = "u.csv"\n', "coupons"),
         ("hardness = 0.6", "", "is no hardness"),
         ("hardness = 98", "", "20 to 90"),
+        # Gent's modulus is infinite.
+        ("hardness = 100", "", "20 to 90"),
         ('hardness = "60 Shore"', "", "material.hardness"),
     ],
 )

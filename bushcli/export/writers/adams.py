@@ -6,7 +6,8 @@ are not proportional to speed; an FMU (`fmu2`, `fmu3`) includes them.
 
 from __future__ import annotations
 
-from bushcli.export.teimorbit import DIRECTIONS, block, comments, curve, units_block
+from bushcli.export.directions import FORCES
+from bushcli.export.teimorbit import block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
 _NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
@@ -21,8 +22,8 @@ def write(order: Order) -> str:
         ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"],
     )
     lines += units_block(order.units, "degrees")
-    lines += block("DAMPING", [f"{direction}_DAMPING    = 0.0" for direction in DIRECTIONS])
-    for direction in DIRECTIONS:
+    lines += block("DAMPING", [f"{direction}_DAMPING    = 0.0" for direction in FORCES])
+    for direction in FORCES:
         heads = f"{{{_NAMES[direction]:>15s} {direction.lower():>16s}}}"
         lines += block(f"{direction}_CURVE", [heads, *curve(order, direction, "adams")])
     return "\n".join(lines)

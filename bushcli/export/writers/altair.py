@@ -6,7 +6,8 @@ its own coefficients, which Altair's identification tool fits; none are written.
 
 from __future__ import annotations
 
-from bushcli.export.teimorbit import DIRECTIONS, block, comments, curve, units_block
+from bushcli.export.directions import FORCES
+from bushcli.export.teimorbit import block, comments, curve, units_block
 from bushcli.export.writer import Order, Writer
 
 _MODELS = (
@@ -27,12 +28,12 @@ def write(order: Order) -> str:
     lines += units_block(order.units, "degree")
     lines += block("GLOBAL", ["COUPLING      = 'cylindrical'"])
     rows = [
-        f"'{model}'".ljust(22) + "".join("   1" if i == 0 else "   0" for _ in DIRECTIONS)
+        f"'{model}'".ljust(22) + "".join("   1" if i == 0 else "   0" for _ in FORCES)
         for i, model in enumerate(_MODELS)
     ]
-    heads = "{ formulation" + " " * 9 + "".join(f"  {d}" for d in DIRECTIONS) + " }"
+    heads = "{ formulation" + " " * 9 + "".join(f"  {d}" for d in FORCES) + " }"
     lines += block("DIRECTIONS", ["(ACTIVITY)", heads, *rows])
-    for direction in DIRECTIONS:
+    for direction in FORCES:
         data = ["(SPLINE_DATA)", "{           disp            force  }", *curve(order, direction, "altair")]
         lines += block(f"SPLINE_STIFFNESS_{direction}", data)
     return "\n".join(lines)

@@ -14,7 +14,7 @@ import numpy as np
 from bushcli.export.writer import Order, Writer, one_line
 
 _COLUMNS = (
-    *("load_case", "direction", "point", "preload_displacement", "preload_force", "frequency"),
+    *("direction", "load_case", "point", "preload_displacement", "preload_force", "frequency"),
     *("stiffness", "loss_angle_deg", "storage", "loss", "damping"),
 )
 
@@ -37,9 +37,9 @@ def write(order: Order) -> str:
         for direction in one.directions:
             for f, k, c in zip(one.frequency, one.stiffness, one.damping, strict=True):
                 per = force(1.0) / length
-                numbers = (units.of_frequency(f), per * abs(k), np.degrees(np.angle(k)), per * k.real)
-                numbers += (per * k.imag, units.of_time(per * c))
-                row = (one_line(one.name), direction, point, *static)
+                complex_parts = (per * k.real, per * k.imag, units.of_time(per * c))
+                numbers = (units.of_frequency(f), per * abs(k), np.degrees(np.angle(k)), *complex_parts)
+                row = (direction, one_line(one.name), point, *static)
                 table.writerow((*row, *(f"{number:.12g}" for number in numbers)))
     return text.getvalue()
 

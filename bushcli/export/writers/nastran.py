@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
-from bushcli.export.curves import FORCES
+from bushcli.export.directions import FORCES
 from bushcli.export.vibration import Vibration, by_direction
 from bushcli.export.writer import Order, Writer, one_line
 

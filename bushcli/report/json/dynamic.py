@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bushcli.report.json.common import cleaned, head
+from bushcli.report.json.common import cleaned, head, material_json
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.views.dynamic import stiffness_unit
@@ -32,6 +32,7 @@ def dynamic_json(response: DynamicResponse, fit: Fit | None, timings: Mapping[st
     """
     document = head("dynamic", response.case, response.conditions, {**timings, **response.seconds})
     document["complete"] = response.complete
+    document["material"] = material_json(response.material)
     document["load_cases"] = [_curve(one) for one in response.curves]
     if fit is not None:
         document["fit"] = fit_part(fit)

@@ -41,7 +41,8 @@ def compare_headline(found: Comparison) -> str:
     count = len(keys)
     said = f"{count} key{'s differ' if count != 1 else ' differs'}" if keys else "their cases are equal"
     few = f" ({', '.join(keys)})" if 0 < count <= 3 else ""
-    return f"{names}: {said}{few}, {len(found.numbers)} numbers differ"
+    differ = len(found.numbers)
+    return f"{names}: {said}{few}, {differ or 'no'} number{'s differ' if differ > 1 else ' differs'}"
 
 
 def _curves(found: Comparison) -> Table:

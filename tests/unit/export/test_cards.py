@@ -11,11 +11,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from bushcli.case import Material
+from bushcli.case import Material, load_case
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
 from bushcli.export.rubber import ExportedRubber, OgdenRoxburgh, rubber_of
 from bushcli.export.units import SYSTEMS
+from bushcli.simulate.dynamic import vibrate
 from cases.stability import nominal_stress
 from forms.law import law
 
@@ -126,7 +127,7 @@ def abaqus(text):
         energy, D = powers([(2 * mu / a**2, a) for mu, a in pairs]), numbers[2 * n]
     else:
         energy, D = chains(numbers[0], numbers[1] ** 2), numbers[2]
-    found = Read(energy, 2 / D)
+    found = Read(energy, 2 / D if D else np.inf)
     found.further = numbers[-2:] if "YEOH" in head else numbers[2 * n + 1 :] if "OGDEN" in head else []
     prony = blocks.get("*VISCOELASTIC,TIME=PRONY", [])
     found.series = [(prony[i], prony[i + 2]) for i in range(0, len(prony), 3)]
@@ -343,10 +344,11 @@ READERS = {
 }
 
 
-def written(program, rubber, units="N-mm-s"):
+def written(program, rubber, units="N-mm-s", form="time-prony"):
     one = writer_for(program)
-    one.check(rubber)
-    return one.text(Order("A rubber, 60 ShA", "case.toml", unit_system(units), rubber)).decode("ascii")
+    one.check(rubber, form)
+    order = Order("A rubber, 60 ShA", "case.toml", unit_system(units), rubber, form=form)
+    return one.text(order).decode("ascii")
 
 
 def rubber_with(name, **further):
@@ -456,6 +458,63 @@ def test_a_card_softens_as_the_rubber(program, name):
 def test_what_a_program_cannot_express_is_refused_by_name(program, rubber, words):
     with pytest.raises(InputError, match=words):
         writer_for(program).check(rubber)
+
+
+def abaqus_modulus(text, frequencies):
+    """G* of an Abaqus card over its long-term modulus, at frequencies in cycles per unit of time (Frequency domain
+    viscoelasticity: Gs = Ginf (1 - omega Im g*), Gl = Ginf omega Re g*; Prony: shares of G0, Ginf = G0 (1 - sum g))."""
+    head, _, rows = text.partition("*VISCOELASTIC, FREQUENCY=")[2].partition("\n")
+    numbers = np.array([[float(x) for x in row.split(",")] for row in rows.splitlines() if row[0] != "*"])
+    if head == "TABULAR":
+        assert (numbers[:, 2:4] == 0.0).all()  # no loss of the bulk modulus
+        at = np.log(numbers[:, 4])
+        loss, storage = (np.interp(np.log(frequencies), at, numbers[:, i]) for i in (0, 1))
+        return 1.0 - storage + 1j * loss
+    assert head == "PRONY"
+    shares, taus = numbers[:, 0], numbers[:, 2]
+    turned = 2j * np.pi * np.outer(frequencies, taus)
+    instantaneous = 1.0 / (1.0 - shares.sum())
+    return 1.0 + instantaneous * (shares * turned / (1.0 + turned)).sum(axis=1)
+
+
+COUPON = """
+[geometry]
+shape = "coupon"
+[material]
+law = "yeoh"
+parameters = { C10 = 0.5, C20 = -0.05, C30 = 0.01 }
+[[effects]]
+name = "viscoelasticity"
+parameters = { g1 = 0.2, tau1 = 10.0, g2 = 0.1, tau2 = 0.5, g3 = 0.4, tau3 = 0.003 }
+[[load_cases]]
+mode = "uniaxial"
+[load_cases.dynamic]
+frequency = { from = 1e-4, to = 1e3, points = 57 }
+"""
+
+
+@pytest.mark.parametrize("units", ["N-mm-s", "kN-mm-ms"])
+@pytest.mark.parametrize("form", ["frequency-prony", "frequency-tabular"])
+def test_abaqus_vibrates_as_a_coupon_does(tmp_path, form, units):
+    """E* = 3 G* of the card is that of `bushcli dynamic` within 0.1 %, also between the rows and beyond the table."""
+    file = tmp_path / "case.toml"
+    file.write_text(COUPON)
+    case = load_case(file)
+    (curve,) = vibrate(case).curves
+    text = written("abaqus", rubber_of(case.material, case.effects), units, form)
+    assert "MODULI=LONG TERM" in text
+    found = 3 * abaqus(text).shear_modulus() * abaqus_modulus(text, curve.frequency * unit_system(units).time)
+    pascal = unit_system(units).force / unit_system(units).length ** 2
+    assert np.abs(found * pascal / 1e6 / curve.stiffness - 1).max() < 1e-3
+
+
+def test_a_form_is_refused_by_programs_without_it_and_without_viscoelasticity():
+    with pytest.raises(InputError, match=r"Ansys.* frequency-prony.*it is for abaqus"):
+        writer_for("ansys").check_form("frequency-prony")
+    with pytest.raises(InputError, match=r'did you mean "frequency-tabular"'):
+        writer_for("abaqus").check_form("frequency-table")
+    with pytest.raises(InputError, match="a rubber without viscoelasticity has no frequency-prony form"):
+        written("abaqus", rubber_with("yeoh"), form="frequency-prony")
 
 
 def test_radioss_takes_no_series_beside_softening_but_with_arruda_boyce():

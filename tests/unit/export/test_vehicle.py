@@ -14,6 +14,7 @@ from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
 from bushcli.export.curves import BushingData, ForceCurve, curves_of, matrix_of
 from bushcli.export.rubber import ExportedRubber
+from bushcli.export.vibration import Vibration
 
 MATRIX = np.diag([2500.0, 2500.0, 350.0, 4e5, 4e5, 9e4])
 MATRIX[0, 4] = MATRIX[4, 0] = 120.0
@@ -24,6 +25,19 @@ CURVES = (
     ForceCurve("conical", "conical", np.radians(Q), 4e5 * np.radians(Q)),
     ForceCurve("twist", "torsional", np.radians(5 * Q), 9e4 * np.radians(5 * Q)),
 )
+# Hz
+FREQUENCIES = np.array([0.5, 7.0, 300.0])
+
+
+def vibrations(name="vibration"):
+    """A dynamic stiffness of each direction whose parts are all different."""
+    sizes = {("FX", "FY"): 2500.0, ("FZ",): 350.0, ("TX", "TY"): 4e5, ("TZ",): 9e4}
+    return tuple(
+        Vibration(
+            name, directions, (0.1, 30.0), True, FREQUENCIES, size * (np.array([1.0, 1.25, 1.5]) + 0.1j)
+        )
+        for directions, size in sizes.items()
+    )
 
 
 def written(program, bushing, units="N-mm-s"):
@@ -189,7 +203,13 @@ def test_no_text_of_the_user_leaves_its_comment(program, breaks):
     one, bad = writer_for(program), f"first{breaks}*INCLUDE, INPUT=harmful{breaks}--->"
     curves = tuple(replace(curve, name=bad) for curve in CURVES)
     rubber = ExportedRubber("neo_hookean", {"C10": 0.5}, 2000.0) if one.kind == "card" else None
-    bushing = None if rubber else BushingData(curves, MATRIX, (bad,))
+    bushing = (
+        None
+        if rubber
+        else BushingData(
+            curves, MATRIX, (bad,), vibrations=vibrations("#" if program == "csv_dynamic" else bad)
+        )
+    )
     lines = one.text(Order(bad, bad, unit_system("SI"), rubber, bushing)).decode("ascii").splitlines()
     said = [line for line in lines if "INPUT=harmful" in line]
     begin, end = one.comment
