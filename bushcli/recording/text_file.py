@@ -117,6 +117,7 @@ def _table(
         parts=(*parts, SplitRows(fields[at:], numbers[at:])),
         decimal=decimal,
         remarks=tuple(left_out),
+        between=_between(lines, numbers),
     )
 
 
@@ -153,7 +154,15 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         parts=(SplitRows(split[start:], [line.number for line in body[start:]]),),
         decimal=decimal,
         remarks=tuple(repeats),
+        between=_between(lines, [line.number for line in body[start:]]),
     )
+
+
+def _between(lines: Sequence[Line], rows: Sequence[int]) -> tuple[tuple[int, str], ...]:
+    """Return the lines, with their numbers, that are between the rows (by their numbers) and none of them."""
+    known = set(rows)
+    inside = (line for line in lines if rows and rows[0] < line.number < rows[-1])
+    return tuple((line.number, line.uncommented) for line in inside if line.number not in known)
 
 
 def _named_width(lines: Sequence[Line], first: int, delimiter: str, width: int, most: int) -> int:

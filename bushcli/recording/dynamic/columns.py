@@ -144,6 +144,23 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     return found
 
 
+def with_names_above(table: Table) -> Table:
+    """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names.
+
+    Parameters
+    ----------
+    table : Table
+    """
+    if not table.preamble or not all(read_unit(name) for name in table.names if name):
+        return table
+    for delimiter in ";\t,|":
+        fields = [field.strip() for field in table.preamble[-1][1].split(delimiter)]
+        found = {meaning(field).quantity for field in fields}
+        if len(fields) == len(table.names) and "frequency" in found and found & set(MEASURED):
+            return replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
+    return table
+
+
 def with_conditions_above(table: Table) -> Table:
     """Return a table whose first row has conditions, ``Preload [N];0;500``, with that row above the names.
 
@@ -363,6 +380,20 @@ def above(table: Table) -> dict[str, Stated]:
     decimal = table.decimal if isinstance(table, TextTable) else ""
     found = [one for _, text in table.preamble if (one := stated(text, decimal)) is not None]
     return {one.quantity: one for one in found}
+
+
+def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
+    """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines.
+
+    Parameters
+    ----------
+    table : Table
+    quantity : str
+    """
+    if not isinstance(table, TextTable):
+        return []
+    found = ((line, stated(text, table.decimal)) for line, text in table.between)
+    return [(line, one) for line, one in found if one is not None and one.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:

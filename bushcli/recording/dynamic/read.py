@@ -16,11 +16,13 @@ from bushcli.recording.dynamic.columns import (
     MEASURED,
     ColumnGroup,
     above,
+    between,
     groups,
     is_dynamic,
     numbers,
     suited_kinds,
     with_conditions_above,
+    with_names_above,
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
@@ -101,7 +103,7 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
         return read_loops(source, plain, tables)
     found = opened(plain, [name for name in source.columns.values() if isinstance(name, str)], tables)
     every = [found] if isinstance(found, Table) else list(found.tables)
-    every = [with_conditions_above(table) for table in every]
+    every = [with_conditions_above(with_names_above(table)) for table in every]
     fitting = [table for table in every if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
@@ -150,6 +152,9 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     for quantity in _CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
+            for line, one in between(table, quantity) if quantity not in group.conditions else ():
+                below = np.array([table.line(row) > line for row in range(len(table))])
+                arrays[quantity][below] = _stated(table, quantity, {quantity: one}, source, mode)
     arrays["amplitude"] = np.abs(arrays["amplitude"]) * (0.5 if peak == "double" else 1.0)
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.

@@ -222,11 +222,14 @@ class TextTable(Table):
     decimal : str
     dates : mapping of int to Instant
         Columns, from 0, with seconds since an instant instead of the dates that a sheet has.
+    between : tuple of (int, str)
+        Lines of text and comments between the rows, with their numbers.
     """
 
     parts: tuple[SplitRows | AlikeRows, ...] = field(repr=False)
     decimal: str
     dates: Mapping[int, Instant] = field(default_factory=dict)
+    between: tuple[tuple[int, str], ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""

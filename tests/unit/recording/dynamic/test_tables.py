@@ -169,6 +169,26 @@ def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
     np.testing.assert_allclose(table.preload_force, force)
 
 
+def test_a_row_of_units_that_static_recordings_have_not(tmp_path):
+    text = "Frequency;Storage stiffness;Damping;Preload\nHz;N/mm;Ns/mm;N\n"
+    table = read(tmp_path, text + "1;900;9.5;500\n10;950;1.2;500\n")
+    np.testing.assert_allclose(table.loss, 2.0 * np.pi * table.frequency * [9.5, 1.2])
+    np.testing.assert_allclose(table.preload_force, 500.0)
+
+
+@pytest.mark.parametrize("mark", ["", "# "])
+def test_blocks_below_each_other_have_their_own_conditions(tmp_path, mark):
+    head = "f [Hz],K* [N/mm],delta [deg]\n"
+    blocks = [
+        f"{mark}Preload: {force} N\n{head}1,{500 + force},5\n10,{550 + force},7\n" for force in (0, 500)
+    ]
+    table = read(tmp_path, "\n".join(blocks))
+    np.testing.assert_allclose(table.preload_force, [0, 0, 500, 500])
+    np.testing.assert_allclose(table.stiffness, [500, 550, 1000, 1050])
+    # What the case file says holds for all rows.
+    np.testing.assert_allclose(read(tmp_path, "\n".join(blocks), preload_force=7.0).preload_force, 7.0)
+
+
 def test_one_file_for_each_condition_is_one_table(tmp_path):
     for force in (0, 500):
         text = f"Preload = {force} N\nfrequency_Hz,stiffness_N_per_mm,loss_angle_deg\n"
