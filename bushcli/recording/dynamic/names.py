@@ -56,7 +56,8 @@ _WORDS: Mapping[str, tuple[str, ...]] = {
         "complex modulus", "komplexer modul", "complex shear modulus", "raideur dynamique", "动刚度", "動ばね定数",
     ),
     "modulus": (
-        "stiffness", "spring rate", "steifigkeit", "federrate", "rate", "modulus", "modul", "e modulus", "e modul",
+        "stiffness", "spring rate", "steifigkeit", "drehsteifigkeit",
+        "federrate", "rate", "modulus", "modul", "e modulus", "e modul",
         "g modulus", "g modul", "k", "dynamic modulus", "raideur", "rigidezza", "刚度", "e", "g",
     ),
     "storage": (

@@ -169,6 +169,12 @@ def test_numbers_above_a_table_may_have_separators(tmp_path, line, force):
     np.testing.assert_allclose(table.preload_force, force)
 
 
+def test_a_torsional_stiffness_in_german(tmp_path):
+    text = "f [Hz];Drehsteifigkeit [Nm/rad];Verlustwinkel [°]\n1;172;4\n10;180;5\n"
+    table = read(tmp_path, text, "torsional", stiffness_is="magnitude")
+    np.testing.assert_allclose(table.stiffness, [172e3, 180e3])
+
+
 def test_a_row_of_units_that_static_recordings_have_not(tmp_path):
     text = "Frequency;Storage stiffness;Damping;Preload\nHz;N/mm;Ns/mm;N\n"
     table = read(tmp_path, text + "1;900;9.5;500\n10;950;1.2;500\n")
