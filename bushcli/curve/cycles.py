@@ -26,15 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
-from bushcli.curve.segment import Segment
+from bushcli.curve.segment import AT_THE_TURN, OVERSHOOT, TURN, Segment
 from bushcli.curve.signals import branches, departure, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
 
-_CLOSED_NOISE = 8.0  # as `bushcli.curve.segment` distinguishes a turning point from noise
+# Share of the travel within which a cycle closes where noise is smaller: judgement.
 _CLOSED_SHARE = 0.01
-_OVERSHOOT = 0.05  # as `bushcli.curve.segment` distinguishes an overshoot from an excursion
-_AWAY = 0.9  # as `bushcli.curve.segment` distinguishes the way to rest from half a cycle
 _END = 0.01  # as `Curve.secant_stiffness`
 
 
@@ -127,7 +125,7 @@ def cycles_along(
     """
     found = branches(path) if found is None else found
     parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
-    slack = _CLOSED_NOISE * displacement_noise(path)
+    slack = TURN * displacement_noise(path)
     return tuple(
         _cycle([branch for _, branch in part], departure(found, part[0][0]), path, force, noise, slack)
         if np.isfinite(force[departure(found, part[0][0]) : part[-1][1].stop]).all()
@@ -149,7 +147,7 @@ def _cycle(
         way = np.abs(q - q[0])
         for branch in part[-2::-1]:
             rest = branch.stop - begin
-            if way[rest - 1] <= near and way[rest:].max() < _AWAY * way.max():
+            if way[rest - 1] <= near and way[rest:].max() < AT_THE_TURN * way.max():
                 closed, q_loop, force_loop = _loop(path.displacement, force, begin, branch.stop, near)
                 break
     energy = _net_work(q_loop, force_loop, closed, noise)
@@ -190,7 +188,7 @@ def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[b
         return True, q_path, force_path
     # The end is between the last sample and the next cycle's first, between the last two, or a little earlier where the
     # motion passed the start before it turned.
-    near = _OVERSHOOT * float(np.ptp(q_path))
+    near = OVERSHOOT * float(np.ptp(q_path))
     for i in range(end, begin + 1, -1):
         there = _force_at(start, q, force, i)
         if there is not None:

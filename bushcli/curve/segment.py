@@ -35,7 +35,7 @@ from bushcli.curve.noise import noise_of_sparse
 Array = NDArray[np.float64]
 Kind = Literal["loading", "unloading", "hold"]
 
-_TURN = 8.0
+TURN = 8.0
 _HALF_BAND = 4.0
 # Small compared with any useful program, large compared with the steps of a coarse analogue-digital converter.
 _SMALLEST_TURN = 2e-3
@@ -46,8 +46,8 @@ _SHORTEST_HOLD = 5
 _LONGEST, _PIECE = 2_048, 16_384
 # Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins at the extreme, up to
 # noise and control error.
-_OVERSHOOT = 0.05
-_AT_THE_TURN = 0.9
+OVERSHOOT = 0.05
+AT_THE_TURN = 0.9
 # Excursions are alike if they differ by less than this share of the larger one, as amplitudes of cycles are
 # (`bushcli.standards.observed`).
 _ALIKE = 0.1
@@ -120,7 +120,7 @@ def excursions(
     if len(displacement) < 2 or span == 0.0:
         return (Segment("hold", 0, len(displacement), 1, 0),)
     sigma = displacement_noise(displacement, time) if sigma is None else sigma
-    threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
+    threshold = max(TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
     turns = _turning_points(np.ascontiguousarray(displacement, dtype=float).data, threshold)
@@ -303,7 +303,7 @@ def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float)
     side = 1 if begin > 0 else -1
     furthest = float((side * q).max())
     away = side * (end - begin) < 0 and abs(begin) > threshold
-    return side if away and abs(begin) >= _AT_THE_TURN * furthest else 0
+    return side if away and abs(begin) >= AT_THE_TURN * furthest else 0
 
 
 @dataclass(frozen=True)
@@ -377,11 +377,11 @@ def _at_preload(one: _Excursion, cycle: Sequence[_Excursion], turn: float) -> bo
     ends = [each.furthest for each in cycle]
     largest = max(map(abs, ends))
     if len(cycle) == 1:
-        if abs(turn) <= _OVERSHOOT * largest:
+        if abs(turn) <= OVERSHOOT * largest:
             return False
         ends.append(turn)
     preload, span = 0.5 * (max(ends) + min(ends)), max(ends) - min(ends)
-    return abs(preload) > _OVERSHOOT * largest and abs(one.furthest - preload) <= _ALIKE * span
+    return abs(preload) > OVERSHOOT * largest and abs(one.furthest - preload) <= _ALIKE * span
 
 
 def _alike(one: float, other: float) -> bool:
@@ -393,7 +393,7 @@ def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
     one = first[0]
     if len(first) > 1 or (one.loop and one.reverses):
         return False
-    return one.height < _OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
+    return one.height < OVERSHOOT * after[0].height or _at_preload(one, after, after[0].begin)
 
 
 def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
@@ -403,7 +403,7 @@ def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
         return False
     if not one.reverses:
         # A last loading as far as before is half a cycle more; a mere return to rest is not.
-        return abs(one.furthest) < _AT_THE_TURN * largest or one.height == 0.0
+        return abs(one.furthest) < AT_THE_TURN * largest or one.height == 0.0
     return _at_preload(one, before, one.begin)
 
 
@@ -423,7 +423,7 @@ def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> flo
     small = at if abs(end) < abs(begin) else at - 1
     beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
     same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
-    return _OVERSHOOT * min(beside) if beside and same_side else 0.0
+    return OVERSHOOT * min(beside) if beside and same_side else 0.0
 
 
 def _cut_at_zero(q: Array, before: int, start: int, stop: int, small: float) -> list[tuple[int, int]]:

@@ -14,6 +14,7 @@ from bushcli.export.directions import FORCES
 from bushcli.export.vibration import Vibration, by_direction
 from bushcli.export.writer import Order, Writer, one_line
 
+# Number of the property, which a model that has one of this number changes.
 _PROPERTY = 1
 
 
