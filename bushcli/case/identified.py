@@ -30,6 +30,7 @@ _FILES = {
 # The order of the tables in the text; the others follow.
 _ORDER = (
     "title",
+    "temperature",
     "tolerance",
     "geometry",
     "mesh",

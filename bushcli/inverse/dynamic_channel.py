@@ -163,7 +163,13 @@ class DynamicChannel:
         branches = self._branches(parameters)
         reached = self._reached(own, branches, patience)
         slope = np.zeros((len(self.measured), len(names)))
-        free = [name for name in names if name not in own and name in parameters]
+        # A temperature changes the body and the times of the branches.
+        heated = {one.name for one in self._active if one.effect.needs_temperature}
+        free = [
+            name
+            for name in names
+            if name in parameters and (name not in own or name.partition(".")[0] in heated)
+        ]
         if free:
             slope[:, [names.index(name) for name in free]] = self._by_branches(
                 reached, parameters, free, branches
@@ -175,7 +181,7 @@ class DynamicChannel:
                     self._rows(self._reached(own | {name: own[name] + d}, branches, patience), branches)
                     for d in (step, -step)
                 ]
-                slope[:, names.index(name)] = (ends[0] - ends[1]) / (2.0 * step)
+                slope[:, names.index(name)] += (ends[0] - ends[1]) / (2.0 * step)
         return ChannelForces(
             np.tile(self._travels(reached), 2), self._rows(reached, branches), slope, reached.states
         )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.typical import unusual
 from bushcli.curve.earlier import not_from_rest
+from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
@@ -30,7 +31,7 @@ from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refine_start
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
-from bushcli.inverse.task import Task
+from bushcli.inverse.task import Task, refuse_fixed
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
@@ -52,6 +53,8 @@ def fit_coupons(
     model: str | None = None,
     *,
     weighting: Weighting = "relative",
+    fixed: tuple[str, ...] = (),
+    hold_out: tuple[str, ...] = (),
     progress: Progress | None = None,
     tables: TableCache | None = None,
 ) -> Fit:
@@ -61,7 +64,10 @@ def fit_coupons(
     ----------
     case
         Its coupons are read; its material gives the law, the bulk modulus and, where present, the start values. Its
-        effects are not used: they are the bushing's, and act on load cases and recordings.
+        effects are the bushing's, and act on load cases and recordings; those on the rubber whose `channels` name
+        coupons, or that have nothing else to act on, are identified too.
+    fixed
+        Parameters that keep their start value.
     model
         Law to use instead of the case's.
     weighting
@@ -80,16 +86,33 @@ def fit_coupons(
     tests = [modes()[source.mode] for source in case.coupons]
     volumetric = [mode for mode in tests if mode.needs_compressibility]
     task = Task(
-        replace(case, effects=()),
+        replace(case, effects=_of_coupons(case)),
         model or case.material.law,
         "coupons",
+        fixed=fixed,
+        hold_out=hold_out,
         weighting=weighting,
         bulk_modulus=bool(volumetric),
     )
     if volumetric and len(volumetric) == len(tests):
         # They say nothing about the law, whose energy does not depend on the volume.
         task = replace(task, fixed=tuple(task.material.parameters))
+    refuse_fixed([task])
     return identify(task, progress=progress, tables=tables)
+
+
+def _of_coupons(case: Case) -> tuple[ActiveEffect, ...]:
+    """Return the effects that coupons have: those on the rubber that name them, or that have nothing else."""
+    warm = {one.label: one.temperature for one in case.coupons if one.temperature is not None}
+    others = {name for name, _ in case.channels} | {one.label for one in case.dynamic}
+    tests = {source.label for source in case.coupons}
+    found = []
+    for one in case.effects:
+        named = tests & set(one.channels or ())
+        nothing_else = one.channels is None and not others and not case.vibrations
+        if one.effect.feature is not None and (named or nothing_else):
+            found.append(replace(one, temperatures=warm if one.effect.needs_temperature else {}))
+    return tuple(found)
 
 
 def identify(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -182,10 +183,16 @@ def vibrate(
 
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
-    """Return the Maxwell branches of effects: g and tau (s) of each."""
+    """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
+    installed = features_of(effects)
+    slower = math.prod(
+        float(item.feature.heated(item.values, item.temperature)[1])
+        for item in installed
+        if item.feature.heated is not None
+    )
     return [
-        (float(one.parameters["g"]), float(one.parameters["tau"]))
-        for item in features_of(effects)
+        (float(one.parameters["g"]), slower * float(one.parameters["tau"]))
+        for item in installed
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
         if one.branch.name == "maxwell"

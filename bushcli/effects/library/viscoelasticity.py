@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
+#: Branches that a diagnosis tries at most; a case file gives more for a spectrum over some decades, whose fast branches
+#: may be much stiffer than the relaxed rubber.
+SEARCHED, MOST = 3, 6
 # Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
@@ -36,9 +39,10 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             f"modulus of branch {i} over the law's",
             modulus,
             0.0,
-            10.0,
+            10.0 if i <= SEARCHED else 1000.0,
             off=0.0,
             optional=i > 1,
+            searched=i <= SEARCHED,
             prior=Prior(
                 "half_t",
                 0.3,
@@ -53,6 +57,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             1e-3,
             1e6,
             optional=i > 1,
+            searched=i <= SEARCHED,
             scan=_TIMES,
             scale="duration",
             prior=Prior(
@@ -88,7 +93,12 @@ EFFECT = Effect(
     title="Viscoelasticity",
     summary="Fast motion needs more force, which relaxes in a hold; the loop grows with the rate.",
     acts="rubber",
-    parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
+    parameters=(
+        *_branch(1, 0.2, 10.0),
+        *_branch(2, 0.1, 1.0),
+        *_branch(3, 0.1, 100.0),
+        *(p for i in range(SEARCHED + 1, MOST + 1) for p in _branch(i, 0.1, 10.0 ** (i - 1))),
+    ),
     how_often="usual",
     families=("dissipation",),
     fades=True,
