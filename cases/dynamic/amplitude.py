@@ -17,12 +17,14 @@ Krack and Gross (2019), Harmonic Balance for Nonlinear Vibration Problems, doi:1
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.dynamic.model import Branches, modulus
 from cases.dynamic.reduction import Basis, ReducedPencil, Sweep
+from cases.dynamic.sine import ThinnedSpectrum
 from cases.ranks import summed
 
 Array = NDArray[np.float64]
@@ -38,72 +40,76 @@ SETTLED, MOST_TURNS = 1e-4, 60
 FLAT = 1e-9
 # Vectors are added while they change the stiffness by more than this share, at most for so many rounds.
 ENOUGH, MOST_ROUNDS = 5e-4, 4
-# Most numbers that the strains of the vectors may take, 800 MB.
-LARGEST = 100_000_000
+# Local amplitudes are tabulated up to this many times the elastic body's largest: strain gathers where rubber thins.
+ABOVE = 4.0
 
 
-@dataclass(frozen=True)
-class Balance:
-    """A vibration in balance.
-
-    Attributes
-    ----------
-    stiffness : complex
-        First harmonic of the force over the amplitude, N/mm or N mm/rad.
-    third : float
-        Amplitude of the third harmonic of the force over that of the first.
-    turns : int
-        Balances of moduli and state that it took.
-    moved : float
-        Relative change of the stiffness in the last of them.
-    change : float
-        Estimate of the relative error by the vectors; nan where it was not asked.
-    """
-
-    stiffness: complex
-    third: float
-    turns: int
-    moved: float
-    change: float = np.nan
-
-
-class UnevenRubber:
+class UnevenModel:
     """The reduced body with moduli that differ from point to point.
 
     Parameters
     ----------
     basis
         Vectors and matrices; vectors are added to it.
+    thinned
+        The relaxation that amplitude thins.
+    branches
+        Maxwell branches beside it.
     motion
         Number of the motion that vibrates.
     transfer
         Whether the force is taken at the held sleeve.
     """
 
-    def __init__(self, basis: Basis, motion: int = 0, transfer: bool = False) -> None:
-        self._basis, self._motion, self._transfer = basis, motion, transfer
+    def __init__(
+        self, basis: Basis, thinned: ThinnedSpectrum, branches: Branches, motion: int, transfer: bool
+    ) -> None:
+        self._basis, self._thinned, self._branches = basis, thinned, branches
+        self._motion, self._transfer = motion, transfer
         pencil = basis.pencil
         points = pencil.model.body.rubber.points
         self._root = _roots(pencil.spring, points.rows)
         self._weight = points.weight.reshape(-1)
         self._mu = pencil.model.shear_modulus
-        self._known = 0
         self._strains = np.zeros((0, len(self._weight) * self._root.shape[1]))
         self._take()
 
     def _take(self) -> None:
         """Compute the strains of new vectors, and the matrices over all."""
         basis, points = self._basis, self._basis.pencil.model.body.rubber.points
-        new = basis.vectors[self._known :]
+        new = basis.vectors[len(self._strains) :]
         strains = [np.einsum("prk,pk->pr", self._root, points.gradients(one)).ravel() for one in new]
         self._strains = np.vstack([self._strains, *strains])
-        self._known = len(basis.vectors)
         self._reduced = basis.reduced()
+        #: Local shear amplitude of the elastic body over the sleeve's, shape (points,).
+        self._elastic = self._local(np.eye(len(self._strains))[self._motion].astype(np.complex128))
 
-    def balance(
-        self, amplitude: float, frequency: float, response: LocalResponse, density: float, start: Array | None
-    ) -> tuple[Balance, Array]:
-        """Bring moduli and state into balance.
+    @property
+    def vectors(self) -> int:
+        """Vectors to which the body is reduced."""
+        return len(self._strains)
+
+    def stiffness(self, amplitude: Array, frequency: Array) -> tuple[Complex, Array]:
+        """Return the stiffness, and the third harmonic of the force over the first one, shape (n,) each.
+
+        Parameters
+        ----------
+        amplitude : shape (n,)
+            Of the sleeve, mm or rad.
+        frequency : shape (n,)
+            Hz.
+        """
+        found, third = np.empty(len(amplitude), dtype=np.complex128), np.empty(len(amplitude))
+        for one in np.unique(frequency):
+            own = np.flatnonzero(frequency == one)
+            response = self._response(float(one), float(amplitude[own].max()))
+            local = self._elastic
+            for i in own[np.argsort(amplitude[own])]:
+                found[i], third[i], local = self._balance(float(amplitude[i]), float(one), response, local)
+        return found, third
+
+    def enrich(self, amplitude: float, frequency: float) -> float:
+        """Add vectors until they hardly change the stiffness; return by how much the last ones did, a ratio.
 
         Parameters
         ----------
@@ -111,60 +117,60 @@ class UnevenRubber:
             Of the sleeve, mm or rad.
         frequency : float
             Hz.
-        response : LocalResponse
-            At this frequency.
-        density : float
-            Of the rubber, t/mm^3.
-        start : shape (points,) or None
-            Local amplitude over the sleeve's from which to begin, as an earlier balance returned it.
-
-        Returns
-        -------
-        Balance, and the local amplitude over the sleeve's, shape (points,).
         """
-        local, known, moved = start, 0j, np.inf
-        if local is None:
-            local = self._local(np.eye(len(self._strains))[self._motion].astype(np.complex128))
-        for turn in range(1, MOST_TURNS + 1):
-            s, t = response(amplitude * local)
-            stiffness, x = self._stiffness(s, frequency, density)
-            moved, known = abs(stiffness - known) / abs(stiffness), stiffness
-            local = self._local(x)
-            if moved <= SETTLED:
+        response = self._response(frequency, amplitude)
+        found, _, local = self._balance(amplitude, frequency, response, self._elastic)
+        for _ in range(MOST_ROUNDS):
+            before = found
+            self._basis.add(self._residuals(response(amplitude * local)[0], frequency))
+            self._take()
+            found, _, local = self._balance(amplitude, frequency, response, local)
+            if abs(found - before) <= ENOUGH * abs(found):
                 break
-        third = abs(x @ self._over(t) @ x) / abs(known)
-        return Balance(known, float(third), turn, float(moved)), local
+        return abs(found - before) / abs(found)
 
-    def enrich(
-        self, amplitude: float, frequency: float, response: LocalResponse, density: float
-    ) -> tuple[Balance, Array]:
-        """Balance, and add vectors until they change the stiffness by less than a tolerance.
+    def _response(self, frequency: float, amplitude: float) -> LocalResponse:
+        """Return the local harmonics at a frequency up to what the largest amplitude (mm or rad) may cause."""
+        own = self._thinned.response(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        beside = modulus(np.array([frequency]), self._branches)[0]
+
+        def harmonics(local: Array) -> tuple[Complex, Complex]:
+            first, third = own(local)
+            return first + beside, third
+
+        return harmonics
+
+    def _balance(
+        self, amplitude: float, frequency: float, response: LocalResponse, local: Array
+    ) -> tuple[complex, float, Array]:
+        """Bring moduli and state into balance; return stiffness, third harmonic, and local amplitude over the sleeve's.
 
         Parameters
         ----------
-        amplitude, frequency, response, density
-            As for `balance`: mm or rad, Hz, t/mm^3.
+        amplitude, frequency
+            mm or rad, Hz.
+        response
+            At this frequency.
+        local : shape (points,)
+            Local amplitude over the sleeve's from which to begin.
         """
-        found, local = self.balance(amplitude, frequency, response, density, None)
-        for _ in range(MOST_ROUNDS):
-            s, _ = response(amplitude * local)
-            before = found.stiffness
-            self._basis.add(self._residuals(s, frequency, density))
-            self._take()
-            found, local = self.balance(amplitude, frequency, response, density, local)
-            change = abs(found.stiffness - before) / abs(found.stiffness)
-            found = replace(found, change=float(change))
-            if change <= ENOUGH:
+        known = 0j
+        for _ in range(MOST_TURNS):
+            s, t = response(amplitude * local)
+            found, x = self._stiffness(s, frequency)
+            local = self._local(x)
+            if abs(found - known) <= SETTLED * abs(found):
                 break
-        return found, local
+            known = found
+        return found, float(abs(x @ self._over(t) @ x) / abs(found)), local
 
-    def _stiffness(self, s: Complex, frequency: float, density: float) -> tuple[complex, Complex]:
+    def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""
         uneven: ReducedPencil = replace(self._reduced, viscous=self._over(s))  # type: ignore[arg-type]
         at = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
         i = self._motion
-        both = uneven.stiffness(at, density)[int(self._transfer)]
-        return complex(both[0, i, i]), uneven.states(at, density)[0, :, i]
+        both = uneven.stiffness(at)[int(self._transfer)]
+        return complex(both[0, i, i]), uneven.states(at)[0, :, i]
 
     def _over(self, s: Complex) -> Complex:
         """Integral of a local modulus over the body, between all vectors, shape (k, k)."""
@@ -184,14 +190,14 @@ class UnevenRubber:
         squares = (parts**2).sum(axis=0).reshape(len(self._weight), -1).sum(axis=1)
         return np.asarray(np.sqrt(squares / self._mu))
 
-    def _residuals(self, s: Complex, frequency: float, density: float) -> Array:
+    def _residuals(self, s: Complex, frequency: float) -> Array:
         """Real and imaginary part of the residual, solved with K_eq, shape (2, n)."""
-        _, x = self._stiffness(s, frequency, density)
+        _, x = self._stiffness(s, frequency)
         basis, pencil = self._basis, self._basis.pencil
         points = pencil.model.body.rubber.points
         strain = (x @ self._strains).reshape(len(self._weight), -1)
         stress = np.einsum("prk,pr->pk", self._root, s[:, None] * strain)
-        forces = basis.forces_of(x, frequency, density)
+        forces = basis.forces_of(x, frequency, self._reduced.density)
         for part, force in zip((stress.real, stress.imag), forces, strict=True):
             points.add_forces(np.ascontiguousarray(part), force)
         return pencil.solve(forces)
