@@ -133,7 +133,7 @@ amplitude = 2
         ("frequency=[]", "list of at least one number"),
         ("frequency=[2, 2]", "a frequency twice"),
         ("frequency={from = 1}", "frequency.to is missing"),
-        ("frequency={from = 0, to = 3, points = 3}", "peaks above 0"),
+        ("frequency={from = 0, to = 3, points = 3}", "greater than 0"),
         ("amplitude=0", "peaks above 0"),
         ("preload=[1, 1]", "a value twice"),
         ("preload=300", "times the rubber's thickness"),
