@@ -79,7 +79,8 @@ class Feature:
     compliance : callable, optional
         Parameters -> addition to 1 / bulk modulus, 1/MPa.
     heated : callable, optional
-        Parameters and temperature (degrees C) -> factors on the law's moduli, and on all relaxation times.
+        Parameters and temperature (degrees C) -> factors on the moduli of the law, on those of the branches beyond
+        these, and on all relaxation times.
     swelling : callable, optional
         Parameters -> volume ratio of the stress-free rubber to the mesh.
     shape : callable, optional
@@ -121,7 +122,7 @@ class Feature:
     branches: Callable[[Values], Sequence[Attached]] | None = None
     thinned: Callable[[Mapping[str, float]], ThinnedSpectrum] | None = None
     compliance: Callable[[Values], Scalar] | None = None
-    heated: Callable[[Values, Scalar], tuple[Scalar, Scalar]] | None = None
+    heated: Callable[[Values, Scalar], tuple[Scalar, Scalar, Scalar]] | None = None
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Metal], Scalar | None] | None = None

@@ -169,7 +169,11 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 
 
 def acting(
-    active: Sequence[ActiveEffect], channel: str, mode: str, kind: Kind = "static"
+    active: Sequence[ActiveEffect],
+    channel: str,
+    mode: str,
+    kind: Kind = "static",
+    temperature: float | None = None,
 ) -> tuple[ActiveEffect, ...]:
     """Return the effects that change a channel, at its temperature.
 
@@ -183,8 +187,14 @@ def acting(
         Name of the channel's mode.
     kind : {"static", "dynamic"}
         Kind of the channel.
+    temperature : float or None
+        Degrees C, in place of the channel's.
     """
-    return tuple(one.at(one.temperatures.get(channel)) for one in active if one.acts_on(channel, mode, kind))
+    return tuple(
+        one.at(one.temperatures.get(channel) if temperature is None else temperature)
+        for one in active
+        if one.acts_on(channel, mode, kind)
+    )
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:

@@ -109,5 +109,10 @@ def dynamic_channels(
     # What few cases need is loaded where one needs it.
     from bushcli.inverse.dynamic_channel import DynamicChannel
     from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.simulate.dynamic_tables import by_temperature
 
-    return [DynamicChannel(read_dynamic(one, tables), rubber, case, comm) for one in sources]
+    return [
+        DynamicChannel(part, rubber, case, comm, temperature=temperature)
+        for one in sources
+        for part, temperature in by_temperature(case, read_dynamic(one, tables))
+    ]

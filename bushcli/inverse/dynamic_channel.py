@@ -86,6 +86,7 @@ class DynamicChannel:
         Their standard errors; inf for rows that are not used.
     comm : MPI.Comm
     faults : tuple of DataFault
+    active : tuple of ActiveEffect
     """
 
     coupon = False
@@ -97,12 +98,15 @@ class DynamicChannel:
         case: Case,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
+        temperature: float | None = None,
     ) -> None:
         self.table, self.comm = table, comm
+        self._temperature = temperature
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
-        problems = unfit(case.path.name, table.name, self._active)
-        for one in self._active:
+        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(one.started() for one in there)
+        problems = unfit(case.path.name, table.name, self.active)
+        for one in self.active:
             if one.effect.acts == "rig" and _changes_stiffness(one):
                 what = (
                     f"{table.name}: {readable_name(one.name)} changes the stiffness that the rig measures, "
@@ -115,7 +119,7 @@ class DynamicChannel:
                 problems.append(Problem(case.path.name, what, "", expected))
         if problems:
             raise InputError(*problems)
-        features = features_of(in_state(self._active, unrelaxed=False))
+        features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
             case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
         )
@@ -135,8 +139,9 @@ class DynamicChannel:
 
     @property
     def name(self) -> str:
-        """Name of the channel."""
-        return self.table.name
+        """Name of the channel, with its temperature where the table has several."""
+        warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
+        return self.table.name + warm
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -164,7 +169,7 @@ class DynamicChannel:
         reached = self._reached(own, branches, patience)
         slope = np.zeros((len(self.measured), len(names)))
         # A temperature changes the body and the times of the branches.
-        heated = {one.name for one in self._active if one.effect.needs_temperature}
+        heated = {one.name for one in self.active if one.effect.needs_temperature}
         free = [
             name
             for name in names
@@ -236,14 +241,14 @@ class DynamicChannel:
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         reached = self._reached(own, self._branches(parameters), Patience())
         # Effects of the rig that act on a table leave its stiffness as it is.
-        rubber = [one for one in self._active if one.effect.acts != "rig"]
+        rubber = [one for one in self.active if one.effect.acts != "rig"]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
         return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self._active])
+        return branches_of([one.with_values(parameters) for one in self.active])
 
     def _reached(self, own: Mapping[str, float], branches: Branches, patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""

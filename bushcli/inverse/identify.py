@@ -227,12 +227,32 @@ class _Searches:
         return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
-        """Report the faults of the data; refuse a play in the rig that takes up the whole travel."""
+        """Report the faults of the data; refuse what the recordings cannot tell, whatever their values.
+
+        That is a play in the rig that takes up the whole travel, and the influence of a temperature that they share.
+        """
+        for effect in self.task.effects:
+            self._check_temperatures(effect)
         for one in self.recordings:
             check_play(self.task.case, one.name, one.mode, one.displacement)
         if told is not None:
             for fault in self.faults:
                 told(fault)
+
+    def _check_temperatures(self, effect: ActiveEffect) -> None:
+        there = [
+            one for channel in self.problem.channels for one in channel.active if one.name == effect.name
+        ]
+        found = {one.temperature for one in there}
+        free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
+        if effect.effect.needs_temperature and free and len(found) == 1:
+            what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
+            what += f"{found.pop():g} degrees C"
+            expected = (
+                "recordings at another temperature; or give its parameters their values, and --fix "
+                + effect.name
+            )
+            raise InputError(Problem(self.task.case.path.name, what, "", expected))
 
     def search(self) -> None:
         """Search from all starts.

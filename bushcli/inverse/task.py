@@ -267,7 +267,7 @@ class Task:
         if self.source == "recordings":
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             for channel in dynamic_channels(self._case(coarse), rubber, curves[0].comm, tables):
-                (held_out if channel.name in self.hold_out else fitted).append(channel)
+                (held_out if channel.table.name in self.hold_out else fitted).append(channel)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(

@@ -195,15 +195,10 @@ def vibrate(
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
-    installed = features_of(effects)
-    slower = math.prod(
-        float(item.feature.heated(item.values, item.temperature)[1])
-        for item in installed
-        if item.feature.heated is not None
-    )
+    slower = _slower(effects)
     return [
         (float(one.parameters["g"]), slower * float(one.parameters["tau"]))
-        for item in installed
+        for item in features_of(effects)
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
         if one.branch.name == "maxwell"
@@ -211,11 +206,23 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
 
 
 def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
-    """Return the relaxation of effects that amplitude thins, None without one."""
-    found = (
-        item.feature.thinned(item.values) for item in features_of(effects) if item.feature.thinned is not None
+    """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
+    slower = _slower(effects)
+    for item in features_of(effects):
+        if item.feature.thinned is not None:
+            found = item.feature.thinned(item.values)
+            # In the time of the reference temperature: the path counts as at that.
+            return replace(found, times=slower * found.times, path=slower * found.path)
+    return None
+
+
+def _slower(effects: Sequence[ActiveEffect]) -> float:
+    """Return the factor on all relaxation times at the temperature of the channel."""
+    return math.prod(
+        float(item.feature.heated(item.values, item.temperature)[1])
+        for item in features_of(effects)
+        if item.feature.heated is not None
     )
-    return next(found, None)
 
 
 def _check(case: Case) -> None:
@@ -230,7 +237,7 @@ def _check(case: Case) -> None:
     require_values(case.effects, where)
     problems: list[Problem] = []
     for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic"))
+        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic", test.temperature))
     if problems:
         raise InputError(*problems)
 
@@ -289,7 +296,7 @@ class _Run:
 
     def test(self, name: str, test: DynamicTest) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
-        active = acting(self._case.effects, name, test.mode, "dynamic")
+        active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
         self._conditions += effects_left_out(name, active)
         six = None if test.six is None else whole(test.six)
         features = features_of(in_state(active, unrelaxed=False))
