@@ -45,8 +45,8 @@ class Numbers:
     volumetric : shape (2,) or (3,)
         Compliance (1/MPa), swelling (1), and the law's initial shear modulus (MPa).
     branches : tuple of Array
-        For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s), that at
-        the reference temperature.
+        For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s), both as
+        the temperature changes them for the branches.
     metals : tuple of Array
         For each elastic sleeve: shear and bulk modulus (MPa).
     shear_modulus : float
@@ -172,22 +172,14 @@ class Parameters:
                     return modulus
         return sleeve.youngs_modulus
 
-    def heated(self) -> tuple[float, float]:
-        """Return the present factors on the law's moduli and on all relaxation times."""
-        stiffer, slower = self._heated(self._present())
-        return float(stiffer), float(slower)
-
-    def _heated(self, values: Mapping[str, Any]) -> tuple[Any, Any]:
-        stiffer, slower = 1.0, 1.0
-        for item in self._features:
-            if item.feature.heated is not None:
-                one, other = item.feature.heated(self._given(item, values), values["temperature"])
-                stiffer, slower = stiffer * one, slower * other
-        return stiffer, slower
-
     def _made(self, values: Mapping[str, Any]) -> list[Any]:
         """Law, volumetric, branches, metals, shear modulus, computed from floats or from complex numbers."""
-        stiffer, slower = self._heated(values)
+        stiffer, bonded, slower = 1.0, 1.0, 1.0
+        for item in self._features:
+            if item.feature.heated is not None:
+                stiffer, bonded, slower = item.feature.heated(
+                    self._given(item, values), values["temperature"]
+                )
         law = {
             name: values[name] * stiffer if name in self._moduli else values[name] for name in self.law_names
         }
@@ -201,7 +193,7 @@ class Parameters:
         branches = [
             [
                 *(one.parameters[name] for name in one.branch.parameters),
-                shear,
+                shear * bonded,
                 float(self.duration.value) / slower,
             ]
             for one in self._attached(values)

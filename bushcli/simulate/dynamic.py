@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -195,9 +194,9 @@ def vibrate(
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
-    slower = _slower(effects)
+    bonded, slower = _heated(effects)
     return [
-        (float(one.parameters["g"]), slower * float(one.parameters["tau"]))
+        (bonded * float(one.parameters["g"]), slower * float(one.parameters["tau"]))
         for item in features_of(effects)
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
@@ -207,22 +206,24 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
 
 def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
     """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
-    slower = _slower(effects)
+    bonded, slower = _heated(effects)
     for item in features_of(effects):
         if item.feature.thinned is not None:
             found = item.feature.thinned(item.values)
             # In the time of the reference temperature: the path counts as at that.
-            return replace(found, times=slower * found.times, path=slower * found.path)
+            return replace(
+                found, moduli=bonded * found.moduli, times=slower * found.times, path=slower * found.path
+            )
     return None
 
 
-def _slower(effects: Sequence[ActiveEffect]) -> float:
-    """Return the factor on all relaxation times at the temperature of the channel."""
-    return math.prod(
-        float(item.feature.heated(item.values, item.temperature)[1])
-        for item in features_of(effects)
-        if item.feature.heated is not None
-    )
+def _heated(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
+    """Return the factors on the branches' moduli and on all relaxation times at the temperature of the channel."""
+    for item in features_of(effects):
+        if item.feature.heated is not None:
+            _, bonded, slower = item.feature.heated(item.values, item.temperature)
+            return float(bonded), float(slower)
+    return 1.0, 1.0
 
 
 def _check(case: Case) -> None:

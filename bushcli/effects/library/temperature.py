@@ -3,8 +3,9 @@
 A rubber at the temperature T behaves as at the reference temperature with all times divided by a_T, whatever its
 branches. WLF: log10 a_T = -C1 (T - Tr) / (C2 + T - Tr). Arrhenius: ln a_T = (E/R) (1/T - 1/Tr), which is WLF with
 C2 = Tr and C1 = E / (R Tr ln 10), in kelvins. The moduli, the branches' included, are multiplied by (T/Tr)^exponent,
-in kelvins: 1 for an ideal network, whose elasticity is that of entropy. The amplitudes are C1 (E) and the exponent; at
-the reference temperature there is no effect.
+in kelvins: 1 for an ideal network, whose elasticity is that of entropy. The branches' moduli may have a factor of their
+own, exp((network/R) (1/T - 1/Tr)): bonds of the filler network, which heat opens. The amplitudes are C1 (E), the
+exponent and the energy of the network; at the reference temperature there is no effect.
 
 References
 ----------
@@ -38,8 +39,8 @@ ZERO, GAS = 273.15, 8.314462618e-3
 _GLASS, _LARGEST = 5.0, 100.0
 
 
-def heated(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Scalar]:
-    """Return the factors on the moduli and on the relaxation times.
+def heated(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Scalar, Scalar]:
+    """Return the factors on the law's moduli, on the branches' moduli beyond these, and on the relaxation times.
 
     Parameters
     ----------
@@ -51,13 +52,16 @@ def heated(values: Values, temperature: Scalar, shift: str) -> tuple[Scalar, Sca
     """
     above = temperature - values["reference"]
     absolute = values["reference"] + ZERO
+    # (1/T - 1/Tr) / R, mol/kJ.
+    colder = -above / (absolute * (absolute + above)) / GAS
     if shift == "wlf":
         divisor = values["C2"] + above
         log = -math.log(10.0) * values["C1"] * above / (divisor if divisor.real > _GLASS else _GLASS)
     else:
-        log = -values["E"] / GAS * above / (absolute * (absolute + above))
+        log = values["E"] * colder
     log = log if abs(log.real) < _LARGEST else math.copysign(_LARGEST, log.real)
-    return (1.0 + above / absolute) ** values["exponent"], np.exp(log)
+    bonded = np.exp(values["network"] * colder) if "network" in values else 1.0
+    return (1.0 + above / absolute) ** values["exponent"], bonded, np.exp(log)
 
 
 def feature(shift: str) -> Feature:
@@ -149,6 +153,19 @@ EFFECT = Effect(
             off=0.0,
             prior=Prior(
                 "t", 2.0, source="1 for entropic elasticity (Chadwick 1974); filled rubber softens instead"
+            ),
+        ),
+        EffectParameter(
+            "network",
+            "kJ/mol",
+            "energy with which heat lowers the branches' moduli beyond the law's",
+            20.0,
+            -100.0,
+            200.0,
+            off=0.0,
+            optional=True,
+            prior=Prior(
+                "t", 20.0, source="21 kJ/mol: strain sweeps of a carbon-black compound (benchmarks/payne.md)"
             ),
         ),
     ),
