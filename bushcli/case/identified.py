@@ -67,7 +67,7 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
             }
             for one in result.get("effects", [])
         ]
-    elif command in ("fit", "inverse", "batch"):
+    elif "law" in result:  # a fit of tables alone has none
         material, effects = _with_parameters(shown, result)
     known = {key: value for key, value in material.items() if key != "hardness"}
     return {"material": known, "effects": effects}

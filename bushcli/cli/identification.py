@@ -94,8 +94,8 @@ def fit(
     if spectra and not case.coupons:
         run.deliver(
             lambda: tables_json(case, spectra, problems, run.timings()),
-            lambda _=(): tables_document(case, spectra, problems),
-            lambda: report.Files(case),
+            lambda pictures=(): tables_document(case, spectra, problems, pictures),
+            lambda: report.fit_files(case, None, spectra),
         )
         return NEGATIVE if strict and problems else DONE
     if problems and not spectra and not case.coupons:
@@ -109,12 +109,12 @@ def fit(
 
     def document(pictures: Sequence[Picture] = ()) -> Document:
         law = report.fit_document(case, found, pictures)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
+        return replace(law, sections=[*law.sections, *spectra_sections(spectra, pictures)])
 
     run.deliver(
         lambda: report.fit_json(case, found, run.timings()) | further,
         document,
-        lambda: report.fit_files(case, found),
+        lambda: report.fit_files(case, found, spectra),
     )
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
 
