@@ -160,7 +160,7 @@ def _rows(
 
 def _at(curve: DynamicCurve, frequency: Array, rig: Sequence[ActiveEffect]) -> Complex:
     part = curve.model.stiffness(frequency, curve.branches)
-    return vibrating(rig, part, frequency, curve.preload, curve.force)
+    return vibrating(rig, part, frequency, curve.preload, curve.force).value
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
