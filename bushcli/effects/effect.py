@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Of a channel: a force along a path, or a table of dynamic stiffness (a load case with vibrations).
+Kind = Literal["static", "dynamic"]
+
 _SLEEVE = Sleeve(thickness=1.0)
 
 
@@ -198,6 +201,8 @@ class Effect:
         Modes on which it acts; None = every mode of its specimens.
     specimens : frozenset of str
         "bushing", "coupon".
+    kinds : frozenset of {"static", "dynamic"}
+        Kinds of channels on which it acts: recordings along a path, tables of dynamic stiffness.
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
     adds_sleeves : bool
@@ -237,6 +242,7 @@ class Effect:
     on_card: bool = False
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
+    kinds: frozenset[Kind] = frozenset({"static", "dynamic"})
     needs_sleeves: bool = False
     adds_sleeves: bool = False
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
@@ -293,9 +299,11 @@ class Effect:
         everywhere = set(channels) <= set(having)
         return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
-    def acts_on(self, mode: str) -> bool:
-        """Whether the effect acts on a mode."""
+    def acts_on(self, mode: str, kind: Kind | None = "static") -> bool:
+        """Whether the effect acts on a mode in channels of a kind; None for any kind."""
         known = modes()[mode]
+        if kind is not None and kind not in self.kinds:
+            return False
         if known.follow is not None and self.rig is not None:
             # A rig's effects act on one displacement and one force.
             return False
@@ -352,6 +360,11 @@ def effects() -> Mapping[str, Effect]:
         for m in pkgutil.iter_modules(package.__path__)
     )
     return MappingProxyType({effect.name: effect for effect in sorted(found, key=lambda effect: effect.name)})
+
+
+def effects_on(kind: Kind) -> dict[str, Effect]:
+    """Return the effects that act on channels of a kind, by name."""
+    return {name: effect for name, effect in effects().items() if kind in effect.kinds}
 
 
 def effect(name: str) -> Effect:

@@ -100,7 +100,7 @@ class DynamicChannel:
     ) -> None:
         self.table, self.comm = table, comm
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode))
+        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
         problems = unfit(case.path.name, table.name, self._active)
         for one in self._active:
             if one.effect.acts == "rig" and _changes_stiffness(one):

@@ -153,7 +153,7 @@ def test_an_effect_says_what_it_is(one: Effect) -> None:
     assert one.needs
     assert one.amplitudes
     assert len({p.name for p in one.parameters}) == len(one.parameters)
-    assert any(one.acts_on(mode) for mode in modes())
+    assert any(one.acts_on(mode, None) for mode in modes())
     for rival in one.rivals:
         assert rival != one.name
         assert one.name in effect(rival).rivals
