@@ -98,7 +98,7 @@ def turning(
         one.full_name(p): p
         for one in active
         for p in one.parameters
-        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode) for name, mode in rotational)
+        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode, None) for name, mode in rotational)
     }
 
 

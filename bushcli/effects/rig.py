@@ -306,9 +306,7 @@ def vibrating(
         return load
 
     stop, carried = _rate(beside, q, held), beside(Signal(np.full(3, q), bare.slope)).sampled(np.array([1]))
-    spring = _rate(
-        lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:]
-    )
+    spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
     both = stiffness + stop.value
     soft = 1.0 / (1.0 + spring.value * both)
     found = RigStiffness(
@@ -324,10 +322,10 @@ def vibrating(
     for change, given in changes:
         if change.clock is not None:
             late = np.exp(-1j * omega * given[change.clock].value)
-            found = found.scaled(Signal(late, np.outer(-1j * omega * late, given[change.clock].slope[1:])))
+            found = found.scaled(Signal(late, (-1j * omega * late)[:, None] * given[change.clock].slope[1:]))
     gain = _rate(read, float(carried.value[0]), held)
     whole = np.ones(len(omega))
-    return found.scaled(Signal(gain.value * whole, np.outer(whole, gain.slope)))
+    return found.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
 
 
 def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
@@ -344,7 +342,7 @@ def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
     step = _NEAR * max(abs(at), 1.0)
     columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
     found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
-    return Signal(found[1, 0], (found[2, 1:] - found[0, 1:]) / (2.0 * step))
+    return Signal(found[1, 0], np.asarray((found[2, 1:] - found[0, 1:]) / (2.0 * step), dtype=np.float64))
 
 
 def elastic_response(

@@ -101,7 +101,7 @@ class DynamicChannel:
     ) -> None:
         self.table, self.comm = table, comm
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode))
+        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
         self._rig = tuple(one for one in self._active if one.effect.acts == "rig")
         self._rubber = {one.name for one in self._active if one not in self._rig}
         self._preloads = _preloads(table)
@@ -254,7 +254,11 @@ class DynamicChannel:
     ) -> list[DynamicCurve]:
         density = _density(parameters)
         made = Vibrations(
-            self.name, test, self.model, self._branches(parameters), self._density if density is None else density
+            self.name,
+            test,
+            self.model,
+            self._branches(parameters),
+            self._density if density is None else density,
         )
 
         def observe(solver: Equilibrium) -> None:
@@ -330,11 +334,16 @@ class DynamicChannel:
             stops = one.effect.rig is not None and one.effect.rig.parallel is not None
             if has_slope(one) and not (stops and any(group.test.by_force for group in self._preloads)):
                 continue
-            what, remedy = f"{self.name}: with {readable_name(one.name)} the stiffness depends on the amplitude", ""
+            what, remedy = (
+                f"{self.name}: with {readable_name(one.name)} the stiffness depends on the amplitude",
+                "",
+            )
             if has_slope(one):
                 what = f"{self.name}: {readable_name(one.name)} carries an unknown share of a preload in N"
                 remedy = "give the preload in mm, or "
-            expected = f'{remedy}give the effect "{one.name}" channels = [...] without {self.name}, or leave it out'
+            expected = (
+                f'{remedy}give the effect "{one.name}" channels = [...] without {self.name}, or leave it out'
+            )
             yield Problem(where, what, "", expected)
 
     def _used(self) -> NDArray[np.bool_]:

@@ -99,7 +99,7 @@ def compare_tables(
     for table in tables:
         check_preloads(case, table)
         conditions += left_out(table)
-        own = acting(case.effects, table.name, table.mode)
+        own = acting(case.effects, table.name, table.mode, "dynamic")
         require_values(own, case.path.name)
         # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
         rig = tuple(one for one in own if one.effect.acts == "rig" and has_slope(one))

@@ -8,7 +8,7 @@ the mass. Curves of displacement and force are recorded slowly, and are not chan
 References
 ----------
 ISO 10846-2:2008, Acoustics and vibration - Laboratory measurement of vibro-acoustic transfer properties of resilient
-elements - Part 2: Direct method for determination of the dynamic stiffness of resilient supports for translatory motion.
+elements - Part 2: Direct method.
 Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810, doi:10.1063/1.1651639.
 """
 
@@ -34,7 +34,7 @@ def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
     """
     mass, inertia = given["mass"], -_PER_MM * omega**2
     same = Signal(np.ones(len(omega)), np.zeros((len(omega), len(mass.slope))))
-    return same, Signal(inertia * mass.value, np.outer(inertia, mass.slope))
+    return same, Signal(inertia * mass.value, inertia[:, None] * mass.slope)
 
 
 EFFECT = Effect(
@@ -65,5 +65,6 @@ EFFECT = Effect(
     needs="a table of dynamic stiffness to frequencies at which it falls",
     rivals=("rig_resonance",),
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
+    kinds=frozenset({"dynamic"}),
     rig=RigChange(vibrate=vibrate),
 )

@@ -29,8 +29,8 @@ def vibrate(omega: Array, given: Given) -> tuple[Signal, Signal]:
         Value of `period` (s) with its derivatives.
     """
     period, cycles = given["period"], omega / (2.0 * np.pi)
-    factor = 1.0 / (1.0 - (cycles * period.value) ** 2)
-    slope = np.outer(2.0 * cycles**2 * period.value * factor**2, period.slope)
+    factor = np.asarray(1.0 / (1.0 - (cycles * period.value) ** 2), dtype=np.float64)
+    slope = (2.0 * cycles**2 * period.value * factor**2)[:, None] * period.slope
     return Signal(factor, slope), Signal(np.zeros(len(omega)), np.zeros_like(slope))
 
 
@@ -48,6 +48,8 @@ EFFECT = Effect(
             0.0,
             1.0,
             off=0.0,
+            # Most tables end below the resonance.
+            in_tables=(0.5, 0.0),
             reciprocal=("frequency", "Hz"),
             prior=Prior(
                 "half_t",
@@ -63,5 +65,6 @@ EFFECT = Effect(
     rivals=("fixture_mass",),
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
     may_be_shared=True,
+    kinds=frozenset({"dynamic"}),
     rig=RigChange(vibrate=vibrate),
 )
