@@ -279,7 +279,7 @@ class DynamicChannel:
             patience.learn(history)
         if len(made.curves) < len(test.preload):
             raise unsolved("a preload is unstable")
-        return [made.curves[i] for i in range(len(test.preload))]
+        return [made.curves[i][0] for i in range(len(test.preload))]
 
     def _simulated(
         self, reached: _Reached, parameters: Mapping[str, float], names: Sequence[str]
