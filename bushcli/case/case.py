@@ -369,7 +369,7 @@ def _six(path: SixPath) -> dict[str, Any]:
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
     tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
     channels = (*case.channels, *tests)
-    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None))
     return {
         "name": active.effect.name,
         "parameters": {

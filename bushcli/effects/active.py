@@ -10,7 +10,7 @@ from bushcli.effects.names import in_rig
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.effects.effect import Effect, EffectParameter
+    from bushcli.effects.effect import Effect, EffectParameter, Kind
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class ActiveEffect:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
-    def acts_on(self, channel: str, mode: str) -> bool:
+    def acts_on(self, channel: str, mode: str, kind: Kind | None = "static") -> bool:
         """Whether the effect changes a channel.
 
         Parameters
@@ -93,8 +93,10 @@ class ActiveEffect:
             Name of the channel.
         mode : str
             Name of the channel's mode.
+        kind : {"static", "dynamic"} or None
+            Kind of the channel; None where either counts.
         """
-        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
+        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode, kind)
 
     def is_among(self, others: Iterable[ActiveEffect]) -> bool:
         """Whether one of several effects is the same on a common channel, so that a model cannot have both.
@@ -114,9 +116,16 @@ class ActiveEffect:
         """Whether the effect has optional parameters that this one is without."""
         return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
 
-    def started(self) -> ActiveEffect:
-        """Return the effect with start values for the parameters that have no value."""
-        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+    def started(self, period: float | None = None) -> ActiveEffect:
+        """Return the effect with start values for the parameters that have no value.
+
+        Parameters
+        ----------
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
+        """
+        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
@@ -147,7 +156,9 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
 
 
-def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
+def acting(
+    active: Sequence[ActiveEffect], channel: str, mode: str, kind: Kind = "static"
+) -> tuple[ActiveEffect, ...]:
     """Return the effects that change a channel.
 
     Parameters
@@ -158,8 +169,10 @@ def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[Act
         Name of the channel.
     mode : str
         Name of the channel's mode.
+    kind : {"static", "dynamic"}
+        Kind of the channel.
     """
-    return tuple(one for one in active if one.acts_on(channel, mode))
+    return tuple(one for one in active if one.acts_on(channel, mode, kind))
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:

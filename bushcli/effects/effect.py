@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Of a channel: a force along a path, or a table of dynamic stiffness (a load case with vibrations).
+Kind = Literal["static", "dynamic"]
+
 _SLEEVE = Sleeve(thickness=1.0)
 
 
@@ -62,6 +65,11 @@ class EffectParameter:
         recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
+    in_tables : (float, float) or None
+        Start value and lowest value of a fit to tables of dynamic stiffness, in periods of their highest frequency; for
+        a time.
+    in_curves : float
+        Lowest value of a fit to curves alone.
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
     sizes : tuple of float
@@ -100,6 +108,8 @@ class EffectParameter:
     optional: bool = False
     motions: frozenset[str] = frozenset()
     scan: tuple[float, ...] = ()
+    in_tables: tuple[float, float] | None = None
+    in_curves: float = -math.inf
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
@@ -136,6 +146,21 @@ class EffectParameter:
             return self.lower, self.upper
         most = self.within[1] * wall.size(self.within[0])
         return max(self.lower, -most), min(self.upper, most)
+
+    def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
+        """Return start, lowest and highest value of a fit.
+
+        Parameters
+        ----------
+        shape : Shape or None
+            As for `bounds`.
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that the effect changes; None without any.
+        """
+        low, high = self.bounds(shape)
+        if self.in_tables is not None and period is not None:
+            return self.in_tables[0] * period, max(low, self.in_tables[1] * period), high
+        return self.start, max(low, self.in_curves), high
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""
@@ -198,6 +223,8 @@ class Effect:
         Modes on which it acts; None = every mode of its specimens.
     specimens : frozenset of str
         "bushing", "coupon".
+    kinds : frozenset of {"static", "dynamic"}
+        Kinds of channels on which it acts: recordings along a path, tables of dynamic stiffness.
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
     adds_sleeves : bool
@@ -237,6 +264,7 @@ class Effect:
     on_card: bool = False
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
+    kinds: frozenset[Kind] = frozenset({"static", "dynamic"})
     needs_sleeves: bool = False
     adds_sleeves: bool = False
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
@@ -293,9 +321,11 @@ class Effect:
         everywhere = set(channels) <= set(having)
         return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
-    def acts_on(self, mode: str) -> bool:
-        """Whether the effect acts on a mode."""
+    def acts_on(self, mode: str, kind: Kind | None = "static") -> bool:
+        """Whether the effect acts on a mode in channels of a kind; None for any kind."""
         known = modes()[mode]
+        if kind is not None and kind not in self.kinds:
+            return False
         if known.follow is not None and self.rig is not None:
             # A rig's effects act on one displacement and one force.
             return False
@@ -352,6 +382,11 @@ def effects() -> Mapping[str, Effect]:
         for m in pkgutil.iter_modules(package.__path__)
     )
     return MappingProxyType({effect.name: effect for effect in sorted(found, key=lambda effect: effect.name)})
+
+
+def effects_on(kind: Kind) -> dict[str, Effect]:
+    """Return the effects that act on channels of a kind, by name."""
+    return {name: effect for name, effect in effects().items() if kind in effect.kinds}
 
 
 def effect(name: str) -> Effect:

@@ -223,7 +223,7 @@ def _check(case: Case) -> None:
     require_values(case.effects, where)
     problems: list[Problem] = []
     for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-        problems += unfit(where, name, acting(case.effects, name, test.mode))
+        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic"))
     if problems:
         raise InputError(*problems)
 
@@ -282,7 +282,7 @@ class _Run:
 
     def test(self, name: str, test: DynamicTest) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
-        active = acting(self._case.effects, name, test.mode)
+        active = acting(self._case.effects, name, test.mode, "dynamic")
         self._conditions += effects_left_out(name, active)
         six = None if test.six is None else whole(test.six)
         features = features_of(in_state(active, unrelaxed=False))

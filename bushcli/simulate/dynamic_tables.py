@@ -98,7 +98,7 @@ def compare_tables(
     compared, conditions = [], []
     for table in tables:
         check_preloads(case, table)
-        own = acting(case.effects, table.name, table.mode)
+        own = acting(case.effects, table.name, table.mode, "dynamic")
         require_values(own, case.path.name)
         known = table.amplitude[~np.isnan(table.amplitude)]
         thinned = thinned_of(own) is not None and len(known) > 0
@@ -175,7 +175,7 @@ def _at(curve: DynamicCurve, rows: DynamicTable, rig: Sequence[ActiveEffect]) ->
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(rows.amplitude, nan=curve.test.amplitude[0])
         part = curve.uneven.stiffness(amplitude, frequency)[0]
-    return vibrating(rig, part, frequency, curve.preload, curve.force)
+    return vibrating(rig, part, frequency, curve.preload, curve.force).value
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
