@@ -14,6 +14,7 @@ from bushcli.case import Case, DynamicTest, Material, load_case_names
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
 from bushcli.effects.assembly import features_of
+from bushcli.effects.effect import effect_in_force_law
 from bushcli.effects.names import readable_name
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
@@ -243,10 +244,10 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
     problems = []
     if not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
-        expected = (
-            'add [[effects]] name = "viscoelasticity" with parameters = {g1 = ..., tau1 = ...}; '
-            "g1 = 0 says that the rubber has no loss"
-        )
+        branch = effect_in_force_law("maxwell")
+        given = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)
+        expected = f'add [[effects]] name = "{branch.name}" with parameters = {{{given}}}; '
+        expected += f"{branch.amplitudes[0].name} = 0 says that the rubber has no loss"
         problems.append(Problem(where, what, "", expected))
     for one in in_state(active, unrelaxed=False):
         still = one.effect.feature is None or one.effect.has_memory
@@ -483,7 +484,7 @@ def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Conditio
         Effects that act on it.
     """
     found = []
-    sliding = [one for one in active if one.effect.fades and not one.effect.needs_time]
+    sliding = [one for one in active if one.effect.slides]
     if sliding:
         names = " and ".join(readable_name(one.name) for one in sliding)
         what = f"{name}: {names} is left out: its stiffness depends on the amplitude"
