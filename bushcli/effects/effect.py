@@ -336,7 +336,15 @@ class Effect:
         return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
     def acts_on(self, mode: str, kind: Kind | None = "static") -> bool:
-        """Whether the effect acts on a mode in channels of a kind; None for any kind."""
+        """Whether the effect acts on a mode in channels of a kind.
+
+        Parameters
+        ----------
+        mode : str
+            Name of the mode.
+        kind : Kind or None
+            Kind of the channels, None for any.
+        """
         known = modes()[mode]
         if kind is not None and kind not in self.kinds:
             return False

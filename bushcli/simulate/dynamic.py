@@ -29,7 +29,6 @@ from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
 from cases.dynamic.reduction import basis_for
-from cases.dynamic.sine import ThinnedSpectrum
 from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
 from cases.load import PrescribedForce
@@ -39,6 +38,7 @@ from cases.model import FiniteElementModel
 from cases.program import Program, path
 from cases.ranks import summed
 from cases.simulate import prepare
+from cases.sine import ThinnedSpectrum
 from cases.six import PAIR_MODES
 
 Array = NDArray[np.float64]
