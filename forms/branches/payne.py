@@ -95,8 +95,8 @@ def contribution(
     fading : Scalar
         Rate at which the range so far is forgotten, 1/s.
     """
-    passed, _, measures = _passed(step, path, offset, exponent, fading)
-    return Contribution(passed, measures, ufl.as_ufl(0.0))
+    passed, *_ = _passed(step, path, offset, exponent, fading)
+    return Contribution(passed, step.strain.variables, ufl.as_ufl(0.0))
 
 
 def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar) -> Internal:
@@ -109,7 +109,7 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
     path, offset, exponent, fading : Scalar
         As in `contribution`.
     """
-    passed, (beyond, distance), _ = _passed(step, path, offset, exponent, fading)
+    passed, beyond, distance = _passed(step, path, offset, exponent, fading)
     Xi, radius = _faded(step, fading)
     centre = _between(Xi, step.isochoric, beyond / (2 * (distance + ROUNDED)))
     return {"passed": passed, "C": step.isochoric, "Xi": centre, "radius": radius + beyond / 2}
@@ -117,15 +117,14 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
 
 def _passed(
     step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
-) -> tuple[Scalar, tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
-    """What passes on the clock; how far the strain leaves the surface, and its distance from the centre; measures."""
+) -> tuple[Scalar, Scalar, Scalar]:
+    """What passes on the clock, how far the strain leaves the range so far, and its distance from the centre."""
     Xi, radius = _faded(step, fading)
-    way, away = (ufl.variable(_squared(tensor, step.isochoric)) for tensor in (step.internal["C"], Xi))
-    distance = _root(away)
+    way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(distance - radius, 0)
     # The mean of the radii at beginning and end.
     speed = path * ufl.exp(exponent * ufl.ln(offset + radius + beyond / 4))
-    return step.duration + speed * _root(way), (beyond, distance), (way, away)
+    return step.duration + speed * way, beyond, distance
 
 
 def _faded(step: Step, fading: Scalar) -> tuple[Symmetric, Scalar]:
@@ -139,7 +138,7 @@ def _between(A: Symmetric, B: Symmetric, share: Scalar) -> Symmetric:
     return (1 / cube_root(mixed.det())) * mixed
 
 
-def _squared(A: Symmetric, B: Symmetric) -> Scalar:
+def _distance(A: Symmetric, B: Symmetric) -> Scalar:
     # The form without differences of large numbers.
     change = (B + -1 * A).rows()
     first, second = (
@@ -149,16 +148,13 @@ def _squared(A: Symmetric, B: Symmetric) -> Scalar:
         ]
         for tensor in (A, B)
     )
-    return _sum(first[i][j] * second[j][i] for i in range(3) for j in range(3)) / 2
+    square = _sum(first[i][j] * second[j][i] for i in range(3) for j in range(3)) / 2
+    return ufl.sqrt(square + ROUNDED**2) - ROUNDED
 
 
 def _sum(terms: Iterable[Scalar]) -> Scalar:
     """Sum without the terms that are the number 0."""
     return sum(term for term in terms if not (isinstance(term, int) and term == 0))
-
-
-def _root(square: Scalar) -> Scalar:
-    return ufl.sqrt(square + ROUNDED**2) - ROUNDED
 
 
 BRANCH = Branch(
