@@ -41,7 +41,6 @@ from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preload
 from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.load import PrescribedForce
 from cases.march import march, unsolved
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
@@ -51,9 +50,6 @@ Complex = NDArray[np.complex128]
 
 # Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
-# Step of the central differences by a constant of the law, relative. Against a tenth of it, slopes of a bushing 10 mm
-# thick at rest and sheared by 0.3 change by 4e-8 (Ogden), 2e-9 (Yeoh) and 1e-6 (Gent) of the largest.
-STEP = 1e-3
 # Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
 KEPT = 32
 
@@ -69,10 +65,12 @@ class _Preloads:
 
 @dataclass(frozen=True)
 class _Reached:
-    """The curves of every preload, by group of preloads, and a sample (n, 3) of the stretches there."""
+    """The curves of every preload, by group of preloads, a sample (n, 3) of the stretches there, and derivatives."""
 
     curves: list[list[DynamicCurve]]
     states: Array
+    # Parameters of the model by which the curves have derivatives.
+    names: tuple[str, ...]
 
 
 class DynamicChannel:
@@ -152,19 +150,8 @@ class DynamicChannel:
             A preload was not reached, or is unstable.
         """
         patience = Patience() if patience is None else patience
-        own = self._own(parameters)
-        reached = self._reached(own, parameters, patience)
+        reached = self._reached(parameters, names, patience)
         value, slope = self._simulated(reached, parameters, names)
-        for i, name in enumerate(names):
-            if name in own:
-                step = STEP * max(abs(own[name]), 1e-3)
-                ends = [
-                    self._simulated(
-                        self._reached(own | {name: own[name] + d}, parameters, patience), parameters, ()
-                    )[0]
-                    for d in (step, -step)
-                ]
-                slope[:, i] = (ends[0] - ends[1]) / (2.0 * step)
         turned, by = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
             np.tile(self._travels(reached), 2),
@@ -201,7 +188,7 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached, used = self._reached(self._own(parameters), parameters, Patience()), self.used
+        reached, used = self._reached(parameters, (), Patience()), self.used
         simulated, _ = self._simulated(reached, parameters, ())
         error = self._error(reached, parameters)
         return ComparedTable(self.table.rows(used), simulated[used], self._travels(reached)[used], error)
@@ -218,7 +205,7 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached = self._reached(self._own(parameters), parameters, Patience())
+        reached = self._reached(parameters, (), Patience())
         # Effects of the rig are in the simulation.
         rubber = [one for one in self._active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
@@ -226,40 +213,41 @@ class DynamicChannel:
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
-    def _own(self, parameters: Mapping[str, float]) -> dict[str, float]:
-        """Return the constants of the model, which the preloads depend on."""
-        return {k: v for k, v in parameters.items() if k in self.model.constants}
-
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
         return branches_of([one.with_values(parameters) for one in self._active])
 
-    def _reached(
-        self, own: Mapping[str, float], parameters: Mapping[str, float], patience: Patience
-    ) -> _Reached:
+    def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        # Constants of the model, on which the preloads depend.
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        moving = tuple(name for name in names if name in own)
         key = tuple(own.values())
         known = self._known.pop(key, None)
-        if known is None or not self._error(known, parameters) <= PROMISED:
+        if (
+            known is None
+            or not set(moving) <= set(known.names)
+            or not self._error(known, parameters) <= PROMISED
+        ):
             self.model.set_parameters(own)
             ends: list[Array] = []
-            curves = [self._marched(one.test, parameters, patience, ends) for one in self._preloads]
-            known = _Reached(curves, isochoric_sample(self.model.comm, ends))
+            curves = [self._marched(one.test, parameters, moving, patience, ends) for one in self._preloads]
+            known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving)
             if len(self._known) == KEPT:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = known
         return known
 
     def _marched(
-        self, test: DynamicTest, parameters: Mapping[str, float], patience: Patience, ends: list[Array]
+        self,
+        test: DynamicTest,
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+        patience: Patience,
+        ends: list[Array],
     ) -> list[DynamicCurve]:
         density = _density(parameters)
-        made = Vibrations(
-            self.name,
-            test,
-            self.model,
-            self._branches(parameters),
-            self._density if density is None else density,
-        )
+        density = self._density if density is None else density
+        made = Vibrations(self.name, test, self.model, self._branches(parameters), density, names=names)
 
         def observe(solver: Equilibrium) -> None:
             before = len(made.curves)
@@ -271,7 +259,7 @@ class DynamicChannel:
             history = march(
                 self.model,
                 program,
-                drive=PrescribedForce() if test.by_force else None,
+                drive=made.drive,
                 progress=lambda *_: meet(self.comm),
                 observer=observe,
                 patience=patience.limit,
@@ -284,7 +272,7 @@ class DynamicChannel:
     def _simulated(
         self, reached: _Reached, parameters: Mapping[str, float], names: Sequence[str]
     ) -> tuple[Complex, Complex]:
-        """Return K* (n,) as the rig measures it, and its derivatives (n, names) by branches, density and rig."""
+        """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
         branches, density = self._branches(parameters), _density(parameters)
         rig = [one.with_values(parameters) for one in self._rig]
         by = self._by_parameter(parameters, names, len(branches))
@@ -295,12 +283,17 @@ class DynamicChannel:
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
                 part = model.stiffness(frequency, branches, density)
-                found = vibrating(rig, part, frequency, curve.preload, curve.force, names)
-                value[rows] = found.value
+                force = np.zeros(len(names))
+                own = np.zeros((len(rows), len(names)), dtype=np.complex128)
                 if names:
+                    by_model = model.slopes_by_parameters(frequency, branches, density)
+                    for i, name in enumerate(model.changes.names):
+                        force[names.index(name)] = model.changes.force[i]
+                        own[:, names.index(name)] = by_model[i]
                     by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                    own = np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
-                    slope[rows] = found.slope + found.by_part[:, None] * own
+                    own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                found = vibrating(rig, part, frequency, curve.preload, curve.force, names, force)
+                value[rows], slope[rows] = found.value, found.slope + found.by_part[:, None] * own
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
