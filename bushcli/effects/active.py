@@ -92,6 +92,11 @@ class ActiveEffect:
         return ", ".join(found)
 
     @property
+    def is_off(self) -> bool:
+        """Whether its amplitudes are off, so that it is as good as absent."""
+        return all(self.values.get(p.name, p.off) == p.off for p in self.effect.amplitudes)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
@@ -135,9 +140,16 @@ class ActiveEffect:
         """Return the effect at a temperature, degrees C, if it depends on that."""
         return replace(self, temperature=temperature) if self.effect.needs_temperature else self
 
-    def started(self) -> ActiveEffect:
-        """Return the effect with start values for the parameters that have no value."""
-        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+    def started(self, period: float | None = None) -> ActiveEffect:
+        """Return the effect with start values for the parameters that have no value.
+
+        Parameters
+        ----------
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
+        """
+        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
@@ -278,8 +290,9 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     for one in effects:
         if not one.effect.fades:
             found.append(one)
-        elif unrelaxed and one.effect.needs_time:
-            times = {name: NEVER for name in one.values if name.startswith("tau")}
+        elif unrelaxed and not one.effect.slides:
+            # The times of what fades with time are its relaxation times.
+            times = {p.name: NEVER for p in one.parameters if p.unit == "s"}
             found.append(replace(one, values={**one.values, **times}))
     return tuple(found)
 
@@ -294,7 +307,7 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
         As in `in_state`.
     """
     fading = [one.effect for one in effects if one.effect.fades]
-    left = [one.name for one in fading if not (unrelaxed and one.needs_time)]
+    left = [one.name for one in fading if not unrelaxed or one.slides]
     without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
     if unrelaxed and len(left) < len(fading):
         return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")

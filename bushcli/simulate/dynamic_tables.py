@@ -208,7 +208,7 @@ def _at(curve: DynamicCurve, rows: DynamicTable, rig: Sequence[ActiveEffect]) ->
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(rows.amplitude, nan=curve.test.amplitude[0])
         part = curve.uneven.stiffness(amplitude, frequency)[0]
-    return vibrating(rig, part, frequency, curve.preload, curve.force)
+    return vibrating(rig, part, frequency, curve.preload, curve.force).value
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
