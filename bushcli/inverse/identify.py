@@ -35,9 +35,10 @@ from bushcli.inverse.task import Task, refuse_fixed
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import history_damaged
+from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
+from bushcli.simulate.extent import Extent, of_path, of_table, outside
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
@@ -254,6 +255,22 @@ class _Searches:
             )
             raise InputError(Problem(self.task.case.path.name, what, "", expected))
 
+    def _outside(self) -> tuple[Condition, ...]:
+        """Return which channels that are held out lie outside of what was fitted."""
+        warm = {one.label: one.temperature for one in (*self.task.case.recordings, *self.task.case.coupons)}
+
+        def extent(one: FitChannel) -> Extent:
+            if isinstance(one, DynamicChannel):
+                return of_table(one.table)
+            assert isinstance(one, Channel)
+            path = one.recording
+            return of_path(path.mode, path.displacement, path.time, warm.get(one.name))
+
+        fitted = [extent(one) for one in self.problem.channels]
+        return tuple(
+            found for one in self.held_out for found in outside(one.name, extent(one), fitted, one.active)
+        )
+
     def search(self) -> None:
         """Search from all starts.
 
@@ -327,6 +344,7 @@ class _Searches:
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in begun if before is not None)
         doubts += known
+        doubts += self._outside()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
             doubts = tuple(one for one in doubts if one.name == "interrupted")

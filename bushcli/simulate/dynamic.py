@@ -20,6 +20,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
+from bushcli.simulate.extent import Extent, of_test, outside
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from bushcli.simulate.six_motions import mode_of, program_of, whole
@@ -163,6 +164,7 @@ def vibrate(
     *,
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    tested: Sequence[Extent] = (),
 ) -> DynamicResponse:
     """Compute the dynamic stiffness of every load case with ``[load_cases.dynamic]``.
 
@@ -176,6 +178,8 @@ def vibrate(
         Called after each step of the static march.
     comm : MPI.Comm
         Ranks that share each model.
+    tested : sequence of Extent
+        What was measured; a condition says which load cases lie outside.
 
     Raises
     ------
@@ -190,7 +194,7 @@ def vibrate(
     run = _Run(case, material, sharing(case, comm), progress)
     try:
         for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-            run.test(name, test)
+            run.test(name, test, tested)
     except (KeyboardInterrupt, Interrupted) as stopped:
         if not run.curves:
             raise KeyboardInterrupt from stopped
@@ -301,9 +305,10 @@ class _Run:
         done = self._complete and not interrupted
         return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
 
-    def test(self, name: str, test: DynamicTest) -> None:
+    def test(self, name: str, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
         active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
+        self._conditions += outside(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
         six = None if test.six is None else whole(test.six)
         features = features_of(in_state(active, unrelaxed=False))
