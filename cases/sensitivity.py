@@ -124,6 +124,34 @@ class Sensitivity:
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return works + stiffness * rates, rates
 
+    def moved(
+        self, solver: Equilibrium, rate: Array, drive: PrescribedForce | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return dx/dc, (names, n), dq/dc and the force's derivative, (names,) each; of a model without memory.
+
+        Parameters
+        ----------
+        solver
+            Solver that has just found the equilibrium, and factorised the tangent there.
+        rate
+            dx/dq, shape (n,).
+        drive
+            As in `__call__`.
+        """
+        model = self.model
+        changes = [self._change(name) for name in self.names]
+        boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
+        forces = self._forces(Slopes(model.body, model.state.x.array), changes, boundaries)
+        moved = solved(model, solver.factor, completed(model, -forces))
+        works = np.asarray(summed(model.comm, forces @ rate)) * model.multiplicity
+        works += [self._bent(name, solver.q) for name in self.names]
+        stiffness = self._stiffness(solver.q, rate)
+        rates = np.zeros(len(works)) if drive is None else -works / stiffness
+        moved += np.outer(rates, rate)
+        for one, boundary in zip(moved, boundaries, strict=True):
+            one += 0.0 if boundary is None else boundary
+        return moved, rates, works + stiffness * rates
+
     def stiffness(self, solver: Equilibrium) -> float:
         """Return dQ/dq at the present equilibrium, at fixed memory: N/mm or N mm/rad."""
         return self._stiffness(solver.q, solver.tangent_rate())

@@ -15,6 +15,7 @@ doi:10.1016/j.ijplas.2003.07.001 (internal clock).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
@@ -22,6 +23,7 @@ from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
+    from cases.sine import ThinnedSpectrum
     from forms.potential import Attached
 
 
@@ -37,11 +39,20 @@ def _branches(values: Values) -> list[Attached]:
     return [Attached(BRANCH, clock), *branches]
 
 
+def _thinned(values: Mapping[str, float]) -> ThinnedSpectrum:
+    """Return the same for vibrations."""
+    from cases.sine import ThinnedSpectrum
+    from forms.branches.payne import spectrum
+
+    moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
+    return ThinnedSpectrum(moduli, times, values["path"], values["offset"], values["exponent"])
+
+
 def feature() -> Feature:
     """Return the spectrum on its clock."""
     from cases.feature import Feature
 
-    return Feature(branches=_branches)
+    return Feature(branches=_branches, thinned=_thinned)
 
 
 # Four strain sweeps of a carbon-black compound and two loops of a bonded shear specimen (`benchmarks/payne.md`).
