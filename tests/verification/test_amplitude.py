@@ -1,4 +1,4 @@
-"""Harmonic balance of a bushing whose rubber amplitude thins, against its march along time for two periods and a half."""
+"""Harmonic balance of a bushing whose rubber amplitude thins, against two and a half periods of its march in time."""
 
 from __future__ import annotations
 
