@@ -210,7 +210,7 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
         for item in features_of(effects)
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
-        if one.branch.name == "maxwell"
+        if one.branch.name == "maxwell" and one.branch.clock == ""
     ]
 
 
