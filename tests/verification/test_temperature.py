@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -278,3 +279,60 @@ def test_what_is_refused(coupons, change, said):
     result = CliRunner().invoke(main, ["check", str(case)])
     assert result.exit_code == 2
     assert said in result.output
+
+
+def test_the_page_on_temperature(tmp_path):
+    """Its case gives the numbers beside its commands."""
+    page = (Path(__file__).parents[2] / "docs" / "temperature.md").read_text(encoding="utf-8")
+    case = written(tmp_path, page.partition("```toml\n")[2].partition("```")[0])
+    shown = page.partition("```\nbushcli direct")[2].partition("```")[0]
+    static, vibrating = (
+        json.loads(CliRunner().invoke(main, [command, str(case), "--json", "-q"]).stdout)["load_cases"]
+        for command in ("direct", "dynamic")
+    )
+    secant = [one["stiffness"]["secant"] for one in static]
+    assert "{:.0f} N/mm at 23, {:.0f} N/mm at -20 degrees C".format(*secant) in shown
+    said = "; ".join(
+        f"{one['stiffness'][1]:.0f} N/mm and {one['loss_angle_deg'][1]:.2f} degrees" for one in vibrating
+    )
+    assert f"|K*| at 10 Hz: {said}" in shown
+    assert [one["temperature"] for one in vibrating] == [23.0, -20.0]
+
+
+def test_prediction_outside_of_what_was_measured(tmp_path):
+    """A load case and a vibration in the cold, beside a coupon in the warmth."""
+    (tmp_path / "coupon.csv").write_text("stretch,nominal_stress_MPa\n1.0,0.0\n1.2,0.5\n1.5,1.1\n2.0,1.75\n")
+    tests = '[[coupons]]\nmode = "uniaxial"\nfile = "coupon.csv"\ntemperature = 23.0\n'
+    load = '[[load_cases]]\nmode = "axial"\namplitude = 2.0\nrate = 1.0\ntemperature = {}\n'
+    for degrees, cold in ((22.0, False), (-30.0, True)):
+        vibration = VIBRATION.replace("50.0", str(degrees))
+        case = written(tmp_path, BUSHING + WARM + tests + load.format(degrees) + vibration)
+        for command in ("direct", "dynamic"):
+            found = json.loads(CliRunner().invoke(main, [command, str(case), "--json", "-q"]).stdout)
+            said = [one["message"] for one in found["problems"] if one["name"] == "outside_measured"]
+            assert len(said) == cold
+            assert all("-30 degrees C (measured: 23)" in one for one in said)
+
+
+def test_master_curve_of_a_table_at_three_temperatures(tmp_path):
+    """A Maxwell element of 2 s and 1 MPa beside 1 MPa, shifted by WLF: the shift, its formula and the file."""
+    rows = ["frequency_Hz,temperature_C,storage_MPa,loss_MPa"]
+    for degrees in (0.0, 10.0, 20.0, 35.0, 50.0):
+        slower = 10.0 ** (-6.0 * (degrees - 20.0) / (100.0 + degrees - 20.0))
+        for f in np.geomspace(0.05, 5.0, 9):
+            x = 2j * np.pi * f * 0.3 * slower
+            G = 1.0 + x / (1.0 + x)
+            rows.append(f"{f:.9g},{degrees},{G.real:.9g},{G.imag:.9g}")
+    (tmp_path / "sweeps.csv").write_text("\n".join(rows) + "\n")
+    table = '[[coupons]]\nkind = "dynamic"\nmode = "simple_shear"\nfile = "sweeps.csv"\n'
+    case = written(tmp_path, '[geometry]\nshape = "coupon"\n[material]\nlaw = "neo_hookean"\n' + table)
+    out = tmp_path / "out"
+    assert CliRunner().invoke(main, ["fit", str(case), "-o", str(out)]).exit_code == 0
+    (found,) = json.loads((out / "result.json").read_text())["dynamic"]
+    wlf = found["shift_laws"]["wlf"]
+    assert wlf["rms_decades"] < 0.02 < found["shift_laws"]["arrhenius"]["rms_decades"]
+    assert (wlf["C1"], wlf["C2"]) == pytest.approx((6.0, 100.0), rel=0.1)
+    columns = np.genfromtxt(out / "simple_shear-master.csv", delimiter=",", names=True)
+    x = 2j * np.pi * columns["reduced_frequency_Hz"] * 0.3
+    np.testing.assert_allclose(columns["storage_MPa"], (1.0 + x / (1.0 + x)).real, rtol=0.03)
+    assert "Master curve" in (out / "report.html").read_text(encoding="utf-8")

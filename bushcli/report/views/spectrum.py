@@ -45,7 +45,14 @@ def tables_document(
 
 
 def spectra_sections(found: Sequence[TableSpectrum], pictures: Sequence[Picture] = ()) -> list[Section]:
-    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve.
+
+    Parameters
+    ----------
+    found : sequence of TableSpectrum
+    pictures : sequence of Picture
+        Master curves, for the page.
+    """
     return [_section(one, pictures) for one in found]
 
 
