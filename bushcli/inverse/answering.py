@@ -48,6 +48,7 @@ def with_effects(
         comm,
         prepared,
         earlier(path),
+        path.temperature,
     )
 
 
