@@ -18,7 +18,7 @@ from bushcli.report.quantity import listed, quantities
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.report.cycles import ChannelHistory
     from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.meshes import Meshed
@@ -117,18 +117,25 @@ def fit_figures(fit: Fit) -> tuple[Picture, ...]:
     return (plotted(fit_panels(fit)),)
 
 
-def spectrum_figures(found: Sequence[TableSpectrum], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Return the master curve of each table of moduli.
+def spectrum_figures(
+    found: Sequence[TableSpectrum | TableSweep], names: Mapping[str, str]
+) -> tuple[Picture, ...]:
+    """Return the master curve of each table of moduli, or its moduli over amplitude.
 
     Parameters
     ----------
-    found : sequence of TableSpectrum
+    found : sequence of TableSpectrum or TableSweep
     names : mapping of str to str
         File name by name of the table.
     """
-    from bushcli.report.plots.spectrum import master_panels
+    from bushcli.inverse.coupon_tables import TableSweep
+    from bushcli.report.plots.spectrum import master_panels, sweep_panels
 
-    return tuple(plotted(master_panels(one, names[one.table.name])) for one in found)
+    def panels(one: TableSpectrum | TableSweep) -> Panels:
+        file = names[one.table.name]
+        return sweep_panels(one, file) if isinstance(one, TableSweep) else master_panels(one, file)
+
+    return tuple(plotted(panels(one)) for one in found)
 
 
 def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:

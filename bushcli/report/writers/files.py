@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.mismatch.maps import LocalMap
     from bushcli.report.document import Document, Picture
     from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
@@ -215,7 +215,7 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
     )
 
 
-def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()) -> Files:
+def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | TableSweep] = ()) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
 
     Parameters
@@ -223,14 +223,17 @@ def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()
     case : Case
     fit : Fit or None
         None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum
+    spectra : sequence of TableSpectrum or TableSweep
     """
+    from bushcli.inverse.coupon_tables import TableSpectrum
     from bushcli.report.plots.spectrum import master_columns
 
     curves = () if fit is None else fit.curves
-    names = file_names([*(curve.name for curve in curves), *(one.table.name for one in spectra)])
+    names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
     contents: dict[str, Content] = {
-        f"{names[one.table.name]}-master.csv": number_table(*master_columns(one)) for one in spectra
+        f"{names[one.table.name]}-master.csv": number_table(*master_columns(one))
+        for one in spectra
+        if isinstance(one, TableSpectrum)
     }
     for curve in curves:
         forces = {"recorded": curve.recording.force, "fitted": curve.fitted.force}
