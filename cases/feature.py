@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.dynamic.sine import ThinnedSpectrum
+from cases.sine import ThinnedSpectrum
 from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached

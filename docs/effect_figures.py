@@ -25,31 +25,6 @@ import matplotlib.pyplot as plt
 PICTURES = Path(__file__).with_name("pictures")
 BUSHING = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
 YEOH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
-# Mode in which an effect shows, and parameters large enough to be seen.
-SHOWN = {
-    "batch_stiffness": ("axial", {"log_factor": -0.3}),
-    "bump_stop": ("axial", {"stiffness": 400.0, "gap": 4.0}),
-    "compressibility": ("radial", {"compliance": 0.01}),
-    "cure_shrinkage": ("radial", {"shrinkage": 0.02}),
-    "debonding": ("radial", {"length": 8.0, "bond": 0.0}),
-    "dimension": ("radial", {"thickness": 1.0, "length": 0.0}),
-    "drift": ("axial", {"rate": 2.0}),
-    "free_play": ("axial", {"half_width": 0.4}),
-    "friction": ("axial", {"g": 0.5, "slip": 0.1}),
-    "gain": ("axial", {"error": 0.15}),
-    "misalignment": ("radial", {"offset": 1.0}),
-    "mullins": ("axial", {"inverse_r": 0.4, "m": 0.03, "beta": 0.1}),
-    "offset": ("axial", {"force": 100.0, "displacement": -0.3}),
-    "permanent_set": ("axial", {"set": 0.1}),
-    "rig_compliance": ("radial", {"compliance": 1.5e-4}),
-    "sleeve_compliance": ("radial", {"compliance": 1e-3, "thickness": 2.0}),
-    "swaging": ("radial", {"reduction": 0.5}),
-    "time_lag": ("axial", {"lag": 1.0}),
-    "fixture_mass": ("axial", {"mass": 0.05}),
-    "rig_resonance": ("axial", {"period": 1 / 500}),
-    "viscoelasticity": ("axial", {"g1": 0.4, "tau1": 8.0}),
-    "warming": ("axial", {"amount": 0.3, "tau": 30.0}),
-}
 
 
 def program(mode: str) -> tuple[np.ndarray, np.ndarray]:
@@ -68,7 +43,9 @@ def main(names: list[str]) -> None:
     shape = shapes()["plain"](**BUSHING)
     rubber = Rubber(law("yeoh"), YEOH, 2000.0)
     for name in names or list(effects()):
-        mode, values = SHOWN[name]
+        if (shown := effects()[name].shown) is None:
+            continue
+        mode, values = shown
         if "static" not in effects()[name].kinds:
             draw_table(name, values)
             continue

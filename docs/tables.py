@@ -15,7 +15,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from bushcli.case.unit import unit
-from bushcli.effects.effect import Effect, EffectParameter, effects, effects_on
+from bushcli.effects.effect import Effect, EffectParameter, effect_in_force_law, effects, effects_on
 from bushcli.effects.prior import Prior
 from bushcli.evidence import prior
 from bushcli.export import SYSTEMS, all_writers
@@ -242,7 +242,8 @@ def cards_text() -> str:
     series = (_called(one.series, one.series_laws, one.laws) for one in cards)
     softening = (_called(one.softening, one.softening_laws, one.laws) for one in cards)
     bulk = ("yes" if one.incompressible else "no" for one in cards)
-    rows += [("`viscoelasticity`", *series), ("`mullins`", *softening), ("incompressible", *bulk)]
+    viscous, softens = (f"`{effect_in_force_law(part).name}`" for part in ("maxwell", "softening"))
+    rows += [(viscous, *series), (softens, *softening), ("incompressible", *bulk)]
     return table(heads, rows)
 
 

@@ -80,6 +80,11 @@ class ActiveEffect:
         return ", ".join(found)
 
     @property
+    def is_off(self) -> bool:
+        """Whether its amplitudes are off, so that it is as good as absent."""
+        return all(self.values.get(p.name, p.off) == p.off for p in self.effect.amplitudes)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
@@ -256,8 +261,9 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     for one in effects:
         if not one.effect.fades:
             found.append(one)
-        elif unrelaxed and one.effect.needs_time:
-            times = {name: NEVER for name in one.values if name.startswith("tau")}
+        elif unrelaxed and not one.effect.slides:
+            # The times of what fades with time are its relaxation times.
+            times = {p.name: NEVER for p in one.parameters if p.unit == "s"}
             found.append(replace(one, values={**one.values, **times}))
     return tuple(found)
 
@@ -272,7 +278,7 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
         As in `in_state`.
     """
     fading = [one.effect for one in effects if one.effect.fades]
-    left = [one.name for one in fading if not (unrelaxed and one.needs_time)]
+    left = [one.name for one in fading if not unrelaxed or one.slides]
     without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
     if unrelaxed and len(left) < len(fading):
         return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")

@@ -14,6 +14,7 @@ from bushcli.case import Case, DynamicTest, Material, load_case_names
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect, acting, in_state, require_values
 from bushcli.effects.assembly import features_of
+from bushcli.effects.effect import effect_in_force_law
 from bushcli.effects.names import readable_name
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
@@ -28,7 +29,6 @@ from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
 from cases.dynamic.reduction import basis_for
-from cases.dynamic.sine import ThinnedSpectrum
 from cases.dynamic.slopes import Changes, changes
 from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
@@ -39,6 +39,7 @@ from cases.model import FiniteElementModel
 from cases.program import Program, path
 from cases.ranks import summed
 from cases.simulate import prepare
+from cases.sine import ThinnedSpectrum
 from cases.six import PAIR_MODES
 
 Array = NDArray[np.float64]
@@ -248,10 +249,10 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
     problems = []
     if not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
-        expected = (
-            'add [[effects]] name = "viscoelasticity" with parameters = {g1 = ..., tau1 = ...}; '
-            "g1 = 0 says that the rubber has no loss"
-        )
+        branch = effect_in_force_law("maxwell")
+        given = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)
+        expected = f'add [[effects]] name = "{branch.name}" with parameters = {{{given}}}; '
+        expected += f"{branch.amplitudes[0].name} = 0 says that the rubber has no loss"
         problems.append(Problem(where, what, "", expected))
     for one in in_state(active, unrelaxed=False):
         still = one.effect.feature is None or one.effect.has_memory
@@ -421,7 +422,10 @@ class Vibrations:
         if self._thinned is None:
             return [replace(small, amplitude=one) for one in test.amplitude]
         uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
-        ends = [uneven.enrich(one, f) for one in test.amplitude for f in (frequency.min(), frequency.max())]
+        # Where moduli differ most from point to point lies between: vectors for these amplitudes serve all others.
+        chosen = sorted(test.amplitude)
+        chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
+        ends = [uneven.enrich(one, f) for one in chosen for f in sorted({frequency.min(), frequency.max()})]
         error = max(small.reduction_error, *ends)
 
         def curve(amplitude: float) -> DynamicCurve:
@@ -497,7 +501,7 @@ def effects_left_out(name: str, active: Sequence[ActiveEffect]) -> list[Conditio
         Effects that act on it.
     """
     found = []
-    sliding = [one for one in active if one.effect.fades and not one.effect.needs_time]
+    sliding = [one for one in active if one.effect.slides]
     if sliding:
         names = " and ".join(readable_name(one.name) for one in sliding)
         what = f"{name}: {names} is left out: its stiffness depends on the amplitude"

@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.dynamic.model import Branches, modulus
-from cases.dynamic.reduction import Basis, ReducedPencil, Sweep
-from cases.dynamic.sine import ThinnedSpectrum
+from cases.dynamic.reduction import ReducedPencil, Sweep, VectorBasis
 from cases.ranks import summed
+from cases.sine import ThinnedSpectrum
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -62,7 +62,7 @@ class UnevenModel:
     """
 
     def __init__(
-        self, basis: Basis, thinned: ThinnedSpectrum, branches: Branches, motion: int, transfer: bool
+        self, basis: VectorBasis, thinned: ThinnedSpectrum, branches: Branches, motion: int, transfer: bool
     ) -> None:
         self._basis, self._thinned, self._branches = basis, thinned, branches
         self._motion, self._transfer = motion, transfer

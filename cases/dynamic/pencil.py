@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.model import FiniteElementModel
+from cases.motion import PoseMotion
 from cases.newton import negative_eigenvalues
 from cases.ranks import summed
 from cases.rigid import completed, reactions, solved, turned
@@ -120,7 +121,7 @@ class Pencil:
         motion, system = self.model.motion, self.model.system
         residual = system.create_vector()
         system.residual(residual)
-        if motion.six is not None:
+        if isinstance(motion, PoseMotion):
             moves = list(possible(self.model.mesh.mirrors))
             turning = np.zeros((6, 6))
             # Symmetric as the second derivative of the energy (`cases.rigid`).
@@ -139,7 +140,7 @@ class Pencil:
     def _rigid(self, q: float) -> Array:
         if self.model.mode.specimen == "coupon":
             return self.motions[:0]
-        model, six = self.model, self.model.motion.six is not None
+        model = self.model
         space, parent = collapsed(model.space.sub(0))
         components = model.space.sub(0).num_sub_spaces
         # Of the half-plane the radius and z; its angle moves no point of it.
@@ -149,7 +150,7 @@ class Pencil:
         moved = model.motion.rigid(now, q)
         found = np.zeros((len(moved), len(self._state)))
         found[:, parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
-        return found[list(possible(model.mesh.mirrors))] if six else found
+        return found
 
     def act(self, directions: Array) -> Actions:
         """Multiply all matrices with some vectors, shape (k, n)."""

@@ -235,7 +235,7 @@ def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Redu
     return basis_for(pencil, at, density, tolerance).reduced()
 
 
-def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Basis:
+def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> VectorBasis:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 
     Parameters
@@ -248,7 +248,7 @@ def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Ba
     tolerance : float
         Relative error of driving-point and transfer stiffness, a ratio.
     """
-    basis = Basis(pencil, density)
+    basis = VectorBasis(pencil, density)
     basis.add(pencil.followed())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
@@ -263,7 +263,7 @@ def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Ba
     return basis
 
 
-class Basis:
+class VectorBasis:
     """The vectors, what the matrices make of them, and the responses to these forces.
 
     Attributes

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.dynamic.reduction import Basis, Change
+from cases.dynamic.reduction import Change, VectorBasis
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.sensitivity import Sensitivity
@@ -37,13 +37,13 @@ class Changes:
 
 
 def changes(
-    basis: Basis, solver: Equilibrium, names: Sequence[str], drive: PrescribedForce | None = None
+    basis: VectorBasis, solver: Equilibrium, names: Sequence[str], drive: PrescribedForce | None = None
 ) -> Changes:
     """Return the derivatives by parameters of the model at the equilibrium of a basis.
 
     Parameters
     ----------
-    basis : Basis
+    basis : VectorBasis
         Of one motion; its pencil has just been made.
     solver : Equilibrium
         Solver that has found the equilibrium.

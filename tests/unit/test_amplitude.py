@@ -11,13 +11,13 @@ from numpy.testing import assert_allclose
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import modulus, sweep
 from cases.dynamic.pencil import Pencil
-from cases.dynamic.reduction import Basis, basis_for
-from cases.dynamic.sine import ThinnedSpectrum
+from cases.dynamic.reduction import VectorBasis, basis_for
 from cases.equilibrium import Equilibrium
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
+from cases.sine import ThinnedSpectrum
 from forms.law import law
 from geometry.shape import Refinement, shapes
 
@@ -59,7 +59,7 @@ def bushing(
     across: int = 4,
     inner: float = 12.0,
     thinned: ThinnedSpectrum = THINNED,
-    see: Callable[[Basis, UnevenModel], None] = lambda _basis, _model: None,
+    see: Callable[[VectorBasis, UnevenModel], None] = lambda _basis, _model: None,
 ) -> None:
     shape = shapes()["plain"].model_validate({"inner_radius": inner, "outer_radius": 22.0, "length": 40.0})
     refinement = Refinement(across, 8, 8)
@@ -80,7 +80,7 @@ def bushing(
 
 @pytest.mark.parametrize("mode", ["axial", "radial"])
 def test_a_small_amplitude_has_the_linear_stiffness(mode: str) -> None:
-    def see(basis: Basis, model: UnevenModel) -> None:
+    def see(basis: VectorBasis, model: UnevenModel) -> None:
         f = np.array([1.0, 100.0])
         found, third = model.stiffness(np.full(2, 1e-6), f)
         exact = basis.reduced().stiffness(sweep(f, THINNED.branches()))[1][:, 0, 0]
@@ -92,7 +92,7 @@ def test_a_small_amplitude_has_the_linear_stiffness(mode: str) -> None:
 
 def test_a_thin_layer_has_one_local_amplitude() -> None:
     # Sheared about its axis a thin ring has nearly one strain: K* is that of the law times a number.
-    def see(_basis: Basis, model: UnevenModel) -> None:
+    def see(_basis: VectorBasis, model: UnevenModel) -> None:
         angle, f = 0.004, 5.0
         gamma = angle * 21.75 / 0.5
         found, _ = model.stiffness(np.array([angle, 1e-7]), np.array([f, f]))
@@ -105,7 +105,7 @@ def test_a_thin_layer_has_one_local_amplitude() -> None:
 
 @pytest.mark.parametrize(("mode", "q"), [("axial", 0.0), ("radial", 2.0)])
 def test_vectors_are_added_until_the_balance_is_that_of_the_whole_body(mode: str, q: float) -> None:
-    def see(_basis: Basis, model: UnevenModel) -> None:
+    def see(_basis: VectorBasis, model: UnevenModel) -> None:
         change = model.enrich(0.5, 1.0)
         assert change < 5e-4
         coarse = model.stiffness(np.array([0.5]), np.array([1.0]))[0]

@@ -66,5 +66,6 @@ EFFECT = Effect(
     rivals=("rig_resonance",),
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
     kinds=frozenset({"dynamic"}),
+    shown=("axial", {"mass": 0.05}),
     rig=RigChange(vibrate=vibrate),
 )

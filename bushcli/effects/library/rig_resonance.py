@@ -66,5 +66,6 @@ EFFECT = Effect(
     source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
     may_be_shared=True,
     kinds=frozenset({"dynamic"}),
+    shown=("axial", {"period": 1 / 500}),
     rig=RigChange(vibrate=vibrate),
 )

@@ -52,4 +52,5 @@ EFFECT = Effect(
     needs_time=True,
     may_be_shared=True,
     rig=RigChange(clock="lag"),
+    shown=("axial", {"lag": 1.0}),
 )

@@ -15,9 +15,11 @@ doi:10.1007/BF01178397: the multiplicative branch.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -89,6 +91,12 @@ def feature() -> Feature:
     return Feature(branches=_branches)
 
 
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return the series of branches."""
+    numbers = [name.removeprefix("g") for name, g in values.items() if name.startswith("g") and g > 0.0]
+    return CardPart(series=tuple((float(values[f"g{i}"]), float(values[f"tau{i}"])) for i in sorted(numbers)))
+
+
 EFFECT = Effect(
     name="viscoelasticity",
     title="Viscoelasticity",
@@ -98,8 +106,8 @@ EFFECT = Effect(
     how_often="usual",
     families=("dissipation",),
     fades=True,
-    in_force_law="state",
-    on_card=True,
+    in_force_law="maxwell",
+    on_card=card,
     needs="time, and two rates or a hold; several branches need rates or holds as far apart as their times",
     rivals=("drift", "friction", "mullins", "time_lag", "warming"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
@@ -107,4 +115,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     feature=feature,
+    shown=("axial", {"g1": 0.4, "tau1": 8.0}),
 )

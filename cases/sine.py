@@ -87,7 +87,7 @@ class ThinnedSpectrum:
         )
         return np.asarray(first), np.asarray(third)
 
-    def response(self, frequency: float, largest: float) -> Response:
+    def response(self, frequency: float, largest: float) -> TabulatedHarmonics:
         """Return the harmonics as a function of the amplitude, up to the largest.
 
         Parameters
@@ -95,16 +95,16 @@ class ThinnedSpectrum:
         frequency : float
             Hz.
         largest : float
-            Shear strain.
+            Shear strain, a ratio.
         """
         decades = np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)
         nodes = np.linspace(0.0, decades, int(np.ceil(PER_DECADE * decades)) + 1)
         found = self.harmonics(SMALLEST * 10.0**nodes, frequency)
-        return Response(CubicSpline(nodes, np.array(found), axis=1), float(decades))
+        return TabulatedHarmonics(CubicSpline(nodes, np.array(found), axis=1), float(decades))
 
 
 @dataclass(frozen=True)
-class Response:
+class TabulatedHarmonics:
     """Harmonics over the logarithm of the amplitude, decades above `SMALLEST`."""
 
     spline: CubicSpline
