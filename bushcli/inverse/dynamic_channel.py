@@ -85,6 +85,7 @@ class DynamicChannel:
         Their standard errors; inf for rows that are not used.
     comm : MPI.Comm
     faults : tuple of DataFault
+    active : tuple of ActiveEffect
     """
 
     coupon = False
@@ -96,18 +97,21 @@ class DynamicChannel:
         case: Case,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
+        temperature: float | None = None,
     ) -> None:
         self.table, self.comm = table, comm
+        self._temperature = temperature
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
-        self._rig = tuple(one for one in self._active if one.effect.acts == "rig")
-        self._rubber = {one.name for one in self._active if one not in self._rig}
+        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(one.started() for one in there)
+        self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
+        self._rubber = {one.name for one in self.active if one not in self._rig}
         self._preloads = _preloads(table)
-        problems = unfit(case.path.name, table.name, self._active)
+        problems = unfit(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name)
         if problems:
             raise InputError(*problems)
-        features = features_of(in_state(self._active, unrelaxed=False))
+        features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
             case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
         )
@@ -126,8 +130,9 @@ class DynamicChannel:
 
     @property
     def name(self) -> str:
-        """Name of the channel."""
-        return self.table.name
+        """Name of the channel, with its temperature where the table has several."""
+        warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
+        return self.table.name + warm
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -230,14 +235,14 @@ class DynamicChannel:
         """
         reached = self._reached(parameters, (), Patience())
         # Effects of the rig are in the simulation.
-        rubber = [one for one in self._active if one not in self._rig]
+        rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
         return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self._active])
+        return branches_of([one.with_values(parameters) for one in self.active])
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
