@@ -383,10 +383,15 @@ class Builder:
             )
             for i, (name, load) in enumerate(named)
         ]
-        channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        channels += [
+            effects.DeclaredChannel(
+                source.label, source.mode, kind="dynamic" if isinstance(source, DynamicSource) else "static"
+            )
+            for source in recordings
+        ]
         vibrating = [test for test in tests if test is not None]
         channels += [
-            effects.DeclaredChannel(name, test.mode)
+            effects.DeclaredChannel(name, test.mode, kind="dynamic")
             for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
             if name not in {channel.name for channel in channels}
         ]

@@ -10,10 +10,15 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.schema import EffectTable
 from bushcli.case.unit import inside, outside, unit
 from bushcli.effects.active import ActiveEffect, uniquely_named
-from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape
+
+_OF_KIND: dict[Kind, str] = {
+    "static": "recordings and load cases along a path",
+    "dynamic": "tables of dynamic stiffness",
+}
 
 
 @dataclass(frozen=True)
@@ -25,11 +30,13 @@ class DeclaredChannel:
     name, mode : str
     untimed : Keys
         Place of the load case if it certainly has no time; empty if it has time or if a file may contain it.
+    kind : {"static", "dynamic"}
     """
 
     name: str
     mode: str
     untimed: Keys = ()
+    kind: Kind = "static"
 
 
 def build(
@@ -68,7 +75,7 @@ def build(
             continue
         findings += _channels(effect, table, keys, channels)
         plain = ActiveEffect(effect, channels=names)
-        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
+        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)]
         rotational = any(modes()[channel.mode].rotational for channel in on)
         values, wrong = _values(effect, table, keys, rotational, shape)
         findings += wrong
@@ -92,23 +99,30 @@ def _channels(
     effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[DeclaredChannel]
 ) -> Iterator[Finding]:
     """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
-    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    acts = [mode for mode in modes() if effect.acts_on(mode, None)]
+    expected = ", ".join(acts)
+    if len(effect.kinds) == 1:
+        expected += "; " + _OF_KIND[min(effect.kinds)]
     known = {channel.name: channel for channel in channels}
+    having = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
     for index, name in enumerate(table.channels or []):
         at = (*keys, "channels", index)
         if name not in known:
             yield unknown_name(at, name, known, "channel")
-        elif known[name].mode not in acts:
-            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on mode {known[name].mode}"
-            yield Finding(at, what, expected=", ".join(acts))
+        elif known[name] not in having:
+            on_what = (
+                f"mode {known[name].mode}" if known[name].mode not in acts else _OF_KIND[known[name].kind]
+            )
+            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
+            yield Finding(at, what, expected=expected)
     wanted = known if table.channels is None else [name for name in table.channels if name in known]
-    on = [known[name] for name in wanted if known[name].mode in acts]
+    on = [known[name] for name in wanted if known[name] in having]
     if table.channels is None and not on:
         there = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
         what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
-        yield Finding((*keys, "name"), what, expected=", ".join(acts))
+        yield Finding((*keys, "name"), what, expected=expected)
     turned = [channel for channel in on if modes()[channel.mode].rotational]
     if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
         straight = next(channel for channel in on if channel not in turned)

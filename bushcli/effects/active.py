@@ -10,7 +10,7 @@ from bushcli.effects.names import in_rig
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.effects.effect import Effect, EffectParameter
+    from bushcli.effects.effect import Effect, EffectParameter, Kind
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,16 @@ class ActiveEffect:
         return ", ".join(found)
 
     @property
+    def is_off(self) -> bool:
+        """Whether its amplitudes are off, so that it is as good as absent."""
+        return all(self.values.get(p.name, p.off) == p.off for p in self.effect.amplitudes)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
-    def acts_on(self, channel: str, mode: str) -> bool:
+    def acts_on(self, channel: str, mode: str, kind: Kind | None = "static") -> bool:
         """Whether the effect changes a channel.
 
         Parameters
@@ -93,8 +98,10 @@ class ActiveEffect:
             Name of the channel.
         mode : str
             Name of the channel's mode.
+        kind : {"static", "dynamic"} or None
+            Kind of the channel; None where either counts.
         """
-        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
+        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode, kind)
 
     def is_among(self, others: Iterable[ActiveEffect]) -> bool:
         """Whether one of several effects is the same on a common channel, so that a model cannot have both.
@@ -114,9 +121,16 @@ class ActiveEffect:
         """Whether the effect has optional parameters that this one is without."""
         return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
 
-    def started(self) -> ActiveEffect:
-        """Return the effect with start values for the parameters that have no value."""
-        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+    def started(self, period: float | None = None) -> ActiveEffect:
+        """Return the effect with start values for the parameters that have no value.
+
+        Parameters
+        ----------
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
+        """
+        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
@@ -147,7 +161,9 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
 
 
-def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
+def acting(
+    active: Sequence[ActiveEffect], channel: str, mode: str, kind: Kind = "static"
+) -> tuple[ActiveEffect, ...]:
     """Return the effects that change a channel.
 
     Parameters
@@ -158,8 +174,10 @@ def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[Act
         Name of the channel.
     mode : str
         Name of the channel's mode.
+    kind : {"static", "dynamic"}
+        Kind of the channel.
     """
-    return tuple(one for one in active if one.acts_on(channel, mode))
+    return tuple(one for one in active if one.acts_on(channel, mode, kind))
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:
@@ -243,8 +261,9 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     for one in effects:
         if not one.effect.fades:
             found.append(one)
-        elif unrelaxed and one.effect.needs_time:
-            times = {name: NEVER for name in one.values if name.startswith("tau")}
+        elif unrelaxed and not one.effect.slides:
+            # The times of what fades with time are its relaxation times.
+            times = {p.name: NEVER for p in one.parameters if p.unit == "s"}
             found.append(replace(one, values={**one.values, **times}))
     return tuple(found)
 
@@ -259,7 +278,7 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
         As in `in_state`.
     """
     fading = [one.effect for one in effects if one.effect.fades]
-    left = [one.name for one in fading if not (unrelaxed and one.needs_time)]
+    left = [one.name for one in fading if not unrelaxed or one.slides]
     without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
     if unrelaxed and len(left) < len(fading):
         return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")

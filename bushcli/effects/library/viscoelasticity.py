@@ -15,15 +15,21 @@ doi:10.1007/BF01178397: the multiplicative branch.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
+# Start values in periods of the highest frequency of a table: a branch for each of its highest three decades.
+_PERIODS = (0.5, 5.0, 50.0)
+# At the highest frequency of a table a branch with this time is a dashpot alone, to 1 degree.
+_DASHPOT = 0.003
 # Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
@@ -50,9 +56,11 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             "s",
             f"relaxation time of branch {i}",
             time,
-            1e-3,
+            1e-7,
             1e6,
             optional=i > 1,
+            in_tables=(_PERIODS[i - 1], _DASHPOT),
+            in_curves=1e-3,
             scan=_TIMES,
             scale="duration",
             prior=Prior(
@@ -83,6 +91,12 @@ def feature() -> Feature:
     return Feature(branches=_branches)
 
 
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return the series of branches."""
+    numbers = [name.removeprefix("g") for name, g in values.items() if name.startswith("g") and g > 0.0]
+    return CardPart(series=tuple((float(values[f"g{i}"]), float(values[f"tau{i}"])) for i in sorted(numbers)))
+
+
 EFFECT = Effect(
     name="viscoelasticity",
     title="Viscoelasticity",
@@ -92,8 +106,8 @@ EFFECT = Effect(
     how_often="usual",
     families=("dissipation",),
     fades=True,
-    in_force_law="state",
-    on_card=True,
+    in_force_law="maxwell",
+    on_card=card,
     needs="time, and two rates or a hold; several branches need rates or holds as far apart as their times",
     rivals=("drift", "friction", "mullins", "time_lag", "warming"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
@@ -101,4 +115,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     feature=feature,
+    shown=("axial", {"g1": 0.4, "tau1": 8.0}),
 )
