@@ -1,4 +1,4 @@
-"""The last fit of an answer: as close as an identification comes, and parts that are held out predict as if refitted."""
+"""The last fit of an answer: as close as an identification comes; what is held out is predicted as by a new fit."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def test_what_is_held_out_is_predicted_as_by_a_fit_to_the_rest(fits):
 
 
 def test_a_model_that_leaves_less_predicts_better_unless_only_one_part_says_so(fits):
-    made, searched, closest = fits
+    made, _, closest = fits
     plain = made.state
     assert predicts_better(closest, plain)
     assert not predicts_better(plain, closest)
