@@ -17,7 +17,7 @@ vector and its tangent T.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +128,11 @@ class SixPath:
             held = self.motion.copy()
             held[:, list(self.free)] = 0.0
             object.__setattr__(self, "motion", held)
+
+    @property
+    def whole_body(self) -> SixPath:
+        """The same path where no plane of symmetry is used, so that all six motions are possible."""
+        return replace(self, whole=True)
 
     @property
     def identity(self) -> tuple[bytes, bytes, tuple[int, ...], bool]:

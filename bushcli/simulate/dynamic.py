@@ -22,7 +22,6 @@ from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
 from cases.dynamic.model import Branches, DynamicModel, spread
@@ -32,9 +31,9 @@ from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
 from cases.load import PrescribedForce
 from cases.march import NotConverged, march
-from cases.mode import modes
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
-from cases.program import Program, path
+from cases.program import Program, along, path
 from cases.ranks import summed
 from cases.simulate import prepare
 from cases.six import PAIR_MODES
@@ -265,7 +264,7 @@ class _Run:
         """Reach the preloads of a load case, and compute the stiffness about each."""
         active = acting(self._case.effects, name, test.mode, "dynamic")
         self._conditions += effects_left_out(name, active)
-        six = None if test.six is None else whole(test.six)
+        six = test.six and test.six.whole_body
         features = features_of(in_state(active, unrelaxed=False))
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
@@ -315,7 +314,7 @@ class Vibrations:
     def programs(self) -> Iterator[Program]:
         """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
         if self.test.six is not None:
-            yield program_of(self.test.six, self.test.steps)
+            yield along(self.test.six, self.test.steps)
             return
         sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
         for side in sides:

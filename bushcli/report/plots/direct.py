@@ -11,8 +11,7 @@ from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Simulated
-from bushcli.simulate.six_motions import SixCurve
+from bushcli.simulate.response import Simulated, SixCurve
 from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]

@@ -38,8 +38,7 @@ from cases.six import MOTIONS, REACTIONS
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
-    from bushcli.simulate.six_motions import SixCurve
+    from bushcli.simulate.response import Response, Simulated, SixCurve
 
 Array = NDArray[np.float64]
 
