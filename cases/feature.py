@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.sine import ThinnedSpectrum
 from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
@@ -72,6 +73,8 @@ class Feature:
     ----------
     branches : callable, optional
         Parameters -> branches of the rubber's energy.
+    thinned : callable, optional
+        Parameters -> constants of a relaxation that amplitude thins, for vibrations.
     compliance : callable, optional
         Parameters -> addition to 1 / bulk modulus, 1/MPa.
     swelling : callable, optional
@@ -113,6 +116,7 @@ class Feature:
     """
 
     branches: Callable[[Values], Sequence[Attached]] | None = None
+    thinned: Callable[[Mapping[str, float]], ThinnedSpectrum] | None = None
     compliance: Callable[[Values], Scalar] | None = None
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None

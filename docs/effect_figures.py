@@ -12,6 +12,7 @@ import numpy as np
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
+from bushcli.effects.rig import vibrating
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -45,6 +46,9 @@ def main(names: list[str]) -> None:
         if (shown := effects()[name].shown) is None:
             continue
         mode, values = shown
+        if "static" not in effects()[name].kinds:
+            draw_table(name, values)
+            continue
         time, q = program(mode)
         active = ActiveEffect(effects()[name], values)
         curves = {
@@ -70,6 +74,31 @@ def main(names: list[str]) -> None:
         figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
         plt.close(figure)
         sys.stdout.write(f"{name}\n")
+
+
+def draw_table(name: str, values: dict[str, float]) -> None:
+    """Draw what an effect that acts on tables alone does to a dynamic stiffness."""
+    frequency = np.linspace(1.0, 250.0, 200)
+    turned = 2j * np.pi * frequency * 0.004
+    part = 400.0 * (1.0 + 0.3 * turned / (1.0 + turned))
+    seen = vibrating([ActiveEffect(effects()[name], values)], part, frequency, 0.0, 0.0).value
+    figure, axes = plt.subplots(2, 1, figsize=(5.2, 3.8), layout="constrained", sharex=True)
+    for stiffness, label, style in (
+        (part, "bushing", {"color": "0.65", "lw": 1.2}),
+        (seen, name, {"color": "#c0392b", "lw": 1.4}),
+    ):
+        axes[0].plot(frequency, np.abs(stiffness), label=label, **style)
+        axes[1].plot(frequency, np.degrees(np.angle(stiffness)), **style)
+    axes[0].set_ylabel("|K*|, N/mm")
+    axes[1].set_ylabel("loss angle, degrees")
+    axes[1].set_xlabel("frequency, Hz")
+    axes[0].set_title(", ".join(f"{key} = {value:g}" for key, value in values.items()), fontsize=9)
+    axes[0].legend(frameon=False, fontsize=9)
+    for one in axes:
+        one.spines[["top", "right"]].set_visible(False)
+    figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
+    plt.close(figure)
+    sys.stdout.write(f"{name}\n")
 
 
 if __name__ == "__main__":

@@ -131,8 +131,8 @@ class DynamicTest:
         with ``six``.
     by_force : bool
         Whether the preloads are forces.
-    amplitude : float, optional
-        Peak, mm or rad; None = small.
+    amplitude : tuple of float
+        Peaks, mm or rad (strain of a coupon); empty = small.
     transfer : bool
         Whether the force is taken at the held sleeve; else where the bushing is driven.
     steps : int
@@ -147,7 +147,7 @@ class DynamicTest:
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
     by_force: bool = False
-    amplitude: float | None = None
+    amplitude: tuple[float, ...] = ()
     transfer: bool = True
     steps: int = 20
     six: SixPath | None = None
@@ -340,15 +340,15 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
 
 def _vibrations(test: DynamicTest) -> dict[str, Any]:
     unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
+    turned = test.six is not None and test.motion >= 3
+    peak = math.degrees(1.0) if turned else unit
     shown: dict[str, Any] = {
-        "amplitude": None if test.amplitude is None else float(f"{unit * test.amplitude:.12g}"),
+        "amplitude": [float(f"{peak * one:.12g}") for one in test.amplitude] or None,
         "frequency": list(test.frequency),
         "point": "transfer" if test.transfer else "driving",
     }
     if test.six is not None:
-        turned = test.motion >= 3 and test.amplitude is not None
         shown |= {"motion": MOTIONS[test.motion]}
-        shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
         return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
     if test.by_force:
         shown["preload_force"] = list(test.preload)

@@ -177,7 +177,9 @@ class VibrationTable(CaseTable):
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
     preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
-    amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
+    amplitude: Numbers | None = Field(
+        default=None, description="mm or degrees, peak; one or a list; absent = small"
+    )
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"
     )

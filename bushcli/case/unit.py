@@ -18,6 +18,7 @@ _ROTATIONAL = {
     "N": ("N mm", 1.0),
     "N/mm": ("N mm/degree", math.degrees(1.0)),
     "N/s": ("N mm/s", 1.0),
+    "kg": ("kg mm2", 1.0),
 }
 
 

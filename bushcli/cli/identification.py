@@ -140,6 +140,9 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 )
 @click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
 @click.option(
+    "--density", is_flag=True, help="Identify the rubber's density too, from tables of dynamic stiffness."
+)
+@click.option(
     "--method",
     type=click.Choice(["trf", "dogleg"]),
     default="trf",
@@ -182,6 +185,7 @@ def inverse(
     held_out: tuple[str, ...],
     fixed: tuple[str, ...],
     bulk_modulus: bool,
+    density: bool,
     method: Method,
     loss: Loss,
     starts: int,
@@ -213,6 +217,7 @@ def inverse(
             law,
             fixed=names_in(fixed),
             bulk_modulus=bulk_modulus,
+            density=density,
             hold_out=names_in(held_out),
             method=method,
             loss=loss,
@@ -237,11 +242,17 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
-    count = len({source.label for source in task.case.recordings} - set(task.hold_out))
-    if count:
+    counts = {
+        kind: len({source.label for source in sources} - set(task.hold_out))
+        for kind, sources in (
+            ("recording", task.case.recordings),
+            ("table of dynamic stiffness", task.case.dynamic),
+        )
+    }
+    shown = [_counted(count, kind) for kind, count in counts.items() if count]
+    if shown:
         # Without any, the task says what is missing.
-        beside = " and tables of dynamic stiffness" if task.case.dynamic else ""
-        run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}{beside}")
+        run.say(f"identifying {task.model} from {' and '.join(shown)}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
@@ -254,6 +265,12 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
             tables=run.tables,
             told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
+
+
+def _counted(count: int, kind: str) -> str:
+    """Return a number of things in words: "2 tables of dynamic stiffness"."""
+    noun, space, rest = kind.partition(" ")
+    return f"{count} {noun}{'s' if count != 1 else ''}{space}{rest}"
 
 
 def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:

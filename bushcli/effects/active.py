@@ -121,9 +121,16 @@ class ActiveEffect:
         """Whether the effect has optional parameters that this one is without."""
         return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
 
-    def started(self) -> ActiveEffect:
-        """Return the effect with start values for the parameters that have no value."""
-        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+    def started(self, period: float | None = None) -> ActiveEffect:
+        """Return the effect with start values for the parameters that have no value.
+
+        Parameters
+        ----------
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
+        """
+        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""

@@ -66,6 +66,11 @@ class EffectParameter:
         recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
+    in_tables : (float, float) or None
+        Start value and lowest value of a fit to tables of dynamic stiffness, in periods of their highest frequency; for
+        a time.
+    in_curves : float
+        Lowest value of a fit to curves alone.
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
     sizes : tuple of float
@@ -104,6 +109,8 @@ class EffectParameter:
     optional: bool = False
     motions: frozenset[str] = frozenset()
     scan: tuple[float, ...] = ()
+    in_tables: tuple[float, float] | None = None
+    in_curves: float = -math.inf
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
@@ -140,6 +147,21 @@ class EffectParameter:
             return self.lower, self.upper
         most = self.within[1] * wall.size(self.within[0])
         return max(self.lower, -most), min(self.upper, most)
+
+    def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
+        """Return start, lowest and highest value of a fit.
+
+        Parameters
+        ----------
+        shape : Shape or None
+            As for `bounds`.
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that the effect changes; None without any.
+        """
+        low, high = self.bounds(shape)
+        if self.in_tables is not None and period is not None:
+            return self.in_tables[0] * period, max(low, self.in_tables[1] * period), high
+        return self.start, max(low, self.in_curves), high
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""
@@ -314,7 +336,15 @@ class Effect:
         return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
     def acts_on(self, mode: str, kind: Kind | None = "static") -> bool:
-        """Whether the effect acts on a mode in channels of a kind; None for any kind."""
+        """Whether the effect acts on a mode in channels of a kind.
+
+        Parameters
+        ----------
+        mode : str
+            Name of the mode.
+        kind : Kind or None
+            Kind of the channels, None for any.
+        """
         known = modes()[mode]
         if kind is not None and kind not in self.kinds:
             return False

@@ -24,9 +24,10 @@ from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
+from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
-from cases.dynamic.reduction import reduced
+from cases.dynamic.reduction import basis_for
 from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
 from cases.load import PrescribedForce
@@ -36,6 +37,7 @@ from cases.model import FiniteElementModel
 from cases.program import Program, along, path
 from cases.ranks import summed
 from cases.simulate import prepare
+from cases.sine import ThinnedSpectrum
 from cases.six import PAIR_MODES
 
 Array = NDArray[np.float64]
@@ -77,6 +79,12 @@ class DynamicCurve:
         Of a pose: N, mm, rad.
     touching : tuple of (str, str)
         Surfaces in contact under the preload.
+    amplitude : float or None
+        Peak, mm or rad; None = small.
+    third_harmonic : shape (f,) or None
+        Of the force over the first; None where it is linear.
+    uneven : UnevenModel or None
+        For other amplitudes and frequencies; None of a rubber that amplitude does not change.
     """
 
     name: str
@@ -91,6 +99,9 @@ class DynamicCurve:
     branches: Branches
     matrix: Complex | None = None
     touching: tuple[tuple[str, str], ...] = ()
+    amplitude: float | None = None
+    third_harmonic: Array | None = None
+    uneven: UnevenModel | None = field(default=None, repr=False)
 
     @property
     def static(self) -> float:
@@ -192,6 +203,14 @@ def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
     ]
 
 
+def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
+    """Return the relaxation of effects that amplitude thins, None without one."""
+    found = (
+        item.feature.thinned(item.values) for item in features_of(effects) if item.feature.thinned is not None
+    )
+    return next(found, None)
+
+
 def _check(case: Case) -> None:
     """Refuse a case without dynamic load cases, without branches, or with an effect that has no dynamic stiffness."""
     where = case.path.name
@@ -222,7 +241,7 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
         Effects that act on it, with values.
     """
     problems = []
-    if not branches_of(active):
+    if not branches_of(active) and thinned_of(active) is None:
         what = f"{name}: no viscoelastic branch acts, so that there is no loss angle"
         branch = effect_in_force_law("maxwell")
         given = ", ".join(f"{p.name} = ..." for p in branch.parameters if not p.optional)
@@ -230,7 +249,8 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
         expected += f"{branch.amplitudes[0].name} = 0 says that the rubber has no loss"
         problems.append(Problem(where, what, "", expected))
     for one in in_state(active, unrelaxed=False):
-        if one.effect.acts != "rig" and (one.effect.feature is None or one.effect.has_memory):
+        still = one.effect.feature is None or one.effect.has_memory
+        if one.effect.acts != "rig" and still and thinned_of([one]) is None:
             what = (
                 f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
             )
@@ -269,13 +289,20 @@ class _Run:
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
         model = prepare(self._case.geometry, mode_of(test.mode, six), rubber, mesh, self._comm, features)
-        made = Vibrations(name, replace(test, six=six), model, branches_of(active), self._material.density)
+        made = Vibrations(
+            name,
+            replace(test, six=six),
+            model,
+            branches_of(active),
+            self._material.density,
+            thinned_of(active),
+        )
         try:
             for program in made.programs():
                 self._march(made, program)
         finally:
             # Also of a march that was interrupted.
-            self.curves += [made.curves[i] for i in sorted(made.curves)]
+            self.curves += [one for i in sorted(made.curves) for one in made.curves[i]]
             self._complete = self._complete and not made.unstable
             self._conditions += [_unstable(name, test, q) for q in made.unstable.values()]
             self._seconds["dynamic"] += made.seconds
@@ -299,15 +326,23 @@ class _Run:
 
 
 class Vibrations:
-    """One load case: its model, and the curves at the preloads that were reached."""
+    """One load case: its model, and the curves at the preloads that were reached, one for each amplitude."""
 
     def __init__(
-        self, name: str, test: DynamicTest, model: FiniteElementModel, branches: Branches, density: float
+        self,
+        name: str,
+        test: DynamicTest,
+        model: FiniteElementModel,
+        branches: Branches,
+        density: float,
+        thinned: ThinnedSpectrum | None = None,
     ) -> None:
         self.name, self.test, self.model = name, test, model
-        self._branches, self._density = branches, density
+        self._maxwell, self._thinned, self._density = branches, thinned, density
+        # At small amplitudes the thinned relaxation is that of branches, too.
+        self._branches = [*branches, *(() if thinned is None else thinned.branches())]
         # By number of the preload; of the unstable ones the displacement.
-        self.curves: dict[int, DynamicCurve] = {}
+        self.curves: dict[int, list[DynamicCurve]] = {}
         self.unstable: dict[int, float] = {}
         self.seconds = 0.0
 
@@ -330,7 +365,7 @@ class Vibrations:
             return
         begin = time.perf_counter()
         try:
-            self.curves[number] = self._curve(solver)
+            self.curves[number] = self._curves(solver)
         except Unstable:
             self.unstable[number] = solver.q
         finally:
@@ -344,15 +379,16 @@ class Vibrations:
         at, near = (solver.force, NEAR * max(map(abs, test.preload))) if test.by_force else (solver.q, 0.0)
         return next((i for i, one in enumerate(test.preload) if abs(at - one) <= near), None)
 
-    def _curve(self, solver: Equilibrium) -> DynamicCurve:
+    def _curves(self, solver: Equilibrium) -> list[DynamicCurve]:
         test, frequency = self.test, np.array(self.test.frequency)
         metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
         pencil = Pencil(self.model, solver, metal)
-        found = reduced(pencil, spread(frequency, self._branches), self._density, CHOSEN)
+        basis = basis_for(pencil, spread(frequency, self._branches), self._density, CHOSEN)
+        found = basis.reduced()
         number = test.motion if test.six is not None else 0
         model = DynamicModel(found, number, test.transfer)
         pose, forces = solver.pose, solver.six
-        return DynamicCurve(
+        small = DynamicCurve(
             self.name,
             test,
             solver.q if pose is None else float(pose[number]),
@@ -366,6 +402,28 @@ class Vibrations:
             None if pose is None else model.matrix(frequency, self._branches),
             _touching(self.model),
         )
+        if not test.amplitude:
+            return [small]
+        if self._thinned is None:
+            return [replace(small, amplitude=one) for one in test.amplitude]
+        uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
+        ends = [uneven.enrich(one, f) for one in test.amplitude for f in (frequency.min(), frequency.max())]
+        error = max(small.reduction_error, *ends)
+
+        def curve(amplitude: float) -> DynamicCurve:
+            stiffness, third = uneven.stiffness(np.full(len(frequency), amplitude), frequency)
+            return replace(
+                small,
+                stiffness=stiffness,
+                vectors=uneven.vectors,
+                matrix=None,
+                reduction_error=error,
+                amplitude=amplitude,
+                third_harmonic=third,
+                uneven=uneven,
+            )
+
+        return list(map(curve, test.amplitude))
 
 
 def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:

@@ -18,7 +18,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.channels import with_all_beside
-from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
+from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from cases.march import NotConverged, march
@@ -97,9 +97,11 @@ def compare_tables(
     compared, conditions = [], []
     for table in tables:
         check_preloads(case, table)
-        conditions += left_out(table)
         own = acting(case.effects, table.name, table.mode, "dynamic")
         require_values(own, case.path.name)
+        known = table.amplitude[~np.isnan(table.amplitude)]
+        thinned = thinned_of(own) is not None and len(known) > 0
+        conditions += [one for one in left_out(table) if not thinned or one.name != "amplitude_left_out"]
         # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
         rig = tuple(one for one in own if one.effect.acts == "rig" and has_slope(one))
         part = replace(case, effects=tuple(replace(one, channels=None) for one in own if one not in rig))
@@ -109,8 +111,14 @@ def compare_tables(
         if not kept.any():
             continue
         rows = table.rows(kept)
+        ends = (float(known.min()), float(known.max())) if thinned else ()
+        frequencies = np.unique(rows.frequency)
         test = DynamicTest(
-            table.mode, tuple(np.unique(rows.frequency)), tuple(np.unique(preload[kept])), steps=_STEPS
+            table.mode,
+            tuple(frequencies[[0, -1]] if thinned else frequencies),
+            tuple(np.unique(preload[kept])),
+            amplitude=tuple(dict.fromkeys(ends)),
+            steps=_STEPS,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -149,7 +157,8 @@ def _rows(
     simulated = np.full(len(table), np.nan, dtype=np.complex128)
     for curve in response.curves:
         own = preload == curve.preload
-        simulated[own] = _at(curve, table.frequency[own], rig)
+        if np.isnan(simulated[own]).any():
+            simulated[own] = _at(curve, table.rows(own), rig)
     kept = ~np.isnan(simulated)
     if not kept.any():
         return None
@@ -157,9 +166,15 @@ def _rows(
     return ComparedTable(table.rows(kept), simulated[kept], preload[kept], error)
 
 
-def _at(curve: DynamicCurve, frequency: Array, rig: Sequence[ActiveEffect]) -> Complex:
-    part = curve.model.stiffness(frequency, curve.branches)
-    return vibrating(rig, part, frequency, curve.preload, curve.force)
+def _at(curve: DynamicCurve, rows: DynamicTable, rig: Sequence[ActiveEffect]) -> Complex:
+    frequency = rows.frequency
+    if curve.uneven is None:
+        part = curve.model.stiffness(frequency, curve.branches)
+    else:
+        # A row that does not say its amplitude is one of the smallest.
+        amplitude = np.nan_to_num(rows.amplitude, nan=curve.test.amplitude[0])
+        part = curve.uneven.stiffness(amplitude, frequency)[0]
+    return vibrating(rig, part, frequency, curve.preload, curve.force).value
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:

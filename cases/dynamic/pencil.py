@@ -75,6 +75,8 @@ class Pencil:
         Unit motions of the driven sleeve.
     rigid : shape (m, n)
         The same motions of the whole body, (0, n) for a coupon.
+    spring : shape (points, upper triangle)
+        mu K_N at each point, by the gradients, MPa.
     static : shape (m, m)
         Stiffness due to the present forces on lever arms that turn, N and mm.
 
@@ -89,8 +91,8 @@ class Pencil:
         solver.factorise()
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
-        self._spring = model.body.rubber.resting_moduli()
-        self._spring *= model.shear_modulus
+        self.spring = model.body.rubber.resting_moduli()
+        self.spring *= model.shear_modulus
         self._metal = [metal[name] for name in model.mesh.sleeves]
         self._state = model.state.x.array.copy()
         self.static: Array = np.zeros((0, 0))
@@ -137,7 +139,7 @@ class Pencil:
         directions = np.ascontiguousarray(directions)
         viscous, rubber, metal = (np.zeros_like(directions) for _ in range(3))
         body = self.model.body
-        body.rubber.points.add_action(self._spring, directions, viscous)
+        body.rubber.points.add_action(self.spring, directions, viscous)
         if self.model.mode.specimen == "bushing":
             body.rubber.points.add_inertia(self._state, directions, rubber)
         for part, density in zip(body.parts[1:], self._metal, strict=True):

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
+# Start values in periods of the highest frequency of a table: a branch for each of its highest three decades.
+_PERIODS = (0.5, 5.0, 50.0)
+# At the highest frequency of a table a branch with this time is a dashpot alone, to 1 degree.
+_DASHPOT = 0.003
 # Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
@@ -52,9 +56,11 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             "s",
             f"relaxation time of branch {i}",
             time,
-            1e-3,
+            1e-7,
             1e6,
             optional=i > 1,
+            in_tables=(_PERIODS[i - 1], _DASHPOT),
+            in_curves=1e-3,
             scan=_TIMES,
             scale="duration",
             prior=Prior(
