@@ -94,7 +94,7 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
 def along(six: SixPath, steps: int) -> Program:
     """Steps of a path of six motions: `steps` on its longest segment, proportionally fewer on the others.
 
-    The length of a segment is the largest motion on it, each motion as a share of its range.
+    The length of a segment is the largest change on it, each motion and load as a share of its range.
 
     Parameters
     ----------
@@ -103,8 +103,9 @@ def along(six: SixPath, steps: int) -> Program:
     steps : int
         Number of steps on the longest segment.
     """
-    span = np.ptp(six.motion, axis=0)
-    lengths = np.abs(np.diff(six.motion, axis=0) / np.where(span > 0.0, span, 1.0)).max(axis=1)
+    knots = np.hstack([six.motion, six.loads])
+    span = np.ptp(knots, axis=0)
+    lengths = np.abs(np.diff(knots, axis=0) / np.where(span > 0.0, span, 1.0)).max(axis=1)
     shares = lengths / max(float(lengths.max()), 1e-300)
     counts = np.maximum(FEWEST_OF_SEGMENT, np.ceil(steps * shares)).astype(int)
     parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(six.time, six.time[1:], counts, strict=False)]

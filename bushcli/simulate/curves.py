@@ -68,7 +68,7 @@ def six_curve(history: History, six: SixPath) -> SixCurve:
     work = np.zeros(6)
     if len(motion) > 1:
         work = np.abs(0.5 * (force[1:] + force[:-1]) * np.diff(motion, axis=0)).sum(axis=0)
-    return SixCurve(history.displacement, motion, force, six.free, int(np.argmax(work)))
+    return SixCurve(history.displacement, motion, force, six.free, int(np.argmax(work)), six.loaded)
 
 
 def change(force: Array, fine: Array) -> float:

@@ -66,7 +66,9 @@ class SixCurve:
     motion, force : shape (n, 6)
         mm and rad; N and N mm, on the sleeve, about its centre, in axes that do not turn.
     free : tuple of int
-        Motions that no force holds.
+        Motions that are not prescribed.
+    loaded : tuple of int
+        Those of them whose force is prescribed.
     lead : int
         The motion that does most of the work.
     """
@@ -76,6 +78,11 @@ class SixCurve:
     force: Array
     free: tuple[int, ...]
     lead: int
+    loaded: tuple[int, ...] = ()
+
+    def follows(self, k: int) -> str:
+        """Return in words how a motion follows, where it is not prescribed."""
+        return "" if k not in self.free else " (by force)" if k in self.loaded else " (free)"
 
     @property
     def mode(self) -> str:
