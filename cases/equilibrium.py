@@ -26,7 +26,7 @@ from cases.motion import PoseMotion
 from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
-from cases.rates import ConvergedState, Rates, ghosted
+from cases.rates import MOST_OF_SKEW, ConvergedState, Rates, ghosted
 from cases.reaction import reaction
 from cases.rigid import reactions
 from cases.rounding import REASONS, rounding
@@ -215,6 +215,11 @@ class Equilibrium:
         self.ksp.solve(self.b, solution)
         rate = ghosted(solution)
         solution.destroy()
+        if not self.model.system.symmetric:
+            at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
+            found = self._rates.iterated(at, rate, MOST_OF_SKEW)
+            if found is not None:
+                return found
         self._rates.add(self.q, rate)
         return rate
 

@@ -60,6 +60,18 @@ def _numbers(value: Any) -> tuple[float, ...]:
 Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
 
 
+Temperature = Annotated[
+    float,
+    Field(ge=-150.0, le=400.0, description="degrees C; absent = that of the case"),
+]
+
+
+class HeatTable(CaseTable):
+    """The temperature of the whole case."""
+
+    temperature: Temperature | None = None
+
+
 class MaterialTable(CaseTable):
     """``[material]``."""
 
@@ -216,6 +228,7 @@ class LoadCaseTable(FileTable):
     dynamic: VibrationTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"
     )
+    temperature: Temperature | None = None
 
 
 class ToleranceTable(CaseTable):

@@ -273,6 +273,7 @@ def vibrating(
     q: float,
     force: float,
     columns: Sequence[str] = (),
+    force_slope: Array | None = None,
 ) -> RigStiffness:
     """Return the dynamic stiffness that the rig measures about a preload: its changes of the curve, linearised.
 
@@ -292,10 +293,14 @@ def vibrating(
         Displacement and static force of the bushing under the preload: mm or rad, N or N mm.
     columns : sequence of str
         Full names of the P parameters by which derivatives are wanted.
+    force_slope : shape (P,) or None
+        Derivatives of the static force; None = zero.
     """
     local, held = (_SLOPE, *columns), np.zeros(len(columns))
     changes, omega = _changes(active, local), 2.0 * np.pi * frequency
     bare = Signal(np.full(3, force), np.zeros((3, len(local))))
+    if force_slope is not None:
+        bare.slope[:, 1:] = force_slope
 
     def beside(moved: Signal) -> Signal:
         return parallel(active, moved, bare, local, np.zeros(3))
@@ -305,7 +310,8 @@ def vibrating(
             load = load if change.read is None else change.read(load, np.zeros(3), given)
         return load
 
-    stop, carried = _rate(beside, q, held), beside(Signal(np.full(3, q), bare.slope)).sampled(np.array([1]))
+    at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
+    stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
     spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
     both = stiffness + stop.value
     soft = 1.0 / (1.0 + spring.value * both)

@@ -109,8 +109,13 @@ def dynamic_channels(
         return []
     # What few cases need is loaded where one needs it.
     from bushcli.inverse.dynamic_channel import DynamicChannel
+    from bushcli.simulate.dynamic_tables import by_temperature
 
-    return [DynamicChannel(one, rubber, case, comm) for one in read]
+    return [
+        DynamicChannel(part, rubber, case, comm, temperature=temperature)
+        for one in read
+        for part, temperature in by_temperature(case, one)
+    ]
 
 
 def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[DynamicTable]:

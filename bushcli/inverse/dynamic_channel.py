@@ -40,7 +40,6 @@ from bushcli.simulate.dynamic import (
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.load import PrescribedForce
 from cases.march import march, unsolved
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
@@ -51,9 +50,6 @@ Complex = NDArray[np.complex128]
 
 # Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
-# Step of the central differences by a constant of the law, relative. Against a tenth of it, slopes of a bushing 10 mm
-# thick at rest and sheared by 0.3 change by 4e-8 (Ogden), 2e-9 (Yeoh) and 1e-6 (Gent) of the largest.
-STEP = 1e-3
 # Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
 KEPT = 32
 
@@ -69,10 +65,12 @@ class _Preloads:
 
 @dataclass(frozen=True)
 class _Reached:
-    """The curves of every preload, by group of preloads, and a sample (n, 3) of the stretches there."""
+    """The curves of every preload, by group of preloads, a sample (n, 3) of the stretches there, and derivatives."""
 
     curves: list[list[DynamicCurve]]
     states: Array
+    # Parameters of the model by which the curves have derivatives.
+    names: tuple[str, ...]
 
 
 class DynamicChannel:
@@ -87,6 +85,7 @@ class DynamicChannel:
         Their standard errors; inf for rows that are not used.
     comm : MPI.Comm
     faults : tuple of DataFault
+    active : tuple of ActiveEffect
     """
 
     coupon = False
@@ -98,18 +97,21 @@ class DynamicChannel:
         case: Case,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
+        temperature: float | None = None,
     ) -> None:
         self.table, self.comm = table, comm
+        self._temperature = temperature
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
-        self._rig = tuple(one for one in self._active if one.effect.acts == "rig")
-        self._rubber = {one.name for one in self._active if one not in self._rig}
+        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(one.started() for one in there)
+        self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
+        self._rubber = {one.name for one in self.active if one not in self._rig}
         self._preloads = _preloads(table)
-        problems = unfit(case.path.name, table.name, self._active)
+        problems = unfit(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name)
         if problems:
             raise InputError(*problems)
-        features = features_of(in_state(self._active, unrelaxed=False))
+        features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
             case.geometry, modes()[table.mode], rubber, case.mesh.refinement, comm, features
         )
@@ -128,8 +130,9 @@ class DynamicChannel:
 
     @property
     def name(self) -> str:
-        """Name of the channel."""
-        return self.table.name
+        """Name of the channel, with its temperature where the table has several."""
+        warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
+        return self.table.name + warm
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -152,19 +155,8 @@ class DynamicChannel:
             A preload was not reached, or is unstable.
         """
         patience = Patience() if patience is None else patience
-        own = self._own(parameters)
-        reached = self._reached(own, parameters, patience)
+        reached = self._reached(parameters, names, patience)
         value, slope = self._simulated(reached, parameters, names)
-        for i, name in enumerate(names):
-            if name in own:
-                step = STEP * max(abs(own[name]), 1e-3)
-                ends = [
-                    self._simulated(
-                        self._reached(own | {name: own[name] + d}, parameters, patience), parameters, ()
-                    )[0]
-                    for d in (step, -step)
-                ]
-                slope[:, i] = (ends[0] - ends[1]) / (2.0 * step)
         turned, by = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
             np.tile(self._travels(reached), 2),
@@ -201,7 +193,7 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached, used = self._reached(self._own(parameters), parameters, Patience()), self.used
+        reached, used = self._reached(parameters, (), Patience()), self.used
         simulated, _ = self._simulated(reached, parameters, ())
         error = self._error(reached, parameters)
         return ComparedTable(self.table.rows(used), simulated[used], self._travels(reached)[used], error)
@@ -218,48 +210,49 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached = self._reached(self._own(parameters), parameters, Patience())
+        reached = self._reached(parameters, (), Patience())
         # Effects of the rig are in the simulation.
-        rubber = [one for one in self._active if one not in self._rig]
+        rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
         return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
-    def _own(self, parameters: Mapping[str, float]) -> dict[str, float]:
-        """Return the constants of the model, which the preloads depend on."""
-        return {k: v for k, v in parameters.items() if k in self.model.constants}
-
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self._active])
+        return branches_of([one.with_values(parameters) for one in self.active])
 
-    def _reached(
-        self, own: Mapping[str, float], parameters: Mapping[str, float], patience: Patience
-    ) -> _Reached:
+    def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        # Constants of the model, on which the preloads depend.
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        moving = tuple(name for name in names if name in own)
         key = tuple(own.values())
         known = self._known.pop(key, None)
-        if known is None or not self._error(known, parameters) <= PROMISED:
+        if (
+            known is None
+            or not set(moving) <= set(known.names)
+            or not self._error(known, parameters) <= PROMISED
+        ):
             self.model.set_parameters(own)
             ends: list[Array] = []
-            curves = [self._marched(one.test, parameters, patience, ends) for one in self._preloads]
-            known = _Reached(curves, isochoric_sample(self.model.comm, ends))
+            curves = [self._marched(one.test, parameters, moving, patience, ends) for one in self._preloads]
+            known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving)
             if len(self._known) == KEPT:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = known
         return known
 
     def _marched(
-        self, test: DynamicTest, parameters: Mapping[str, float], patience: Patience, ends: list[Array]
+        self,
+        test: DynamicTest,
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+        patience: Patience,
+        ends: list[Array],
     ) -> list[DynamicCurve]:
         density = _density(parameters)
-        made = Vibrations(
-            self.name,
-            test,
-            self.model,
-            self._branches(parameters),
-            self._density if density is None else density,
-        )
+        density = self._density if density is None else density
+        made = Vibrations(self.name, test, self.model, self._branches(parameters), density, names=names)
 
         def observe(solver: Equilibrium) -> None:
             before = len(made.curves)
@@ -271,7 +264,7 @@ class DynamicChannel:
             history = march(
                 self.model,
                 program,
-                drive=PrescribedForce() if test.by_force else None,
+                drive=made.drive,
                 progress=lambda *_: meet(self.comm),
                 observer=observe,
                 patience=patience.limit,
@@ -284,7 +277,7 @@ class DynamicChannel:
     def _simulated(
         self, reached: _Reached, parameters: Mapping[str, float], names: Sequence[str]
     ) -> tuple[Complex, Complex]:
-        """Return K* (n,) as the rig measures it, and its derivatives (n, names) by branches, density and rig."""
+        """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
         branches, density = self._branches(parameters), _density(parameters)
         rig = [one.with_values(parameters) for one in self._rig]
         by = self._by_parameter(parameters, names, len(branches))
@@ -295,12 +288,17 @@ class DynamicChannel:
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
                 part = model.stiffness(frequency, branches, density)
-                found = vibrating(rig, part, frequency, curve.preload, curve.force, names)
-                value[rows] = found.value
+                force = np.zeros(len(names))
+                own = np.zeros((len(rows), len(names)), dtype=np.complex128)
                 if names:
+                    by_model = model.slopes_by_parameters(frequency, branches, density)
+                    for i, name in enumerate(model.changes.names):
+                        force[names.index(name)] = model.changes.force[i]
+                        own[:, names.index(name)] = by_model[i]
                     by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                    own = np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
-                    slope[rows] = found.slope + found.by_part[:, None] * own
+                    own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                found = vibrating(rig, part, frequency, curve.preload, curve.force, names, force)
+                value[rows], slope[rows] = found.value, found.slope + found.by_part[:, None] * own
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:

@@ -151,7 +151,9 @@ class Task:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
         meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
         active = name.partition(".")[0]
-        return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
+        # "viscoelasticity.tau": the times of all branches.
+        known = {name, name.rstrip("0123456789"), active, effect_name(active)}
+        return bool(known & set(self.fixed)) or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -293,7 +295,7 @@ class Task:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             for channel in dynamic_channels(self._case(coarse), rubber, comm, tables):
-                (held_out if channel.name in self.hold_out else fitted).append(channel)
+                (held_out if channel.table.name in self.hold_out else fitted).append(channel)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
@@ -396,6 +398,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         for name in (
             *task.material.parameters,
             *task.effect_values,
+            *(name.rstrip("0123456789") for name in task.effect_values),
             *(one.name for one in task.effects),
             *(one.effect.name for one in task.effects),
         )

@@ -32,6 +32,8 @@ Complex = NDArray[np.complex128]
 #: Preloads that differ by less than this share of the largest are one: rigs scatter by a per cent about what is asked.
 _SAME_PRELOAD = 0.02
 _STEPS = 20
+#: Kelvins between neighbouring rows beyond which they have two temperatures: climatic chambers scatter by less.
+_KELVINS = 1.5
 #: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
 SPREAD = 1.5
 
@@ -95,9 +97,9 @@ def compare_tables(
         dynamic stiffness.
     """
     compared, conditions = [], []
-    for table in tables:
+    for table, temperature in [part for one in tables for part in by_temperature(case, one)]:
         check_preloads(case, table)
-        own = acting(case.effects, table.name, table.mode, "dynamic")
+        own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
         known = table.amplitude[~np.isnan(table.amplitude)]
         thinned = thinned_of(own) is not None and len(known) > 0
@@ -126,6 +128,37 @@ def compare_tables(
         if found is not None:
             compared.append(found)
     return tuple(compared), tuple(conditions)
+
+
+def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, float | None]]:
+    """Return the rows of each temperature with their mean, degrees C, if an effect of the case depends on it.
+
+    Parameters
+    ----------
+    case : Case
+    table : DynamicTable
+
+    Raises
+    ------
+    InputError
+        A row has no temperature, nor has the case.
+    """
+    if not any(
+        one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
+    ):
+        return [(table, None)]
+    degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
+    if np.isnan(degrees).any():
+        row = int(np.argmax(np.isnan(degrees)))
+        what = f"{table.name}: has no temperature, which the effect temperature needs"
+        raise InputError(
+            Problem(
+                table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
+            )
+        )
+    order = np.argsort(degrees, kind="stable")
+    starts = np.flatnonzero(np.diff(degrees[order]) > _KELVINS) + 1
+    return [(table.rows(np.sort(rows)), float(np.mean(degrees[rows]))) for rows in np.split(order, starts)]
 
 
 def check_preloads(case: Case, table: DynamicTable) -> None:

@@ -249,7 +249,7 @@ def reaction(
     key = (path.name, refinement)
     if key not in paths:
         on_it = [
-            one
+            one.at(one.temperatures.get(recording.name))
             for one in case.effects
             if one.effect.feature is not None
             and one.effect.acts_on("path")

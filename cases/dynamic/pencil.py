@@ -11,6 +11,7 @@ fulfils them, and so does every sum of such vectors: on them the forms are those
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,13 +92,30 @@ class Pencil:
         solver.factorise()
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
+        self._metal = [metal[name] for name in model.mesh.sleeves]
+        self._take(solver.q)
+
+    def at(self, q: float) -> Pencil:
+        """Return the matrices at the model's present state and parameters, near the equilibrium: no `solve` there.
+
+        Parameters
+        ----------
+        q
+            Displacement of the sleeve, mm or rad.
+        """
+        other = copy(self)
+        other.model.system.stiffen()
+        other._take(q)
+        return other
+
+    def _take(self, q: float) -> None:
+        model = self.model
         self.spring = model.body.rubber.resting_moduli()
         self.spring *= model.shear_modulus
-        self._metal = [metal[name] for name in model.mesh.sleeves]
         self._state = model.state.x.array.copy()
         self.static: Array = np.zeros((0, 0))
-        self.motions = self._motions(solver.q)
-        self.rigid = self._rigid(solver.q)
+        self.motions = self._motions(q)
+        self.rigid = self._rigid(q)
 
     def _motions(self, q: float) -> Array:
         motion, system = self.model.motion, self.model.system

@@ -54,6 +54,17 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Change:
+    """Matrices over the vectors of a `ReducedPencil`, or their derivatives by a parameter; as its attributes."""
+
+    equilibrium: Array
+    viscous: Array
+    rubber: Array
+    metal: Array
+    static: Array
+
+
+@dataclass(frozen=True)
 class ReducedPencil:
     """Matrices over the responses to motions of the driven sleeve, rigid motions of the body, and free vectors.
 
@@ -138,6 +149,24 @@ class ReducedPencil:
         turned = x.transpose(0, 2, 1)
         by_density = -at.squared[:, None, None] * (turned @ self.rubber @ x)
         return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
+
+    def along(self, change: Change, at: Sweep, density: float | None = None) -> Complex:
+        """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
+
+        Parameters
+        ----------
+        change : Change
+            Derivatives of the matrices by the parameter.
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+        """
+        x = self.states(at, density)
+        mass = (self.density if density is None else density) * change.rubber + change.metal
+        s, squared = at.s[:, None, None], at.squared[:, None, None]
+        by = change.equilibrium + s * change.viscous - squared * mass
+        return np.array(self._apart(x.transpose(0, 2, 1) @ by @ x, change.static))
 
     def errors(self, at: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
@@ -300,28 +329,32 @@ class VectorBasis:
     def reduced(self) -> ReducedPencil:
         """Return the matrices over the present vectors."""
         pencil, m = self.pencil, self._motions
-        rigid = slice(len(pencil.motions), m)
+        matrices = self._matrices(pencil, self.vectors, self._forces)
+        forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
+        inner = _even(pencil.products(self._parts, forces))
+        return ReducedPencil(m, len(pencil.motions), **vars(matrices), density=self._density, residuals=inner)
 
-        def matrix(forces: Array) -> Array:
-            found = pencil.products(self.vectors, forces)
+    def at(self, pencil: Pencil) -> Change:
+        """Return the matrices of a pencil near by (`Pencil.at`) over the same vectors, moved with the sleeve."""
+        driven, m = len(pencil.motions), self._motions
+        vectors = self.vectors.copy()
+        vectors[:driven] += pencil.motions - self.pencil.motions
+        vectors[driven:m] = pencil.rigid
+        forces = pencil.act(vectors)
+        for free_of_ground in (forces.equilibrium, forces.viscous):
+            free_of_ground[driven:m] = 0.0
+        return self._matrices(pencil, vectors, forces)
+
+    def _matrices(self, pencil: Pencil, vectors: Array, forces: Actions) -> Change:
+        rigid = slice(len(pencil.motions), self._motions)
+
+        def matrix(part: Array) -> Array:
+            found = pencil.products(vectors, part)
             # Of rigid motions the forces alone are without those of the ground.
             found[rigid] = found[:, rigid].T
             return _even(found)
 
-        equilibrium, viscous, rubber, metal = map(matrix, vars(self._forces).values())
-        forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
-        inner = _even(pencil.products(self._parts, forces))
-        return ReducedPencil(
-            m,
-            len(pencil.motions),
-            equilibrium,
-            viscous,
-            rubber,
-            metal,
-            pencil.static,
-            self._density,
-            inner,
-        )
+        return Change(**{name: matrix(part) for name, part in vars(forces).items()}, static=pencil.static)
 
     def residuals(self, found: ReducedPencil, at: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).
