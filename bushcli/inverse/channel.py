@@ -23,15 +23,15 @@ from bushcli.curve.odd import swept_range, unfolded
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
-from bushcli.inverse.answering import with_effects, with_others
+from bushcli.inverse.answering import with_effects
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
     displacement_noise,
     force_noise,
 )
-from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation
+from bushcli.simulate.reaction import Paths, Reaction, reaction
+from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
@@ -152,19 +152,28 @@ class Channel:
         weighting: Weighting,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
-        paths: dict[str, SixSimulation] | None = None,
+        paths: Paths | None = None,
         corrected: Corrected | None = None,
         bad: NDArray[np.bool_] | None = None,
         branch: str = "",
     ) -> None:
         self.recording, self.comm, self.branch = recording, comm, branch
         mode = modes()[recording.mode]
-        body = (shape, rubber, case, comm, prepared)
-        self.simulation: Simulation | Reaction | None
-        if recording.six is not None:
-            self.simulation = with_others(recording, recording.six, {} if paths is None else paths, *body)
-        else:
-            self.simulation = with_effects(recording, *body)
+        self.simulation: FollowedPath | None = (
+            with_effects(recording, shape, rubber, case, comm, prepared)
+            if recording.six is None
+            else reaction(
+                recording,
+                recording.six,
+                {} if paths is None else paths,
+                shape,
+                rubber,
+                case,
+                case.mesh.refinement,
+                comm,
+                prepared,
+            )
+        )
         self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
@@ -209,7 +218,7 @@ class Channel:
     @property
     def before(self) -> Earlier | None:
         """The path before the recording that is assumed, where the rubber remembers it."""
-        return self.simulation.remembered if isinstance(self.simulation, Simulation) else None
+        return None if self.simulation is None else self.simulation.remembered
 
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
