@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.header import heading, named_columns
+from bushcli.recording.header.name import heading, named_columns
 from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.reader import FilePart, Reader, readers
 from bushcli.recording.text.clock_times import Instant

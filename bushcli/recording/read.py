@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, column, untaken_time
-from bushcli.recording.header.stated_factors import factor_remarks
 from bushcli.recording.opened import open_table
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
@@ -22,7 +22,6 @@ from bushcli.recording.text.table import Table
 from bushcli.recording.time.clock import increasing
 from bushcli.recording.time.counted import counted
 from bushcli.recording.time.samples import timed, updated
-from bushcli.recording.time.stated_rate import rate_remarks
 from cases.mode import Mode, modes
 from cases.six import MOTIONS, REACTIONS
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.blocks import in_one_order
-from bushcli.recording.header.header import named_columns
 from bushcli.recording.header.header_lines import header
+from bushcli.recording.header.name import named_columns
 from bushcli.recording.text.decode import decoded
 from bushcli.recording.text.fields import (
     ambiguous_thousands,

@@ -129,6 +129,10 @@ class Table(ABC):
         name = self.names[column]
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
+    def refused(self, what: str, remedy: str = "", row: int | None = None) -> RecordingError:
+        """Return an error about the table, or about one of its rows (from 0), with its remedy."""
+        return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
+
     def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
         """Return the error for a value that looks like a code for a missing one.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.segment import segment
 from bushcli.errors import RecordingError
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
