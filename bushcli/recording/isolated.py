@@ -57,8 +57,8 @@ class FileContents:
     failed: Mapping[str, RecordingError]
 
     @property
-    def numbers(self) -> int:
-        """Number of numbers in all tables."""
+    def size(self) -> int:
+        """Memory that it takes, in numbers of 8 bytes."""
         return sum(len(table) * len(table.names) for table in self.tables)
 
 

@@ -13,7 +13,6 @@ from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.text_file import read_table
 from bushcli.recording.time.rasters import clock_columns, joined, on_one_raster, own_clocks
 from bushcli.runtime.bounded import Endless, TooLarge, read_beginning
 from cases.mode import Mode
@@ -56,7 +55,7 @@ def opened(
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
-        return read_table(source.file, source.delimiter, source.decimal, single)
+        return tables.text(source, single)
     found = tables.tables(source.file, name, wanted)
     return found if source.group is None else _named(source, found)
 

@@ -78,13 +78,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     there |= _other_motions(table, source, moved)
-    count = counted(table, samples.rows[kept], displacement, time)
-    numbers = None if count is None else count[1]
     columns, unused, remarks = _used_columns(table, there, source)
-    if count is not None:
-        name = table.names[count[0]]
-        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        unused = tuple(one for one in unused if one != name)
     recording = Recording(
         mode.name,
         displacement,
@@ -98,10 +92,14 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
-        numbers=numbers,
         sound=source.sound,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
+    count = counted(table, samples.rows[kept], recording)
+    if count is not None:
+        name = table.names[count[0]]
+        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
+        recording = recording.counted(count[1], columns, tuple(one for one in unused if one != name))
     return _used(recording, source)
 
 

@@ -239,6 +239,11 @@ class TextTable(Table):
         """Return the number of rows."""
         return sum(map(len, self.parts))
 
+    @property
+    def size(self) -> int:
+        """Memory that it takes, in numbers of 8 bytes."""
+        return sum(part.size for part in self.parts)
+
     def _part(self, row: int) -> tuple[SplitRows | AlikeRows, int]:
         """Return the part that has a row (from 0), and its index there."""
         for part in self.parts:
