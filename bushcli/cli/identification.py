@@ -25,7 +25,7 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
-    from bushcli.inverse.local import Loss, Method
+    from bushcli.inverse.local import Loss
     from bushcli.report.document import Document, Picture
     from bushcli.runtime.executor import Pool
 
@@ -140,13 +140,6 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 )
 @click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
 @click.option(
-    "--method",
-    type=click.Choice(["trf", "dogleg"]),
-    default="trf",
-    show_default=True,
-    help="Algorithm; dogleg is the unbounded method of the literature with finite differences, for comparison.",
-)
-@click.option(
     "--loss",
     type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
     default="linear",
@@ -182,7 +175,6 @@ def inverse(
     held_out: tuple[str, ...],
     fixed: tuple[str, ...],
     bulk_modulus: bool,
-    method: Method,
     loss: Loss,
     starts: int,
     globally: bool,
@@ -214,7 +206,6 @@ def inverse(
             fixed=names_in(fixed),
             bulk_modulus=bulk_modulus,
             hold_out=names_in(held_out),
-            method=method,
             loss=loss,
             starts=starts,
             globally=globally,

@@ -20,7 +20,7 @@ from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
 from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Loss, Method
+from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
@@ -69,7 +69,6 @@ class Task:
     bulk_modulus: bool = False
     hold_out: tuple[str, ...] = ()
     weighting: Weighting = "relative"
-    method: Method = "trf"
     loss: Loss = "linear"
     starts: int = 1
     globally: bool = False
@@ -316,7 +315,7 @@ class Task:
         """Return the values that must be equal for a run to resume another one."""
         options = {
             key: getattr(self, key)
-            for key in ("model", "source", "fixed", "bulk_modulus", "hold_out", "weighting", "method", "loss")
+            for key in ("model", "source", "fixed", "bulk_modulus", "hold_out", "weighting", "loss")
         }
         return {
             "case": resolved(self.case),
