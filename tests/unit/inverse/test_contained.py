@@ -77,7 +77,9 @@ def test_a_part_of_a_problem_has_the_rows_and_derivatives_of_the_whole():
     assert part.residual(y) == pytest.approx(problem.residual(x))
     assert part.jacobian(y) == pytest.approx(problem.jacobian(x)[:, part.free])
     assert part.parameters(y) == problem.parameters(x)
-    assert part.cost(y + np.array([0.1, 0.0])) == problem.cost(x + part.all_of(np.array([0.1, 0.0])) * part.free)
+    assert part.cost(y + np.array([0.1, 0.0])) == problem.cost(
+        x + part.all_of(np.array([0.1, 0.0])) * part.free
+    )
 
 
 @pytest.mark.parametrize(
