@@ -18,6 +18,7 @@ from bushcli.report.quantity import listed, quantities
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
+    from bushcli.inverse.coupon_tables import TableSpectrum
     from bushcli.report.cycles import ChannelHistory
     from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.meshes import Meshed
@@ -114,6 +115,20 @@ def fit_figures(fit: Fit) -> tuple[Picture, ...]:
     from bushcli.report.plots.fit import fit_panels
 
     return (plotted(fit_panels(fit)),)
+
+
+def spectrum_figures(found: Sequence[TableSpectrum], names: Mapping[str, str]) -> tuple[Picture, ...]:
+    """Return the master curve of each table of moduli.
+
+    Parameters
+    ----------
+    found : sequence of TableSpectrum
+    names : mapping of str to str
+        File name by name of the table.
+    """
+    from bushcli.report.plots.spectrum import master_panels
+
+    return tuple(plotted(master_panels(one, names[one.table.name])) for one in found)
 
 
 def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:

@@ -37,7 +37,8 @@ def dynamic_document(
     pictures : sequence of Picture
         For the page.
     """
-    count, tables = len(response.curves), [_table(curve) for curve in response.curves]
+    count = len({(curve.name, curve.preload) for curve in response.curves})
+    tables = [_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
@@ -68,7 +69,16 @@ def preload_in_words(curve: DynamicCurve) -> str:
     """Return the preload with its force."""
     shown = quantities(curve.mode)
     travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
-    return f"{travel}, {number(curve.force, 4)} {shown.force_unit}"
+    # At rest the force is rounding.
+    return f"{travel}, {number(round(curve.force, 9), 4)} {shown.force_unit}"
+
+
+def amplitude_in_words(curve: DynamicCurve) -> str:
+    """Return the amplitude, "small" where none is given."""
+    if curve.amplitude is None:
+        return "small"
+    shown = quantities(curve.mode)
+    return f"{number(shown.per_internal * curve.amplitude, 4)} {shown.displacement_unit}".strip()
 
 
 def point_in_words(curve: DynamicCurve) -> str:
@@ -85,29 +95,51 @@ def title(curve: DynamicCurve) -> str:
 
 def _summary(curves: Sequence[DynamicCurve]) -> Table:
     """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
-    heads = ("load case", "preload", "static rate", "|K*| from", "to", "", "over static", "loss angle to")
+    heads = (
+        "load case",
+        "preload",
+        "amplitude",
+        "static rate",
+        "|K*| from",
+        "to",
+        "",
+        "over static",
+        "loss angle to",
+    )
 
     def row(curve: DynamicCurve) -> Row:
         size = np.abs(curve.stiffness)
         rates = (number(value, 4) for value in (curve.static, float(size.min()), float(size.max())))
         ratio = number(float(size.max()) / abs(curve.static), 3)
         angle = f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"
-        return (title(curve), preload_in_words(curve), *rates, stiffness_unit(curve.mode), ratio, angle)
+        return (
+            title(curve),
+            preload_in_words(curve),
+            amplitude_in_words(curve),
+            *rates,
+            stiffness_unit(curve.mode),
+            ratio,
+            angle,
+        )
 
-    return Table("", heads, tuple(map(row, curves)), left=2)
+    return Table("", heads, tuple(map(row, curves)), left=3)
 
 
 def _table(curve: DynamicCurve) -> Table:
     unit = stiffness_unit(curve.mode)
-    heads = ("frequency [Hz]", f"|K*| [{unit}]", f"K' [{unit}]", f"K'' [{unit}]", "loss angle [deg]")
-
-    def row(frequency: float, K: complex) -> Row:
-        moduli = (number(value, 4) for value in (abs(K), K.real, K.imag))
-        return (f"{frequency:.4g}", *moduli, f"{math.degrees(np.angle(K)):.2f}")
-
-    rows = tuple(row(*pair) for pair in zip(curve.frequency, curve.stiffness, strict=True))
+    heads = ["frequency [Hz]", f"|K*| [{unit}]", f"K' [{unit}]", f"K'' [{unit}]", "loss angle [deg]"]
+    K, angle = curve.stiffness, np.degrees(curve.loss_angle)
+    columns = [[f"{one:.4g}" for one in curve.frequency]]
+    columns += [[number(value, 4) for value in values] for values in (abs(K), K.real, K.imag)]
+    columns += [[f"{one:.2f}" for one in angle]]
     name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
-    return Table(name, heads, rows, left=0, most=_ROWS)
+    if curve.amplitude is not None:
+        name += f", amplitude {amplitude_in_words(curve)}"
+    if curve.third_harmonic is not None:
+        heads.append("third harmonic [%]")
+        columns.append([f"{100 * one:.2f}" for one in curve.third_harmonic])
+    rows = tuple(zip(*columns, strict=True))
+    return Table(name, tuple(heads), rows, left=0, most=_ROWS)
 
 
 def _solved(response: DynamicResponse) -> Paragraph:
@@ -115,8 +147,11 @@ def _solved(response: DynamicResponse) -> Paragraph:
     if response.curves:
         worst = max(curve.reduction_error for curve in response.curves)
         vectors = max(curve.vectors for curve in response.curves)
+        kind = "small vibrations"
+        if any(curve.uneven for curve in response.curves):
+            kind = "harmonic balance of vibrations"
         text = (
-            f"small vibrations about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
+            f"{kind} about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
             f"reduction at most {number(worst, 2)}; {text}"
         )
     return Paragraph(text, "note")

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
+    from bushcli.inverse.coupon_tables import TableSpectrum
     from bushcli.mismatch.maps import LocalMap
     from bushcli.report.document import Document, Picture
     from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
@@ -214,21 +215,34 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
     )
 
 
-def fit_files(case: Case, fit: Fit) -> Files:
-    """Return the files of an identified law: recorded and fitted stress of each coupon.
+def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()) -> Files:
+    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
 
     Parameters
     ----------
     case : Case
-    fit : Fit
+    fit : Fit or None
+        None where the case has no tests but tables.
+    spectra : sequence of TableSpectrum
     """
-    names = file_names([curve.name for curve in fit.curves])
-    contents: dict[str, Content] = {}
-    for curve in fit.curves:
+    from bushcli.report.plots.spectrum import master_columns
+
+    curves = () if fit is None else fit.curves
+    names = file_names([*(curve.name for curve in curves), *(one.table.name for one in spectra)])
+    contents: dict[str, Content] = {
+        f"{names[one.table.name]}-master.csv": number_table(*master_columns(one)) for one in spectra
+    }
+    for curve in curves:
         forces = {"recorded": curve.recording.force, "fitted": curve.fitted.force}
         columns = _forces(curve.recording.mode, curve.recording.displacement, forces)
         contents[f"{names[curve.name]}-fit.csv"] = number_table(*columns)
-    return Files(case, contents, pictures=lambda: _drawing().fit_figures(fit))
+
+    def pictures() -> Sequence[Picture]:
+        drawing = _drawing()
+        of_law = () if fit is None else drawing.fit_figures(fit)
+        return (*of_law, *drawing.spectrum_figures(spectra, names))
+
+    return Files(case, contents, pictures=pictures)
 
 
 def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
@@ -520,11 +534,13 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> Callable[[Path], None]:
     moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
     # "preload_mm" and "preload_N", as a rig writes them; "preload_stretch".
     preloads = (f"preload_{name if kind == 'MPa' else name.split('_', 1)[1]}" for name in (travel, force))
-    names = ["frequency_Hz", *preloads, *moduli, "loss_angle_deg"]
+    peaks = [] if curves[0].amplitude is None else [f"amplitude_{travel.split('_', 1)[1]}"]
+    names = ["frequency_Hz", *peaks, *preloads, *moduli, "loss_angle_deg"]
     rows = []
     for curve in curves:
         K, preload = curve.stiffness, [shown.at(curve.preload), curve.force]
-        held = np.broadcast_to(preload, (len(K), 2))
+        peak = [] if curve.amplitude is None else [shown.per_internal * curve.amplitude]
+        held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
         rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
     return number_table(names, list(np.vstack(rows).T))
 
