@@ -69,6 +69,8 @@ def fit_coupons(
         coupons, or that have nothing else to act on, are identified too.
     fixed
         Parameters that keep their start value.
+    hold_out
+        Coupons that are predicted instead of fitted.
     model
         Law to use instead of the case's.
     weighting

@@ -154,6 +154,7 @@ def compare_tables(
             tuple(np.unique(preload[kept])),
             amplitude=tuple(dict.fromkeys(ends)),
             steps=_STEPS,
+            temperature=temperature,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
