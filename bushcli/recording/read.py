@@ -12,7 +12,7 @@ from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import TEMPERATURES
 from bushcli.recording.opened import open_table
 from bushcli.recording.six import motion_columns, read_motions
