@@ -42,6 +42,8 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         sound=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
         group=table.group,
         sample_rate=table.sample_rate,
+        temperature_column=table.columns.temperature,
+        temperature_unit=table.units.temperature or "",
     )
 
 
