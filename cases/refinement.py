@@ -52,21 +52,22 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
     found, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
     left = solved(at.model, at.ksp, loads - _pulls(at, found))
     known: list[tuple[Array, Array]] = []
-    before = 1.0
+    before: Array = np.ones(len(loads))
+    pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
         errors = _shares(at, left, found + left)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
-        # Adding the remainder reduces the error again, by as much as the last iteration did.
-        rate = min(1.0, error / before)
+        # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
+        rate = min(1.0, float(np.max(errors[pushed] / before[pushed], initial=0.0)))
         if error * rate <= close:
             return found + left
         # At that rate the iterations that are left must suffice.
         if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
             return None
-        before = error
-        directions = left[errors * rate > close]
+        before, pushed = errors, errors * rate > close
+        directions = left[pushed]
         images = solved(at.model, at.ksp, _pulls(at, directions))
         for earlier, its_images in known:
             shares = _products(at, images, its_images)

@@ -157,9 +157,10 @@ class Sensitivity:
         return self._stiffness(solver.q, solver.tangent_rate())
 
     def _change(self, name: str) -> Numbers:
-        """Return the derivative of the body's material numbers by a parameter; a step's duration does not change it."""
+        """Return the derivative of the body's material numbers by a parameter."""
         parameters = self.model.parameters
-        state = parameters.state[:-1]
+        # A step's duration changes it only where the temperature scales the duration.
+        state = parameters.state if "temperature" in parameters.constants else parameters.state[:-1]
         if state != self._rates_at:
             self._rates_at, self._rates = state, {}
         if name not in self._rates:

@@ -30,6 +30,7 @@ _FILES = {
 # The order of the tables in the text; the others follow.
 _ORDER = (
     "title",
+    "temperature",
     "tolerance",
     "geometry",
     "mesh",
@@ -66,7 +67,7 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
             }
             for one in result.get("effects", [])
         ]
-    elif command in ("fit", "inverse", "batch"):
+    elif "law" in result:  # a fit of tables alone has none
         material, effects = _with_parameters(shown, result)
     known = {key: value for key, value in material.items() if key != "hardness"}
     return {"material": known, "effects": effects}

@@ -60,6 +60,18 @@ def _numbers(value: Any) -> tuple[float, ...]:
 Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
 
 
+Temperature = Annotated[
+    float,
+    Field(ge=-150.0, le=400.0, description="degrees C; absent = that of the case"),
+]
+
+
+class HeatTable(CaseTable):
+    """The temperature of the whole case."""
+
+    temperature: Temperature | None = None
+
+
 class MaterialTable(CaseTable):
     """``[material]``."""
 
@@ -107,6 +119,12 @@ class PathTable(CaseTable):
     rx: Times | None = Field(default=None, description="degrees")
     ry: Times | None = Field(default=None, description="degrees")
     rz: Times | None = Field(default=None, description="degrees, about the axis")
+    fx: Times | None = Field(default=None, description="N, in place of ux: the motion follows from the force")
+    fy: Times | None = Field(default=None, description="N, in place of uy")
+    fz: Times | None = Field(default=None, description="N, in place of uz")
+    mx: Times | None = Field(default=None, description="N mm, in place of rx, about the sleeve's centre")
+    my: Times | None = Field(default=None, description="N mm, in place of ry")
+    mz: Times | None = Field(default=None, description="N mm, in place of rz")
     free: list[Motion] | None = Field(default=None, description="motions that are free of force")
 
 
@@ -210,6 +228,7 @@ class LoadCaseTable(FileTable):
     dynamic: VibrationTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"
     )
+    temperature: Temperature | None = None
 
 
 class ToleranceTable(CaseTable):

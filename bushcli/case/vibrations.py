@@ -87,7 +87,8 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
     """Return findings for keys that a dynamic test does not take."""
     given = table.dynamic
     assert given is not None
-    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", *(("path",) if posed else ())}
+    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", "temperature"}
+    unused -= {"path"} if posed else set()
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
     found = [
         Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)

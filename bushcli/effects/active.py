@@ -26,12 +26,18 @@ class ActiveEffect:
         Names of the channels that have it; None = all that it acts on.
     rig : str
         A channel that distinguishes it from the same effect on other channels; empty for the first one.
+    temperatures : mapping of str to float
+        Degrees C of the channels whose temperature is known, for an effect that needs it.
+    temperature : float or None
+        Degrees C of the channel that it was taken for (`acting`).
     """
 
     effect: Effect
     values: Mapping[str, float] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
     rig: str = ""
+    temperatures: Mapping[str, float] = field(default_factory=dict)
+    temperature: float | None = None
 
     @property
     def name(self) -> str:
@@ -51,7 +57,13 @@ class ActiveEffect:
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
         given = {p.branch for p in self.effect.parameters if p.name in self.values}
-        return tuple(p for p in self.effect.parameters if not p.optional or p.branch in given)
+        used = {
+            "",
+            *(p.choice(self.values.get(p.name, p.start)) for p in self.effect.parameters if p.choices),
+        }
+        return tuple(
+            p for p in self.effect.parameters if (not p.optional or p.branch in given) and p.under in used
+        )
 
     def with_values(self, parameters: Mapping[str, float]) -> ActiveEffect:
         """Return the effect with other values of its parameters; those that are not given keep theirs.
@@ -119,7 +131,14 @@ class ActiveEffect:
     @property
     def can_branch(self) -> bool:
         """Whether the effect has optional parameters that this one is without."""
-        return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
+        return any(
+            p.optional and p.searched and not p.motions and p.name not in self.values
+            for p in self.effect.parameters
+        )
+
+    def at(self, temperature: float | None) -> ActiveEffect:
+        """Return the effect at a temperature, degrees C, if it depends on that."""
+        return replace(self, temperature=temperature) if self.effect.needs_temperature else self
 
     def started(self, period: float | None = None) -> ActiveEffect:
         """Return the effect with start values for the parameters that have no value.
@@ -162,9 +181,13 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 
 
 def acting(
-    active: Sequence[ActiveEffect], channel: str, mode: str, kind: Kind = "static"
+    active: Sequence[ActiveEffect],
+    channel: str,
+    mode: str,
+    kind: Kind = "static",
+    temperature: float | None = None,
 ) -> tuple[ActiveEffect, ...]:
-    """Return the effects that change a channel.
+    """Return the effects that change a channel, at its temperature.
 
     Parameters
     ----------
@@ -176,8 +199,14 @@ def acting(
         Name of the channel's mode.
     kind : {"static", "dynamic"}
         Kind of the channel.
+    temperature : float or None
+        Degrees C, in place of the channel's.
     """
-    return tuple(one for one in active if one.acts_on(channel, mode, kind))
+    return tuple(
+        one.at(one.temperatures.get(channel) if temperature is None else temperature)
+        for one in active
+        if one.acts_on(channel, mode, kind)
+    )
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:

@@ -85,13 +85,17 @@ class EffectParameter:
         Whether the parameter belongs to one channel. In a rotational mode a displacement (mm), a force (N, N/s) or a
         stiffness (N/mm) becomes an angle, a moment or N mm per angle; degrees in the case file, rad inside.
     of_mesh : bool
-        Whether each of its values needs a model of its own, as does a dimension of the mesh or a choice: there is no
-        derivative by it, and a fit keeps its value.
+        Whether each of its values makes a model of its own, as does a dimension of the mesh, a choice or a reference:
+        a fit keeps its value.
     choices : tuple of str
         For a parameter that is a choice, the words that replace a number in the case file; its value is the index of
         one of them. Such a parameter is ``of_mesh`` and has no unit.
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
+    under : str
+        The choice of the effect with which the parameter is used; empty for any.
+    searched : bool
+        Whether a diagnosis may add it to a model; else only a case file gives it.
     within : (str, float) or None
         "thickness" or "length" of the rubber or their quotient, and the share of it that the value's size must not
         exceed: beyond it there is no such bushing.
@@ -120,6 +124,8 @@ class EffectParameter:
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
+    under: str = ""
+    searched: bool = True
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
 
@@ -147,6 +153,18 @@ class EffectParameter:
             return self.lower, self.upper
         most = self.within[1] * wall.size(self.within[0])
         return max(self.lower, -most), min(self.upper, most)
+
+    def grid(self, scales: Mapping[str, float]) -> list[float]:
+        """Return the values of `scan` in its unit, within the bounds.
+
+        Parameters
+        ----------
+        scales : mapping of str to float
+            Sizes of "duration" (s), "amplitude" (mm or rad) and "shear" (MPa) for the recordings and their rubber.
+        """
+        # A grid of stresses is meant for a rubber of about 1 MPa.
+        factor = scales["shear"] if self.unit == "MPa" else scales[self.scale] if self.scale else 1.0
+        return [float(np.clip(value * factor, self.lower, self.upper)) for value in self.scan]
 
     def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
         """Return start, lowest and highest value of a fit.
@@ -241,6 +259,8 @@ class Effect:
         Whether the force depends on the past or on time, and not on the displacement alone.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
+    needs_temperature : bool
+        Whether it has no meaning without the temperature of the channel; a diagnosis does not consider it.
     needs_fixed_law : bool
         Whether a law that is identified from the same recordings can reproduce all that the effect does.
     needs_free_channel : bool
@@ -278,6 +298,7 @@ class Effect:
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
     has_memory: bool = False
     needs_time: bool = False
+    needs_temperature: bool = False
     needs_fixed_law: bool = False
     needs_free_channel: bool = False
     may_be_shared: bool = False
@@ -297,8 +318,8 @@ class Effect:
 
     @property
     def branches(self) -> int:
-        """Largest number of branches: one, and those whose parameters are optional."""
-        return 1 + len({p.branch for p in self.parameters if p.optional and not p.motions})
+        """Largest number of branches that a diagnosis tries: one, and those whose parameters are optional."""
+        return 1 + len({p.branch for p in self.parameters if p.optional and p.searched and not p.motions})
 
     @property
     def slides(self) -> bool:
@@ -411,8 +432,8 @@ def effects() -> Mapping[str, Effect]:
 
 
 def effects_on(kind: Kind) -> dict[str, Effect]:
-    """Return the effects that act on channels of a kind, by name."""
-    return {name: effect for name, effect in effects().items() if kind in effect.kinds}
+    """Return the effects that act on channels of a kind and that a diagnosis can consider, by name."""
+    return {name: one for name, one in effects().items() if kind in one.kinds and not one.needs_temperature}
 
 
 def effect_in_force_law(part: ForceLawPart) -> Effect:

@@ -38,10 +38,10 @@ from bushcli.simulate.dynamic import (
     unfit,
 )
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
-from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
 from cases.march import march, unsolved
+from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
 
@@ -85,6 +85,7 @@ class DynamicChannel:
         Their standard errors; inf for rows that are not used.
     comm : MPI.Comm
     faults : tuple of DataFault
+    active : tuple of ActiveEffect
     """
 
     coupon = False
@@ -96,20 +97,23 @@ class DynamicChannel:
         case: Case,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
+        temperature: float | None = None,
     ) -> None:
         self.table, self.comm = table, comm
+        self._temperature = temperature
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode, "dynamic"))
-        self._rig = tuple(one for one in self._active if one.effect.acts == "rig")
-        self._rubber = {one.name for one in self._active if one not in self._rig}
+        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(one.started() for one in there)
+        self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
+        self._rubber = {one.name for one in self.active if one not in self._rig}
         self._preloads = _preloads(table)
-        problems = unfit(case.path.name, table.name, self._active)
+        problems = unfit(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name)
         if problems:
             raise InputError(*problems)
-        features = features_of(in_state(self._active, unrelaxed=False))
+        features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
-            case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
+            case.geometry, modes()[table.mode], rubber, case.mesh.refinement, comm, features
         )
         self._density = case.material.density
         self.faults = table_faults(case.geometry, [table])
@@ -126,8 +130,9 @@ class DynamicChannel:
 
     @property
     def name(self) -> str:
-        """Name of the channel."""
-        return self.table.name
+        """Name of the channel, with its temperature where the table has several."""
+        warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
+        return self.table.name + warm
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -176,22 +181,45 @@ class DynamicChannel:
         assert states is not None
         return states
 
-    def compared(self, parameters: Mapping[str, float]) -> ComparedTable:
+    def compared(
+        self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
+    ) -> ComparedTable:
         """Return the rows that are used beside their simulation.
 
         Parameters
         ----------
         parameters : Mapping[str, float]
             All parameters by name, in their units.
+        names : Sequence[str]
+            Parameters that were identified.
+        deviations : Array | None
+            Half widths of their intervals as a matrix, (p, p), whose product with its transpose is their covariance
+            times the square of the quantile; None = no intervals.
 
         Raises
         ------
         NotConverged
         """
-        reached, used = self._reached(parameters, (), Patience()), self.used
-        simulated, _ = self._simulated(reached, parameters, ())
-        error = self._error(reached, parameters)
-        return ComparedTable(self.table.rows(used), simulated[used], self._travels(reached)[used], error)
+        reached, used = self._reached(parameters, names, Patience()), self.used
+        simulated, slope = self._simulated(reached, parameters, names)
+        found = ComparedTable(
+            self.table.rows(used),
+            simulated[used],
+            self._travels(reached)[used],
+            self._error(reached, parameters),
+            self.scale.reshape(2, -1)[:, used] / [np.ones(used.sum()), self.table.stiffness[used]],
+        )
+        if deviations is None:
+            return found
+        # d ln K* = d ln |K*| + i d delta.
+        relative = slope[used] / simulated[used, None] @ deviations
+        spread = np.array([np.linalg.norm(relative.real, axis=1), np.linalg.norm(relative.imag, axis=1)])
+        return replace(found, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
+
+    def simulated(self, answer: ChannelForces) -> Complex:
+        """Return K* of the rows that are used from an answer, N/mm or N mm/rad."""
+        along, across = answer.force.reshape(2, -1)[:, self.used]
+        return np.asarray((along + 1j * across) / self._turned[self.used])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
         """Return what has to be known about the table and its simulation.
@@ -207,14 +235,14 @@ class DynamicChannel:
         """
         reached = self._reached(parameters, (), Patience())
         # Effects of the rig are in the simulation.
-        rubber = [one for one in self._active if one not in self._rig]
+        rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
         return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self._active])
+        return branches_of([one.with_values(parameters) for one in self.active])
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""

@@ -22,7 +22,7 @@ from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
 from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels, dynamic_tables
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Loss, Method
+from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
@@ -74,7 +74,6 @@ class Task:
     density: bool = False
     hold_out: tuple[str, ...] = ()
     weighting: Weighting = "relative"
-    method: Method = "trf"
     loss: Loss = "linear"
     starts: int = 1
     globally: bool = False
@@ -151,7 +150,9 @@ class Task:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
         meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
         active = name.partition(".")[0]
-        return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
+        # "viscoelasticity.tau": the times of all branches.
+        known = {name, name.rstrip("0123456789"), active, effect_name(active)}
+        return bool(known & set(self.fixed)) or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -293,7 +294,7 @@ class Task:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             for channel in dynamic_channels(self._case(coarse), rubber, comm, tables):
-                (held_out if channel.name in self.hold_out else fitted).append(channel)
+                (held_out if channel.table.name in self.hold_out else fitted).append(channel)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
@@ -352,7 +353,6 @@ class Task:
                 "density",
                 "hold_out",
                 "weighting",
-                "method",
                 "loss",
             )
         }
@@ -396,6 +396,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         for name in (
             *task.material.parameters,
             *task.effect_values,
+            *(name.rstrip("0123456789") for name in task.effect_values),
             *(one.name for one in task.effects),
             *(one.effect.name for one in task.effects),
         )

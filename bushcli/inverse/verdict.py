@@ -75,7 +75,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
         )
     found += _stuck(fit, best, task)
     found += _poor(fit) if task.source == "recordings" else _poor_coupons(fit, task)
-    found += _above_noise(fit, task)
+    found += _above_noise(fit, task) + _tables(fit)
     found += _bounds(in_file_units(fit))
     found += _tests(fit, task)
     found += _stability(fit) + _moduli(fit)
@@ -164,7 +164,9 @@ def _poor(fit: Fit) -> list[Condition]:
 def _poor_coupons(fit: Fit, task: Task) -> list[Condition]:
     """Report coupon tests that the law misses by more than the case accepts of a bushing that is predicted with it."""
     accepted = task.case.tolerance.percent
-    poor = [curve for curve in fit.curves if curve.rms_percent > accepted and fit.converged]
+    poor = [
+        curve for curve in fit.curves if curve.rms_percent > accepted and fit.converged and not curve.held_out
+    ]
     if not poor:
         return []
     listed = ", ".join(f"{curve.name} {curve.rms_percent:.2g} %" for curve in poor)
@@ -196,7 +198,7 @@ def _instead(task: Task, *remedies: str) -> str:
 
 def _not_identified(fit: Fit, task: Task) -> list[Condition]:
     """Report the parameters of the law that keep their start values, because all coupon tests are volumetric."""
-    if task.source != "coupons" or not task.fixed:
+    if task.source != "coupons" or not {*fit.material.parameters} <= {*task.fixed}:
         return []
     values = ", ".join(f"{name} = {value:g}" for name, value in fit.material.parameters.items())
     return [
@@ -227,6 +229,22 @@ def _above_noise(fit: Fit, task: Task) -> list[Condition]:
             "refine the mesh (bushcli direct --mesh-check), check dimensions and load cells (`leverage` says what an "
             "error of 1 % does), or let `bushcli diagnose` look for what is missing",
         )
+    ]
+
+
+def _tables(fit: Fit) -> list[Condition]:
+    """Report fitted tables that are missed by more than their standard errors explain."""
+    rig = "fixture_mass, rig_resonance, time_lag, rig_compliance"
+    return [
+        Condition(
+            "table_above_errors",
+            f"{one.table.name}: the table is missed by {one.stiffness_percent:.2g} % and {one.loss_angle_deg:.2g} "
+            f"degrees (rms), its standard errors being {one.errors_in_words}",
+            f'add an effect of its rig ({rig}) with channels = ["{one.table.name}"], or a branch of viscoelasticity: '
+            "the plot of the table on the page shows where it is missed",
+        )
+        for one in fit.tables
+        if not one.held_out and one.over_errors > ABOVE_NOISE
     ]
 
 

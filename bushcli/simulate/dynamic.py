@@ -20,9 +20,9 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
 from bushcli.simulate.admissible import check_material
+from bushcli.simulate.extent import Extent, of_test, outside
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
 from cases.dynamic.amplitude import UnevenModel
@@ -34,9 +34,9 @@ from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
 from cases.load import PrescribedForce
 from cases.march import NotConverged, march
-from cases.mode import modes
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
-from cases.program import Program, path
+from cases.program import Program, along, path
 from cases.ranks import summed
 from cases.simulate import prepare
 from cases.sine import ThinnedSpectrum
@@ -163,6 +163,7 @@ def vibrate(
     *,
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    tested: Sequence[Extent] = (),
 ) -> DynamicResponse:
     """Compute the dynamic stiffness of every load case with ``[load_cases.dynamic]``.
 
@@ -176,6 +177,8 @@ def vibrate(
         Called after each step of the static march.
     comm : MPI.Comm
         Ranks that share each model.
+    tested : sequence of Extent
+        What was measured; a condition says which load cases lie outside.
 
     Raises
     ------
@@ -190,7 +193,7 @@ def vibrate(
     run = _Run(case, material, sharing(case, comm), progress)
     try:
         for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-            run.test(name, test)
+            run.test(name, test, tested)
     except (KeyboardInterrupt, Interrupted) as stopped:
         if not run.curves:
             raise KeyboardInterrupt from stopped
@@ -199,22 +202,37 @@ def vibrate(
 
 
 def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
-    """Return the Maxwell branches of effects: g and tau (s) of each."""
+    """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
+    bonded, slower = _heated(effects)
     return [
-        (float(one.parameters["g"]), float(one.parameters["tau"]))
+        (bonded * float(one.parameters["g"]), slower * float(one.parameters["tau"]))
         for item in features_of(effects)
         if item.feature.branches is not None
         for one in item.feature.branches(item.values)
-        if one.branch.name == "maxwell"
+        if one.branch.name == "maxwell" and one.branch.clock == ""
     ]
 
 
 def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
-    """Return the relaxation of effects that amplitude thins, None without one."""
-    found = (
-        item.feature.thinned(item.values) for item in features_of(effects) if item.feature.thinned is not None
-    )
-    return next(found, None)
+    """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
+    bonded, slower = _heated(effects)
+    for item in features_of(effects):
+        if item.feature.thinned is not None:
+            found = item.feature.thinned(item.values)
+            # In the time of the reference temperature: the path counts as at that.
+            return replace(
+                found, moduli=bonded * found.moduli, times=slower * found.times, path=slower * found.path
+            )
+    return None
+
+
+def _heated(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
+    """Return the factors on the branches' moduli and on all relaxation times at the temperature of the channel."""
+    for item in features_of(effects):
+        if item.feature.heated is not None:
+            _, bonded, slower = item.feature.heated(item.values, item.temperature)
+            return float(bonded), float(slower)
+    return 1.0, 1.0
 
 
 def _check(case: Case) -> None:
@@ -229,7 +247,7 @@ def _check(case: Case) -> None:
     require_values(case.effects, where)
     problems: list[Problem] = []
     for name, test in zip(load_case_names(case.vibrations, ()), case.vibrations, strict=True):
-        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic"))
+        problems += unfit(where, name, acting(case.effects, name, test.mode, "dynamic", test.temperature))
     if problems:
         raise InputError(*problems)
 
@@ -286,11 +304,12 @@ class _Run:
         done = self._complete and not interrupted
         return DynamicResponse(self._case, self._material, curves, tuple(found), done, self._seconds)
 
-    def test(self, name: str, test: DynamicTest) -> None:
+    def test(self, name: str, test: DynamicTest, tested: Sequence[Extent]) -> None:
         """Reach the preloads of a load case, and compute the stiffness about each."""
-        active = acting(self._case.effects, name, test.mode, "dynamic")
+        active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
+        self._conditions += outside(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
-        six = None if test.six is None else whole(test.six)
+        six = test.six and test.six.whole_body
         features = features_of(in_state(active, unrelaxed=False))
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
@@ -362,7 +381,7 @@ class Vibrations:
     def programs(self) -> Iterator[Program]:
         """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
         if self.test.six is not None:
-            yield program_of(self.test.six, self.test.steps)
+            yield along(self.test.six, self.test.steps)
             return
         sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
         for side in sides:

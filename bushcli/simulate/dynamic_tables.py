@@ -21,7 +21,6 @@ from bushcli.simulate.channels import with_all_beside
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import path
@@ -33,6 +32,8 @@ Complex = NDArray[np.complex128]
 #: Preloads that differ by less than this share of the largest are one: rigs scatter by a per cent about what is asked.
 _SAME_PRELOAD = 0.02
 _STEPS = 20
+#: Kelvins between neighbouring rows beyond which they have two temperatures: climatic chambers scatter by less.
+_KELVINS = 1.5
 #: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
 SPREAD = 1.5
 
@@ -51,12 +52,24 @@ class ComparedTable:
         mm or rad, as it was simulated.
     reduction_error : float
         Bound of the relative error of the simulated stiffness by its reduction.
+    errors : shape (2, n), optional
+        Standard errors of the measured |K*| (N/mm or N mm/rad) and of the loss angle (rad), of a fit.
+    started : shape (n,), optional
+        K* where the fit began.
+    spread : shape (2, n), optional
+        Standard errors of the simulated |K*| and loss angle, from those of the parameters.
+    held_out : bool
+        Whether the table was predicted and not fitted.
     """
 
     table: DynamicTable
     simulated: Complex
     preload: Array
     reduction_error: float
+    errors: Array | None = None
+    started: Complex | None = None
+    spread: Array | None = None
+    held_out: bool = False
 
     @property
     def stiffness_percent(self) -> float:
@@ -67,6 +80,27 @@ class ComparedTable:
     def loss_angle_deg(self) -> float:
         """Root mean square of the misfit of the loss angle, degrees."""
         return float(np.degrees(np.sqrt(np.mean((np.angle(self.simulated) - self.table.loss_angle) ** 2))))
+
+    @property
+    def over_errors(self) -> float:
+        """Root mean square of the misfit over the standard errors of the rows; nan where there are none."""
+        if self.errors is None:
+            return float("nan")
+        missed = (
+            np.abs(self.simulated) - self.table.stiffness,
+            np.angle(self.simulated) - self.table.loss_angle,
+        )
+        return float(np.sqrt(np.mean((np.array(missed) / self.errors) ** 2)))
+
+    @property
+    def errors_in_words(self) -> str:
+        """The root mean squares of the rows' standard errors: "1 % and 0.3 degrees"."""
+        if self.errors is None:
+            return ""
+        size, angle = np.sqrt(
+            np.mean((self.errors / [self.table.stiffness, np.ones(len(self.table))]) ** 2, axis=1)
+        )
+        return f"{100.0 * size:.2g} % and {np.degrees(angle):.2g} degrees"
 
 
 def compare_tables(
@@ -96,9 +130,9 @@ def compare_tables(
         dynamic stiffness.
     """
     compared, conditions = [], []
-    for table in tables:
+    for table, temperature in [part for one in tables for part in by_temperature(case, one)]:
         check_preloads(case, table)
-        own = acting(case.effects, table.name, table.mode, "dynamic")
+        own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
         known = table.amplitude[~np.isnan(table.amplitude)]
         thinned = thinned_of(own) is not None and len(known) > 0
@@ -120,6 +154,7 @@ def compare_tables(
             tuple(np.unique(preload[kept])),
             amplitude=tuple(dict.fromkeys(ends)),
             steps=_STEPS,
+            temperature=temperature,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -127,6 +162,37 @@ def compare_tables(
         if found is not None:
             compared.append(found)
     return tuple(compared), tuple(conditions)
+
+
+def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, float | None]]:
+    """Return the rows of each temperature with their mean, degrees C, if an effect of the case depends on it.
+
+    Parameters
+    ----------
+    case : Case
+    table : DynamicTable
+
+    Raises
+    ------
+    InputError
+        A row has no temperature, nor has the case.
+    """
+    if not any(
+        one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
+    ):
+        return [(table, None)]
+    degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
+    if np.isnan(degrees).any():
+        row = int(np.argmax(np.isnan(degrees)))
+        what = f"{table.name}: has no temperature, which the effect temperature needs"
+        raise InputError(
+            Problem(
+                table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
+            )
+        )
+    order = np.argsort(degrees, kind="stable")
+    starts = np.flatnonzero(np.diff(degrees[order]) > _KELVINS) + 1
+    return [(table.rows(np.sort(rows)), float(np.mean(degrees[rows]))) for rows in np.split(order, starts)]
 
 
 def check_preloads(case: Case, table: DynamicTable) -> None:
@@ -253,8 +319,6 @@ def _travel(
 ) -> float:
     """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
     features = features_of(in_state(case.effects, unrelaxed=False))
-    model = prepare(
-        case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
-    )
+    model = prepare(case.geometry, modes()[mode], rubber_of(material), case.mesh.refinement, comm, features)
     history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))
     return float(history.displacement[-1])

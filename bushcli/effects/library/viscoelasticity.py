@@ -26,8 +26,11 @@ if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
-# Start values in periods of the highest frequency of a table: a branch for each of its highest three decades.
-_PERIODS = (0.5, 5.0, 50.0)
+#: Branches that a diagnosis tries at most; a case file gives more for a spectrum over some decades, whose fast branches
+#: may be much stiffer than the relaxed rubber.
+SEARCHED, MOST = 3, 6
+# Start value of the first branch in periods of the highest frequency of a table; each further one is a decade slower.
+_PERIODS = 0.5
 # At the highest frequency of a table a branch with this time is a dashpot alone, to 1 degree.
 _DASHPOT = 0.003
 # Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
@@ -42,9 +45,10 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             f"modulus of branch {i} over the law's",
             modulus,
             0.0,
-            10.0,
+            10.0 if i <= SEARCHED else 1000.0,
             off=0.0,
             optional=i > 1,
+            searched=i <= SEARCHED,
             prior=Prior(
                 "half_t",
                 0.3,
@@ -59,7 +63,8 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             1e-7,
             1e6,
             optional=i > 1,
-            in_tables=(_PERIODS[i - 1], _DASHPOT),
+            searched=i <= SEARCHED,
+            in_tables=(_PERIODS * 10.0 ** (i - 1), _DASHPOT),
             in_curves=1e-3,
             scan=_TIMES,
             scale="duration",
@@ -102,7 +107,16 @@ EFFECT = Effect(
     title="Viscoelasticity",
     summary="Fast motion needs more force, which relaxes in a hold; the loop grows with the rate.",
     acts="rubber",
-    parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
+    parameters=(
+        *_branch(1, 0.2, 10.0),
+        *_branch(2, 0.1, 1.0),
+        *_branch(3, 0.1, 100.0),
+        *(
+            p
+            for i in range(SEARCHED + 1, MOST + 1)
+            for p in _branch(i, 0.1, 0.3 * 10.0 ** (i - SEARCHED - 1))
+        ),
+    ),
     how_often="usual",
     families=("dissipation",),
     fades=True,

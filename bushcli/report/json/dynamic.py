@@ -53,6 +53,7 @@ def _curve(curve: DynamicCurve) -> dict[str, Any]:
         },
         "preload": preload,
         "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
+        "temperature": test.temperature,
         "point": "transfer" if test.transfer else "driving",
         "frequency": curve.frequency,
         "stiffness": np.abs(curve.stiffness),

@@ -69,7 +69,8 @@ def preload_in_words(curve: DynamicCurve) -> str:
     """Return the preload with its force."""
     shown = quantities(curve.mode)
     travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
-    return f"{travel}, {number(curve.force, 4)} {shown.force_unit}"
+    # At rest the force is rounding.
+    return f"{travel}, {number(round(curve.force, 9), 4)} {shown.force_unit}"
 
 
 def amplitude_in_words(curve: DynamicCurve) -> str:

@@ -45,7 +45,7 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
     pictures : sequence of Picture
         Pictures of the fit, for the page.
     """
-    worst = max(curve.rms_percent for curve in fit.curves)
+    worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
     return Document(
         f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better",
         [] if fit.converged else ["The fit did not converge."],

@@ -8,36 +8,88 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import number, percent, with_std
 from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
-def tables_document(case: Case, found: Sequence[TableSpectrum], problems: Sequence[Condition]) -> Document:
+def tables_document(
+    case: Case,
+    found: Sequence[TableSpectrum | TableSweep],
+    problems: Sequence[Condition],
+    pictures: Sequence[Picture] = (),
+) -> Document:
     """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
     Parameters
     ----------
     case : Case
-    found : sequence of TableSpectrum
+    found : sequence of TableSpectrum or TableSweep
     problems : sequence of Condition
+    pictures : sequence of Picture
+        Master curves, for the page.
     """
-    count = f"{len(found)} table{'s' if len(found) != 1 else ''} of dynamic moduli"
+    names = {one.table.name for one in found}
+    count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
     return Document(
-        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
+        f"Relaxation spectra of {count}",
+        [],
+        "plain",
+        spectra_sections(found, pictures),
+        problems,
+        conditions(case),
     )
 
 
-def spectra_sections(found: Sequence[TableSpectrum]) -> list[Section]:
-    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature."""
-    return [_section(one) for one in found]
+def spectra_sections(
+    found: Sequence[TableSpectrum | TableSweep], pictures: Sequence[Picture] = ()
+) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve.
+
+    Parameters
+    ----------
+    found : sequence of TableSpectrum or TableSweep
+    pictures : sequence of Picture
+        For the page.
+    """
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    return [
+        _sweep(one, pictures) if isinstance(one, TableSweep) else _section(one, pictures) for one in found
+    ]
 
 
-def _section(one: TableSpectrum) -> Section:
+def _sweep(one: TableSweep, pictures: Sequence[Picture]) -> Section:
+    symbol = one.table.quantity
+    heads = (
+        "temperature [°C]",
+        f"{symbol}_inf [MPa]",
+        *one.fits[0].constants,
+        "misfit storage",
+        "misfit loss",
+    )
+    rows = tuple(
+        (
+            number(fit.temperature),
+            number(fit.equilibrium, 4),
+            *map(number, fit.constants.values()),
+            percent(fit.storage_percent),
+            percent(fit.loss_percent),
+        )
+        for fit in one.fits
+    )
+    lines = ["Constants of the effect payne, fitted at each temperature: a spectrum that amplitude thins."]
+    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "sweep")
+    return Section(
+        f"Amplitudes of {one.table.name}", [*own, Table("", heads, rows, left=0), *paragraphs(lines)]
+    )
+
+
+def _section(one: TableSpectrum, pictures: Sequence[Picture]) -> Section:
     fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     symbol = one.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
@@ -73,9 +125,18 @@ def _section(one: TableSpectrum) -> Section:
         title = f"Shift of the times, from {number(fit.reference)} degrees C"
         shown.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
     lines = []
+    if fit.wlf is not None and fit.arrhenius is not None:
+        C1, C2, missed = fit.wlf
+        energy, off = fit.arrhenius
+        lines.append(
+            f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(missed)} "
+            f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(off)}: constants of the effect "
+            f"temperature with reference = {number(fit.reference)}."
+        )
     if fit.lag_error and abs(fit.lag) > 3.0 * fit.lag_error:
         lines.append(
             f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
             "the loss angle grows with frequency alike at all temperatures."
         )
-    return Section(f"Spectrum of {one.table.name}", [*shown, *paragraphs(lines)])
+    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "spectrum")
+    return Section(f"Spectrum of {one.table.name}", [*own, *shown, *paragraphs(lines)])

@@ -1,0 +1,100 @@
+"""Plot of a spectrum: the rows of a table, shifted to one temperature, over the fitted curve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.quantity import number
+
+if TYPE_CHECKING:
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
+
+Array = NDArray[np.float64]
+
+# Frequencies of a line, and colours of dots, after which they begin again.
+_DENSE, _COLOURS = 300, 10
+
+
+def master_columns(one: TableSpectrum) -> tuple[tuple[str, ...], list[Array]]:
+    """Return the names and columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
+    table, fit = one.table, one.fit
+    fitted = fit.at(table.frequency, table.temperature)
+    names = ("temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa")
+    columns = [table.temperature, table.frequency, fit.reduced(table.frequency, table.temperature)]
+    columns += [table.storage, table.loss, fitted.real, fitted.imag]
+    return (*names, "storage_fitted_MPa", "loss_fitted_MPa"), columns
+
+
+def master_panels(one: TableSpectrum, file: str) -> Panels:
+    """Return the master curve of a table: dots in the colour of their temperature, lines of the spectrum.
+
+    Parameters
+    ----------
+    one : TableSpectrum
+    file : str
+        Name of its files.
+    """
+    fit, symbol = one.fit, one.table.quantity
+    _, (temperature, frequency, reduced, storage, loss, *_) = master_columns(one)
+    line = np.geomspace(reduced.min(), reduced.max(), _DENSE)
+    curve = fit.spectrum.at(2.0 * np.pi * line)
+    # The lag of the rig, which the line is without, turns each row by its own frequency.
+    turned = (storage + 1j * loss) * np.exp(-2j * np.pi * frequency * fit.lag)
+    step = np.abs(temperature[:, None] - fit.temperatures).argmin(axis=1)
+    several = len(fit.temperatures) > 1
+    plots = []
+    for part, of in (("storage", np.real), ("loss", np.imag)):
+        series = [
+            Series(
+                f"line-{k % _COLOURS}",
+                f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured",
+                np.log10(reduced[step == k]),
+                of(turned)[step == k],
+                "dots",
+            )
+            for k in np.unique(step)
+        ]
+        series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
+        mark = "'" if part == "storage" else "''"
+        plots.append([Plot(part, ("", f"{symbol}{mark} [MPa]"), series, log="y")])
+    below = plots[-1][0]
+    at = f" at {number(fit.reference)} degrees C" if several else ""
+    plots[-1] = [
+        Plot(below.name, (f"log10 of the frequency{at} [Hz]", below.labels[1]), below.series, log="y")
+    ]
+    title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
+    return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)
+
+
+def sweep_panels(one: TableSweep, file: str) -> Panels:
+    """Return storage and loss over the amplitude: dots as measured, lines as fitted, in the colour of the temperature.
+
+    Parameters
+    ----------
+    one : TableSweep
+    file : str
+        Name of its files.
+    """
+    table, plots = one.table, []
+    for part, mark, of in (("storage", "'", np.real), ("loss", "''", np.imag)):
+        series = []
+        for k, fit in enumerate(one.fits):
+            near = np.argmin([abs(table.temperature - other.temperature) for other in one.fits], axis=0)
+            own = near == k if len(one.fits) > 1 else np.ones(len(table), dtype=bool)
+            label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
+            key, at = f"line-{k % _COLOURS}", table.rows(own)
+            for f in np.unique(at.frequency):
+                rows = at.rows(at.frequency == f)
+                line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)
+                measured = rows.storage if part == "storage" else rows.loss
+                series.append(Series(key, label, np.log10(100.0 * rows.amplitude), measured, "dots"))
+                fitted = of(fit.at(line, np.full(len(line), f)))
+                series.append(Series(key, "", np.log10(100.0 * line), fitted))
+                label = ""
+        below = "" if part == "storage" else "log10 of the amplitude [%]"
+        plots.append([Plot(part, (below, f"{table.quantity}{mark} [MPa]"), series, log="y")])
+    return Panels(f"{file}-amplitude", "sweep", f"Moduli of {table.name} over amplitude", plots, table.name)
