@@ -407,7 +407,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": [*source.accept, *source.sound] or None,
+        "accept": [*source.accept, *source.accepted_faults] or None,
     } | _further(source)
 
 

@@ -39,7 +39,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
-        sound=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
+        accepted_faults=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
         group=table.group,
         sample_rate=table.sample_rate,
     )

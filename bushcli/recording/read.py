@@ -92,7 +92,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
-        sound=source.sound,
+        accepted_faults=source.accepted_faults,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
     count = counted(table, samples.rows[kept], recording)

@@ -106,7 +106,7 @@ class Source:
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, but were measured.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults (`bushcli.faults`) that the user has looked at and that are none.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
@@ -138,7 +138,7 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
     group: str | int | None = None
     sample_rate: float | None = None
     rate: float | None = None
