@@ -423,6 +423,7 @@ def _further(source: Source) -> dict[str, Any]:
         "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
+        "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
         "rate": rate,
         "conditioning": source.conditioning or None,

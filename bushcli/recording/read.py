@@ -13,6 +13,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, column, untaken_time
 from bushcli.recording.opened import open_table
+from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Quantity, Source
@@ -63,6 +64,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     else:
         table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
+    refuse_several(table, stamps)
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None

@@ -110,6 +110,8 @@ class Source:
         Kinds of data faults (`bushcli.faults`) that the user has looked at and that are none.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
+    rows : mapping of str to str or float
+        Value, by column, of the rows that belong to the recording; of a file with many recordings one below the other.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional
@@ -140,6 +142,7 @@ class Source:
     accept: tuple[float, ...] = ()
     accepted_faults: tuple[str, ...] = ()
     group: str | int | None = None
+    rows: Mapping[str, str | float] = field(default_factory=dict)
     sample_rate: float | None = None
     rate: float | None = None
     conditioning: int = 0
