@@ -215,7 +215,7 @@ def direct(
             return static
         from bushcli.report.views.dynamic_tables import with_tables
 
-        return with_tables(static, vibrations, doubts, alone=not response.channels)
+        return with_tables(static, vibrations, doubts, not response.channels, pictures)
 
     def result() -> dict[str, Any]:
         static = report.direct_json(response, compared, found, run.timings())
@@ -226,7 +226,7 @@ def direct(
         static["problems"] += [vars(one) for one in doubts]
         return static | {"dynamic": compared_json(vibrations)}
 
-    run.deliver(result, document, lambda: report.direct_files(response, compared, found))
+    run.deliver(result, document, lambda: report.direct_files(response, compared, found, vibrations))
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, tables)):
