@@ -41,7 +41,6 @@ class ChannelHistory:
 
     Attributes
     ----------
-    name, mode : str
     path : Curve
         The recording; the simulated curve for a channel without one.
     simulated_force : (n,) array
@@ -92,15 +91,7 @@ class ChannelHistory:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
-    """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    """
+    """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions."""
     channels = [channel for channel in response.channels if not channel.in_time]
     found = (_of_channel(channel, misfits.get(channel.name)) for channel in channels)
     return tuple(history for history in found if history.has_history)
@@ -172,14 +163,7 @@ def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Conditi
 def with_hysteresis(
     conditions: tuple[Condition, ...], histories: Iterable[ChannelHistory]
 ) -> tuple[Condition, ...]:
-    """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first.
-
-    Parameters
-    ----------
-    conditions : tuple of Condition
-        Those known so far.
-    histories : iterable of ChannelHistory
-    """
+    """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first."""
     if any(one.name == "faulty_data" for one in conditions):
         return conditions
     return (*conditions, *unexplained_hysteresis(histories))

@@ -23,7 +23,6 @@ class Quantities:
 
     Attributes
     ----------
-    displacement, displacement_unit, force, force_unit, stiffness_unit : str
     per_internal : float
         Ratio of displayed to internal displacement: degrees per radian, else 1.
     rest : float
@@ -92,15 +91,7 @@ def quantities(mode: str) -> Quantities:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on.
-
-    Parameters
-    ----------
-    value : float or None
-        In any unit; None and nan become a dash.
-    digits : int
-        Number of significant digits; digits before the decimal point are never rounded away.
-    """
+    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on."""
     if value is None or math.isnan(value):
         return "-"
     if math.isinf(value):
@@ -115,15 +106,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def with_std(value: float, std: float) -> str:
-    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002".
-
-    Parameters
-    ----------
-    value : float
-        In any unit.
-    std : float
-        Standard error in the same unit; left out unless it is finite and positive.
-    """
+    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002"."""
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
     if max(abs(value), std) < 1e-4:
@@ -133,15 +116,7 @@ def with_std(value: float, std: float) -> str:
 
 
 def beside(value: float, limit: float, decimals: int = 0) -> str:
-    """Return a number with as many decimals as show on which side of a limit it is: 10.3 beside 10, 10.004 beside 10.
-
-    Parameters
-    ----------
-    value, limit : float
-        In the same unit.
-    decimals : int
-        Fewest decimals.
-    """
+    """Return a number with as many decimals as show on which side of a limit it is: 10.3 or 10.004 beside 10."""
     # Beyond twelve digits the two are the same but for rounding.
     for digits in range(decimals, 12):
         text = f"{value:.{digits}f}"
@@ -151,13 +126,7 @@ def beside(value: float, limit: float, decimals: int = 0) -> str:
 
 
 def percent(value: float | None, limit: float | None = None) -> str:
-    """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is.
-
-    Parameters
-    ----------
-    value, limit : float or None
-        Percent.
-    """
+    """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is."""
     if value is None or not math.isfinite(value):
         return "-"
     if limit is not None:

@@ -41,7 +41,6 @@ class Standard:
 
     Attributes
     ----------
-    name, title : str
     source : str
         Source of the requirements as implemented here.
     modes : frozenset of str
@@ -88,18 +87,7 @@ def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
 def speed_clause(
     seen: Observed, source: Source, wanted: Iterable[tuple[float, float]], practice: bool = False
 ) -> Clause:
-    """Return the clause on the speed of the grips or plates.
-
-    Parameters
-    ----------
-    seen : Observed
-    source : Source
-        Its gauge length turns a strain rate into a speed.
-    wanted : iterable of (float, float)
-        Speed and its tolerance, mm/min.
-    practice : bool
-        As in `Clause`.
-    """
+    """Return the clause on the speed of the grips or plates."""
     text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
     length = source.specimen.gauge_length
     if not seen.rates:
@@ -114,16 +102,7 @@ def speed_clause(
 
 
 def cycles_clause(seen: Observed, least: int, text: str) -> Clause:
-    """Return the clause of good practice on the number of cycles of the same amplitude.
-
-    Parameters
-    ----------
-    seen : Observed
-    least : int
-        Number of cycles required.
-    text : str
-        The requirement.
-    """
+    """Return the clause of good practice on the number of cycles of the same amplitude."""
     known = f", {seen.conditioning} of them marked as conditioning" if seen.conditioning else ""
     return Clause(
         text,

@@ -164,14 +164,6 @@ def answer_columns(
 ) -> dict[str, float]:
     """Return the numbers by name.
 
-    Parameters
-    ----------
-    answers : sequence of Asked
-    response : Response
-        The curves of a design.
-    document : mapping or None
-        Its result as JSON-ready data, if an answer is a key of the result.
-
     Raises
     ------
     NoAnswer
@@ -212,15 +204,6 @@ def _of_curve(asked: Asked, channel: Simulated) -> float:
 
 def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     """Return the first stretch in one direction that contains a travel: displacements in rising order, and forces.
-
-    Parameters
-    ----------
-    curve : Curve
-        In the order of its program.
-    travel : float
-        mm or rad.
-    name : str
-        Name of the answer, for the message.
 
     Raises
     ------

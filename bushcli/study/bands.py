@@ -23,7 +23,6 @@ class Band:
 
     Attributes
     ----------
-    channel : str
     displacement : shape (n,)
         mm or degrees.
     force : shape (5, n)
@@ -39,14 +38,7 @@ class Band:
 
 
 def band(rows: Rows, channel: str) -> Band | None:
-    """Return the band of a channel; None where the curves share no range, or are loops of different programs.
-
-    Parameters
-    ----------
-    rows : Rows
-        With curves.
-    channel : str
-    """
+    """Return the band of a channel; None where the curves share no range, or are loops of different programs."""
     names = [f"{channel}.displacement", f"{channel}.force"]
     every = max(1, -(-rows.count // MOST_CURVES))
     found: list[tuple[Array, Array]] = []

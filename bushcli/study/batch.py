@@ -48,8 +48,6 @@ class BatchPart:
 
     Attributes
     ----------
-    name, mode : str
-    recording : Recording
     factor, std : float
         Its stiffness over that of the batch, and the standard error that the noise leaves.
     rms_percent, noise_percent : float
@@ -83,7 +81,6 @@ class BatchCurve:
 
     Attributes
     ----------
-    mode : str
     mean : Curve
         Mean of the parts that are no outliers: mm or rad, N or N mm.
     lower, upper : (n,) array

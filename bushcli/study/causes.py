@@ -47,13 +47,7 @@ class Cause:
 
 
 def travel_cause(part: Recording, common: Recording) -> Cause:
-    """Return in which way the program of a part differs from that of the batch.
-
-    Parameters
-    ----------
-    part, common : Recording
-        The part, and one of those with the program of the batch.
-    """
+    """Return in which way the program of a part differs from that of the batch."""
     turned = modes()[part.mode].rotational
     per, name = (180.0 / np.pi, "deg") if turned else (1.0, "mm")
     own, usual = (
@@ -74,19 +68,7 @@ def travel_cause(part: Recording, common: Recording) -> Cause:
 
 
 def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Cause | None:
-    """Return the effect that explains most of what remains of a part's force; None if none explains enough.
-
-    Parameters
-    ----------
-    part : Recording
-        With samples (n,).
-    batch : (n,) array
-        Force of the batch at these samples, with the part's own stiffness factor, N or N mm.
-    left : (n,) array
-        What remains of the part's force.
-    usual : float
-        Root mean square of what remains of a part that is no outlier, in the same unit.
-    """
+    """Return the effect that explains most of what remains of a part's force; None if none explains enough."""
     excess = float(left @ left) - len(left) * usual**2
     if excess <= 0.0:
         return None

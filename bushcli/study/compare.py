@@ -65,7 +65,6 @@ class CurveDifference:
 
     Attributes
     ----------
-    channel : str
     percent : tuple of float or None
         Percent of the first curve's force range; None where a result has no such curve, or no common displacement.
     """
@@ -91,13 +90,7 @@ class Comparison:
 
 
 def compare(items: Sequence[ComparedResult]) -> Comparison:
-    """Compare results with the first one.
-
-    Parameters
-    ----------
-    items : sequence of ComparedResult
-        At least two.
-    """
+    """Compare results with the first one."""
     cases = [dict(_leaves(item.result.get("case", {}))) for item in items]
     for case in cases:
         case.pop("path", None)

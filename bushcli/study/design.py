@@ -108,12 +108,8 @@ class Design:
     ----------
     case : Case
         As in the case file.
-    keys : mapping of str to Dimension
-    targets : tuple of Reached
     evaluations : int
         Number of designs that were simulated.
-    converged : bool
-    conditions : tuple of Condition
     """
 
     case: Case
@@ -126,10 +122,6 @@ class Design:
 
 def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """Return the bounds of the keys, in their units.
-
-    Parameters
-    ----------
-    variables : sequence of Variable
 
     Raises
     ------

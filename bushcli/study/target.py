@@ -23,7 +23,6 @@ class Target:
     ----------
     name : str
         As the user wrote it, without the value.
-    mode : str
     kind : str
         "initial" (stiffness at rest), "secant" (stiffness over the travel), "tangent" (stiffness there), "force", or
         "travel" (at a load).

@@ -10,15 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
-from bushcli.report.document import (
-    Document,
-    Picture,
-    Row,
-    Section,
-    Table,
-    of_kind,
-    paragraphs,
-)
+from bushcli.report.document import Document, Picture, Row, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -103,15 +95,6 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 
     These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
     that are not simulated.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
     """
     left = tuple(
         Condition(
@@ -253,14 +236,7 @@ def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Arra
 
 
 def displacement_at(channel: Simulated, displacement: float) -> float:
-    """Return a displacement in mm or degrees; on a path of six motions it is a time.
-
-    Parameters
-    ----------
-    channel : Simulated
-    displacement : float
-        mm or rad; s on a path of six motions.
-    """
+    """Return a displacement in mm or degrees; on a path of six motions it is a time."""
     return displacement if channel.in_time else quantities(channel.mode).at(displacement)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, of_kind
+from bushcli.report.document import Document, Paragraph, Picture, Section, Table, of_kind, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
@@ -85,29 +85,42 @@ def title(curve: DynamicCurve) -> str:
 
 def _summary(curves: Sequence[DynamicCurve]) -> Table:
     """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
-    heads = ("load case", "preload", "static rate", "|K*| from", "to", "", "over static", "loss angle to")
 
-    def row(curve: DynamicCurve) -> Row:
-        size = np.abs(curve.stiffness)
-        rates = (number(value, 4) for value in (curve.static, float(size.min()), float(size.max())))
-        ratio = number(float(size.max()) / abs(curve.static), 3)
-        angle = f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"
-        return (title(curve), preload_in_words(curve), *rates, stiffness_unit(curve.mode), ratio, angle)
+    def largest(curve: DynamicCurve) -> float:
+        return float(np.abs(curve.stiffness).max())
 
-    return Table("", heads, tuple(map(row, curves)), left=2)
+    return table_of(
+        "",
+        curves,
+        (
+            ("load case", title),
+            ("preload", preload_in_words),
+            ("static rate", lambda curve: number(curve.static, 4)),
+            ("|K*| from", lambda curve: number(float(np.abs(curve.stiffness).min()), 4)),
+            ("to", lambda curve: number(largest(curve), 4)),
+            ("", lambda curve: stiffness_unit(curve.mode)),
+            ("over static", lambda curve: number(largest(curve) / abs(curve.static), 3)),
+            ("loss angle to", lambda curve: f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"),
+        ),
+        left=2,
+    )
 
 
 def _table(curve: DynamicCurve) -> Table:
     unit = stiffness_unit(curve.mode)
-    heads = ("frequency [Hz]", f"|K*| [{unit}]", f"K' [{unit}]", f"K'' [{unit}]", "loss angle [deg]")
-
-    def row(frequency: float, K: complex) -> Row:
-        moduli = (number(value, 4) for value in (abs(K), K.real, K.imag))
-        return (f"{frequency:.4g}", *moduli, f"{math.degrees(np.angle(K)):.2f}")
-
-    rows = tuple(row(*pair) for pair in zip(curve.frequency, curve.stiffness, strict=True))
-    name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
-    return Table(name, heads, rows, left=0, most=_ROWS)
+    return table_of(
+        f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}",
+        zip(curve.frequency, curve.stiffness, strict=True),
+        (
+            ("frequency [Hz]", lambda at: f"{at[0]:.4g}"),
+            (f"|K*| [{unit}]", lambda at: number(abs(at[1]), 4)),
+            (f"K' [{unit}]", lambda at: number(at[1].real, 4)),
+            (f"K'' [{unit}]", lambda at: number(at[1].imag, 4)),
+            ("loss angle [deg]", lambda at: f"{math.degrees(np.angle(at[1])):.2f}"),
+        ),
+        left=0,
+        most=_ROWS,
+    )
 
 
 def _solved(response: DynamicResponse) -> Paragraph:

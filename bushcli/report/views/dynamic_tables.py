@@ -22,12 +22,7 @@ Array = NDArray[np.float64]
 
 
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
-    """Return the units of displacement, force and stiffness that are shown.
-
-    Parameters
-    ----------
-    table : DynamicTable
-    """
+    """Return the units of displacement, force and stiffness that are shown."""
     mode, shown = modes()[table.mode], quantities(table.mode)
     if mode.specimen == "coupon":
         return "strain", "MPa", "MPa"
@@ -35,12 +30,7 @@ def table_units(table: DynamicTable) -> tuple[str, str, str]:
 
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
-    """Return a table with a row for each curve of each measured table, and what was understood from the files.
-
-    Parameters
-    ----------
-    tables : sequence of DynamicTable
-    """
+    """Return a table with a row for each curve of each measured table, and what was understood from the files."""
     heads = (
         "channel",
         "quantity",
@@ -95,12 +85,7 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
 
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
-    """Return a table with the misfit of each curve of each measured table.
-
-    Parameters
-    ----------
-    compared : sequence of ComparedTable
-    """
+    """Return a table with the misfit of each curve of each measured table."""
     heads = (
         *("channel", "frequency", "amplitude", "preload", "|K*|", "simulated", "misfit"),
         *("loss angle", "simulated", "misfit"),

@@ -58,14 +58,7 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
 
 
 def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
-    """Return the section on a law fitted to coupon tests.
-
-    Parameters
-    ----------
-    fit : Fit
-    pictures : sequence of Picture
-        Those of other kinds are left out.
-    """
+    """Return the section on a law fitted to coupon tests."""
     solved = (
         f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
         f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"

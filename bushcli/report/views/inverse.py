@@ -59,10 +59,7 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
     ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
     sections = [
         Section("Laws compared", ranking if len(fits) > 1 else []),
-        Section(
-            f"Parameters identified from {curves_of(best)}",
-            [estimate_table(best), note(_ERRORS)],
-        ),
+        Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
         Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
         *([compared_section(best.tables)] if best.tables else []),
         history_section(histories, pictures),
@@ -165,15 +162,7 @@ def is_uncertain(estimate: Estimate) -> bool:
 
 
 def with_error(fit: Fit, name: str) -> str:
-    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa".
-
-    Parameters
-    ----------
-    fit : Fit
-        The identified law.
-    name : str
-        Full name of the parameter.
-    """
+    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa"."""
     estimate = fit.parameters[name]
     unit = parameter_unit(fit, name)
     tail = "" if unit == "1" else f" {unit}"

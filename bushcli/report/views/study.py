@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, table_of
 from bushcli.report.quantity import number
 from bushcli.study.study import Study
 
@@ -124,12 +124,15 @@ def _answers(found: Study) -> Table:
 
 
 def _worst(found: Study) -> Table:
-    rows: list[Row] = []
-    for name, one in found.summaries.items():
-        for what, extreme in (("lowest", one.lowest), ("highest", one.highest)):
-            at = tuple(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
-            rows.append((name, what, number(extreme.value, 4), str(extreme.design), *at))
-    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2)
+    rows = tuple(
+        (
+            *(name, what, number(extreme.value, 4), str(extreme.design)),
+            *(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values()),
+        )
+        for name, one in found.summaries.items()
+        for what, extreme in (("lowest", one.lowest), ("highest", one.highest))
+    )
+    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), rows, left=2)
 
 
 def _influences(found: Study) -> Table:
@@ -150,9 +153,17 @@ def _influences(found: Study) -> Table:
 
 
 def _failures(found: Study) -> Table:
-    rows: list[Row] = []
-    for one in found.failures:
-        designs = ", ".join(map(str, one.designs)) + (", ..." if one.count > len(one.designs) else "")
-        rows.append((one.kind.replace("_", " "), one.reason, designs, str(one.count)))
-    heads = ("kind", "reason, of the first", "designs", "number")
-    return Table("Designs without a result", heads, tuple(rows), left=3)
+    return table_of(
+        "Designs without a result",
+        found.failures,
+        (
+            ("kind", lambda one: one.kind.replace("_", " ")),
+            ("reason, of the first", lambda one: one.reason),
+            (
+                "designs",
+                lambda one: ", ".join([*map(str, one.designs), *["..."] * (one.count > len(one.designs))]),
+            ),
+            ("number", lambda one: str(one.count)),
+        ),
+        left=3,
+    )

@@ -17,7 +17,7 @@ from bushcli.diagnosis.words import sentences
 from bushcli.effects.effect import effect
 from bushcli.effects.titles import phrase, title
 from bushcli.report.document import Paragraph, on
-from bushcli.report.drawing.results import diagnosis_figures
+from bushcli.report.drawing.results import diagnosis_pictures, drawn
 from bushcli.report.plots.certainty import prior_panels, probability_panels
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.views.diagnosis.document import bar, model_table, probability_table
@@ -775,7 +775,7 @@ def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
     doubt = Condition("strange", "<script>alert(1)</script>", "</script>")
     found = diagnoses.diagnosis(case('<script>alert("x")</script>'), conditions=(doubt,))
     found = replace(found, probability={})
-    pictures = diagnosis_figures(replace(found, maps=()), {"axial": "axial"})
+    pictures = drawn(diagnosis_pictures(replace(found, maps=()), {"axial": "axial"}))
     text = page_of(found, pictures)
     assert text.count("<script>") == 1
     assert "script-src &#39;sha256-" in text or "script-src 'sha256-" in text

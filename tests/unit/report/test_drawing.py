@@ -17,11 +17,12 @@ from bushcli.report.drawing.bushing_map import map_figure
 from bushcli.report.drawing.looks import LOOKS, style_sheet
 from bushcli.report.drawing.picture import plotted, style
 from bushcli.report.drawing.prepared import MOST, position, prepared, thinned
-from bushcli.report.drawing.results import diagnosis_figures, direct_figures, mesh_figures
+from bushcli.report.drawing.results import diagnosis_pictures, direct_pictures, mesh_pictures
+from bushcli.report.drawing.results import drawn as pictures_of
 from bushcli.report.drawing.zoom import figure, svg, ticks
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.plots.places import numbering
-from bushcli.report.writers.files import map_vtu
+from bushcli.report.writers.tables import map_vtu
 from bushcli.simulate.meshes import Meshed
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
@@ -36,7 +37,7 @@ def drawn(answer, channel):
     def make(*channels, fit=None, title="a bushing"):
         found = answer(*(channels or (channel("axial", 130.0, 100.0),)), title=title)
         names = {c.name: c.name for c in found.response.channels}
-        return {p.name: p for p in direct_figures(found.response, found.misfits, fit, names)}
+        return {p.name: p for p in pictures_of(direct_pictures(found.response, found.misfits, fit, names))}
 
     return make
 
@@ -85,9 +86,9 @@ def test_the_same_result_gives_the_same_file(drawn):
     assert all(first[name].svg == second[name].svg and first[name].png == second[name].png for name in first)
 
 
-def test_meshes_have_pictures(ring):
+def test_meshes_have_pictures(ring, case):
     mesh = Meshed("section", ("axial",), 2, 2, 6, {}, {}, ring)
-    assert [picture.name for picture in mesh_figures([mesh])] == ["mesh-section"]
+    assert [picture.name for picture in mesh_pictures(case().geometry, [mesh])] == ["mesh-section"]
 
 
 def test_faces_between_points_of_a_circle_follow_it():
@@ -249,9 +250,9 @@ def test_a_channel_without_places_in_its_record_has_no_picture_of_them(case, dia
     """For example a channel that is held out."""
     found = diagnoses.diagnosis(case(), "missing_physics")
     names = {one.name: one.name for one in (*found.channels, *found.maps)}
-    assert any(one.kind == "record_map" for one in diagnosis_figures(found, names))
+    assert any(one.kind == "record_map" for one in diagnosis_pictures(found, names))
     bare = replace(found, location=replace(found.location, bins=()))
-    assert not any(one.kind == "record_map" for one in diagnosis_figures(bare, names))
+    assert not any(one.kind == "record_map" for one in diagnosis_pictures(bare, names))
 
 
 @pytest.mark.parametrize("made", ["half_plane", "solid"])
