@@ -337,7 +337,9 @@ def test_every_picture_is_sound():
 def test_pictures_of_one_parameter_and_no_search():
     found = identified(names=("C10",), profiles=(), evaluations=(), end_points=())
     names = {picture.name for picture in inverse_panels([found], {"axial": "axial", "radial": "radial"})}
-    assert names & {"axial-identified", "ranking", "profiles", "correlation", "convergence"} == {"axial-identified"}
+    assert names & {"axial-identified", "ranking", "profiles", "correlation", "convergence"} == {
+        "axial-identified"
+    }
 
 
 @pytest.mark.slow
