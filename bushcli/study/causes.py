@@ -125,15 +125,11 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
                 yield effect.name, said, np.asarray(added / scale, dtype=np.float64)
     if part.time is not None or len(part.displacement) > 2:
         # A loop: half of it on the way up, half on the way down.
-        way = np.asarray(np.sign(np.gradient(_smoothed(part.displacement))), dtype=np.float64)
+        width = max(len(part.displacement) // 200, 1)
+        padded = np.pad(part.displacement, width, mode="edge")
+        smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+        way = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
         yield "friction", f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side", way
-
-
-def _smoothed(q: Array) -> Array:
-    width = max(len(q) // 200, 1)
-    padded = np.pad(q, width, mode="edge")
-    smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
-    return np.asarray(smooth, dtype=np.float64)
 
 
 def joined(causes: Sequence[Cause]) -> str:

@@ -179,7 +179,12 @@ def design(
         A key has no range, or no search found a design that can be simulated.
     """
     low, high = bounds_of(variables)
-    begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
+    begins = [np.clip(start, low, high)]
+    if starts > 1:
+        from scipy.stats import qmc
+
+        unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
+        begins += list(low + unit * (high - low))
     cache = DesignCache(measured=Measured(tables))
     ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
@@ -211,15 +216,6 @@ def _ends(
     return ends
 
 
-def _starting_points(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
-    from scipy.stats import qmc
-
-    if count == 1:
-        return [first]
-    unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count - 1)
-    return [first, *(low + unit * (high - low))]
-
-
 def _result(
     cache: DesignCache,
     case: Case,
@@ -246,18 +242,14 @@ def _result(
         reached.append(Reached(one, shown, slopes, _spread(one, shown, slopes, tolerances)))
     scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
     conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
-    conditions = (*_left_out(case), *conditions)
+    if case.effects:
+        names = " and ".join(one.name for one in case.effects)
+        what = f"the rates are those without the effects of the case: {names}"
+        remedy = (
+            "compare the design with `bushcli direct`, and correct the targets by what the effects change"
+        )
+        conditions = (Condition("effect_left_out", what, remedy), *conditions)
     return Design(case, keys, tuple(reached), evaluations, end.converged, conditions)
-
-
-def _left_out(case: Case) -> list[Condition]:
-    """Return that the rates are those without the effects of the case, if it has any."""
-    if not case.effects:
-        return []
-    names = " and ".join(one.name for one in case.effects)
-    what = f"the rates are those without the effects of the case: {names}"
-    remedy = "compare the design with `bushcli direct`, and correct the targets by what the effects change"
-    return [Condition("effect_left_out", what, remedy)]
 
 
 def _spread(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.document import Plot, Region, Series
+from bushcli.report.document import Plot, Region
 
 Array = NDArray[np.floating[Any]]
 
@@ -32,7 +32,13 @@ def prepared(plot: Plot) -> Plot:
     """Return the plot with limits, thinned curves and outlines, and one place for each number."""
     if plot.is_prepared:
         return plot
-    plot = replace(plot, series=[_thinned(one) for one in plot.series], regions=_outlined(plot.regions))
+    series = []
+    for one in plot.series:
+        if len(one.x) > MOST and one.error is None:
+            x, y = thinned(one.x, one.y, MOST, one.mark != "line")
+            one = replace(one, x=x, y=y)
+        series.append(one)
+    plot = replace(plot, series=series, regions=_outlined(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
     return replace(plot, regions=_placed(plot), is_prepared=True)
 
@@ -96,13 +102,6 @@ def _limits(plot: Plot, axis: int) -> tuple[float, float]:
 
 
 # -- curves ------------------------------------------------------------------------------------------------------------
-
-
-def _thinned(series: Series) -> Series:
-    if len(series.x) <= MOST or series.error is not None:
-        return series
-    x, y = thinned(series.x, series.y, MOST, series.mark != "line")
-    return replace(series, x=x, y=y)
 
 
 def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:

@@ -173,8 +173,10 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
 def revolved(surface: Surface) -> Surface:
     """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
-    bounding = _bounding(surface.reference)
-    face, side = np.nonzero(bounding.reshape(-1, 4))
+    middle = np.round(face_edges(surface.reference).mean(axis=1), 5)
+    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
+    # Sides that belong to one face only bound the half-plane.
+    face, side = np.nonzero((count[group.ravel()] == 1).reshape(-1, 4))
     ends = edges[side]
     angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
 
@@ -268,12 +270,6 @@ def cut(
             parts.append(corners[at][:, i] + share * (corners[at][:, j] - corners[at][:, i]))
             owner.append(at)
     return np.concatenate(parts), np.concatenate(owner)
-
-
-def _bounding(faces: Array) -> NDArray[np.bool_]:
-    middle = np.round(face_edges(faces).mean(axis=1), 5)
-    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
-    return np.asarray(count[group.ravel()] == 1)
 
 
 def _turned(points: Array, angle: float) -> Array:

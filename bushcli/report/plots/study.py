@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -102,14 +103,8 @@ def _scatters(found: Study, names: Sequence[str], labels: Mapping[str, str]) -> 
     keys = varied or [found.plan.keys[0]]
     rows = [[_scatter(found, name, key, labels[name], key == keys[0]) for key in keys] for name in names]
     width = max(300.0, 900.0 / len(keys)) if len(keys) > _ZOOMED else 900.0 / len(keys)
-    rows = [[_sized(plot, width) for plot in row] for row in rows]
+    rows = [[replace(plot, width=width) for plot in row] for row in rows]
     return Panels("scatter", "scatter", "Answers against the varied keys", rows, still=len(keys) > _ZOOMED)
-
-
-def _sized(plot: Plot, width: float) -> Plot:
-    from dataclasses import replace
-
-    return replace(plot, width=width)
 
 
 def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot:

@@ -259,11 +259,7 @@ def _interval(estimate: Estimate) -> str:
 
 
 def _flags(estimate: Estimate) -> str:
-    flags = []
-    if estimate.at_bound:
-        flags.append("at bound")
-    if is_uncertain(estimate):
-        flags.append("poorly determined")
+    flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
     if estimate.interval is not None:
         for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
             if limit in _LIMITED:
@@ -296,16 +292,21 @@ def leverage_table(fit: Fit) -> Table:
     """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
     rows = [
-        (channel, *(_change(fit.parameters[name], changes.get(name, math.nan)) for name in names))
+        # A value on its bound does not change as the linear theory predicts.
+        (
+            channel,
+            *(
+                "-"
+                if fit.parameters[name].at_bound or not math.isfinite(change)
+                else f"{100 * change:+.1f} %"
+                for name in names
+                for change in [changes.get(name, math.nan)]
+            ),
+        )
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
     return Table(title, ("channel", *names), tuple(rows), on="page")
-
-
-def _change(estimate: Estimate, relative: float) -> str:
-    # A value on its bound does not change as the linear theory predicts.
-    return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
 
 
 def model_table(fits: Sequence[Fit]) -> Table:

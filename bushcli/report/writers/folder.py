@@ -231,13 +231,12 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
     before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
     # A result that was moved before and calculated again is there already.
     places = _numbered(directory / f"earlier-{before}")
-    return before, next(one for one in places if not os.path.lexists(one) or _is_same(found, one))
-
-
-def _is_same(result: Mapping[str, Any], folder: Path) -> bool:
-    """Whether a folder holds a finished result of the same question."""
-    there = None if folder.is_symlink() else earlier_result(folder)
-    return there is not None and is_finished(there) and there.get(QUESTION, "") == result.get(QUESTION)
+    for place in places:
+        there = None if place.is_symlink() else earlier_result(place)
+        is_same = there is not None and is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
+        if is_same or not os.path.lexists(place):
+            return before, place
+    raise AssertionError("there is always a free name")
 
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:

@@ -118,8 +118,11 @@ def _conversion(
 ) -> tuple[Callable[[float], float], str]:
     """Return the conversion from internal units to those of the case file, and the unit there."""
     found = _parameter(name)
-    if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
-        return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
+    if found is not None and found.of_channel:
+        effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
+        acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
+        if any(modes()[one.mode].rotational for one in acting):
+            return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
     factor, name_of_unit = _degrees(quantity.unit)
     return lambda value: factor * value, name_of_unit
 
@@ -129,12 +132,6 @@ def _parameter(name: str) -> EffectParameter | None:
     if effect_name(effect) not in effects():
         return None
     return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
-
-
-def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
-    effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
-    acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
-    return any(modes()[one.mode].rotational for one in acting)
 
 
 def _degrees(of: str) -> tuple[float, str]:
