@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.faults import DataFault
-from bushcli.report.quantity import Quantities, beside, listed, number, percent, quantities
+from bushcli.report.quantity import Quantities, listed, number, percent, quantities
+from bushcli.runtime.digits import beside
 from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 from bushcli.recording.source import Source
+from bushcli.runtime.digits import significant
 from bushcli.standards.observed import Observed
 
 
@@ -85,7 +86,7 @@ def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
 
 
 def speed_clause(
-    seen: Observed, source: Source, wanted: Iterable[tuple[float, float]], practice: bool = False
+    seen: Observed, source: Source, wanted: Sequence[tuple[float, float]], practice: bool = False
 ) -> Clause:
     """Return the clause on the speed of the grips or plates."""
     text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
@@ -97,8 +98,10 @@ def speed_clause(
         found = f"{shown} strain per second, and no gauge_length to turn it into a speed"
         return Clause(f"speed {text}", found, None, practice)
     speeds = [60.0 * rate * length for rate in seen.rates]
+    ends = [want + side * slack for want, slack in wanted for side in (-1, 1)]
     met = all(any(abs(speed - want) <= slack for want, slack in wanted) for speed in speeds)
-    return Clause(f"speed {text}", ", ".join(f"{speed:.3g} mm/min" for speed in speeds), met, practice)
+    shown = ", ".join(f"{significant(speed, *ends)} mm/min" for speed in speeds)
+    return Clause(f"speed {text}", shown, met, practice)
 
 
 def cycles_clause(seen: Observed, least: int, text: str) -> Clause:

@@ -18,6 +18,7 @@ from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.digits import significant
 from bushcli.runtime.executor import Pool
 from bushcli.simulate.measured import Measured
 from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
@@ -94,10 +95,15 @@ class Reached:
         return self.value / self.wanted - 1.0
 
     @property
+    def allowed(self) -> float:
+        """Relative deviation within which the target counts as reached, a share: 0.1 % unless the target has one."""
+        given = self.target.deviation / self.target.value
+        return REACHED if math.isnan(given) else given
+
+    @property
     def met(self) -> bool:
-        """Whether the design has the rate, within the allowed deviation or else within 0.1 %."""
-        allowed = self.target.deviation / self.target.value
-        return abs(self.deviation) <= (REACHED if math.isnan(allowed) else allowed)
+        """Whether the design has the rate, within the allowed deviation."""
+        return abs(self.deviation) <= self.allowed
 
 
 @dataclass(frozen=True)
@@ -268,6 +274,11 @@ def _spread(
     return Spread(parts, math.fsum(map(abs, parts.values())), std, share)
 
 
+def _missed(one: Reached) -> str:
+    limit = 100 * one.allowed
+    return f"{'+' * (one.deviation > 0.0)}{significant(100 * one.deviation, -limit, limit)}"
+
+
 def _conditions(
     keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
 ) -> tuple[Condition, ...]:
@@ -275,7 +286,7 @@ def _conditions(
     missed = [one for one in reached if not one.met]
     bound = [key for key, one in keys.items() if one.at_bound]
     if missed:
-        names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.3g} %" for one in missed)
+        names = ", ".join(f"{one.target.name} by {_missed(one)} %" for one in missed)
         remedy = (
             f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
         )

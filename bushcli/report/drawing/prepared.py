@@ -46,7 +46,9 @@ def prepared(plot: Plot) -> Plot:
 def pane(plot: Plot) -> tuple[float, float, float, float]:
     """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
     longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
-    left = min(max(62.0 if plot.labels[1] else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
+    # An axis without label has its numbers, too, unless it has names.
+    least = 62.0 if plot.labels[1] or not plot.y_names else 12.0
+    left = min(max(least, 7.2 * longest + 16), 0.45 * plot.width)
     left += 16 if plot.labels[1] else 0
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)
     bottom = (46.0 if plot.labels[0] else 26.0) + 16 * lines

@@ -14,6 +14,7 @@ from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around
 from bushcli.report.plots.fit import bar
 from bushcli.report.quantity import number, quantities
+from bushcli.report.views.study import share_percent
 from bushcli.study.analysis import Summary
 from bushcli.study.bands import Band
 from bushcli.study.study import Study
@@ -144,7 +145,7 @@ def _spread(found: Study, name: str, label: str) -> Plot:
     heading = (
         f"median {number(one.quantiles[1], 4)}"
         if one.limits is None
-        else f"{100 * one.limits.share:.1f} % within"
+        else f"{share_percent(one.limits.share)} within"
     )
     top = (0.0, 1.06 * float(count.max()))
     regions = [Region("bar", "", boxes)]

@@ -7,7 +7,8 @@ import math
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, note, table_of
 from bushcli.report.quantity import number
-from bushcli.study.design import Design
+from bushcli.runtime.digits import beside
+from bushcli.study.design import Design, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
 _NOTE = (
@@ -44,6 +45,13 @@ def design_headline(found: Design) -> str:
     return f"Design: {values}"
 
 
+def _deviation(one: Reached) -> str:
+    """Return the deviation with the digits that show whether it is within what is allowed."""
+    limit = 100 * one.allowed
+    text = beside(round(100 * one.deviation, 9), -limit, limit, decimals=3)
+    return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
+
+
 def _tables(found: Design) -> list[Table]:
     """Return targets, keys, and the derivatives of the targets by the keys."""
     targets = table_of(
@@ -54,7 +62,7 @@ def _tables(found: Design) -> list[Table]:
             ("", lambda one: one.target.unit),
             ("wanted", lambda one: number(one.wanted, 5)),
             ("value", lambda one: number(one.value, 5)),
-            ("deviation", lambda one: f"{round(100 * one.deviation, 3) + 0.0:+.3f} %"),
+            ("deviation", _deviation),
             ("", lambda one: "reached" if one.met else "missed"),
         ),
         left=2,

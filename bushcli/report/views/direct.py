@@ -25,6 +25,7 @@ from bushcli.report.views.cycles import history_section
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.digits import beside
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
@@ -134,13 +135,18 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
             secant = number(shown.stiffness(channel.curve.secant_stiffness()))
             rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
             continue
-        misfit = [percent(one) for one in (found.rms_percent, found.peak_percent, found.noise_percent)]
+        peak = percent(found.peak_percent, found.tolerance.percent)
+        misfit = [percent(found.rms_percent), peak, percent(found.noise_percent)]
+        ends = [1.0 + side * found.tolerance.band for side in (-1, 1)]
         for name, first, rest in (
             ("secant", channel.name, (*misfit, "yes" if found.within else "no")),
             ("initial", "", ("",) * 4),
         ):
             ours, theirs = (getattr(one, name) for one in (found.predicted, found.measured))
-            ratio = f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-"
+            limits = ends if name == "secant" else ()
+            ratio = (
+                beside(ours / theirs, *limits, decimals=2) if theirs and np.isfinite(ours / theirs) else "-"
+            )
             both = (number(shown.stiffness(ours)), number(shown.stiffness(theirs)))
             rows.append((first, f"{name}, {unit}", *both, ratio, *rest))
     within = f"within {response.case.tolerance.text}"

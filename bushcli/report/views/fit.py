@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -47,7 +48,8 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
     """
     worst = max(curve.rms_percent for curve in fit.curves)
     return Document(
-        f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better",
+        # Rounded up, because no curve is worse.
+        f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",
         [] if fit.converged else ["The fit did not converge."],
         "plain",
         [fit_section(fit, pictures)],

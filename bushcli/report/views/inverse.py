@@ -19,11 +19,12 @@ from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
 from bushcli.report.quantity import listed, number, percent, with_std
-from bushcli.report.ranking import information_criterion
+from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
+from bushcli.runtime.digits import beside
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
@@ -36,8 +37,8 @@ _ERRORS = (
     "a parameter is poorly determined, from its profile."
 )
 _RANKING = (
-    "BIC above the smallest one: 6 or more is clearly worse. Where a channel was held out, its prediction decides: the "
-    "identification has not seen it."
+    f"BIC above the smallest one: {CLEAR:g} or more is clearly worse. Where a channel was held out, its prediction "
+    "decides: the identification has not seen it."
 )
 
 
@@ -322,7 +323,7 @@ def model_table(fits: Sequence[Fit]) -> Table:
         misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
         cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
-        judged = (f"{score - least:+.0f}", "yes" if fit.converged else "no", problems)
+        judged = (f"+{beside(score - least, CLEAR)}", "yes" if fit.converged else "no", problems)
         rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *judged))
     channels = [f"{name} (held out)" if name in held else name for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")

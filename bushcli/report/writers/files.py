@@ -227,16 +227,18 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
     fits = [in_file_units(fit) for fit in fits]
     names = file_names([curve.name for curve in fits[0].curves])
     contents = {
-        f"{names[curve.name]}-identified.csv": _fitted(curve, "predicted" if curve.held_out else "fitted")
+        f"{names[curve.name]}-identified.csv": _fitted(
+            curve, "predicted" if curve.held_out else "fitted", start=True
+        )
         for curve in fits[0].curves
     }
     return Files(case, contents, pictures=lambda: _report("plots.fit").inverse_panels(fits, names))
 
 
-def _fitted(curve: FittedCurve, how: str) -> str:
-    """Return recorded and fitted force, and that at the start of the search."""
+def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
+    """Return recorded and fitted force, and on demand that at the start of the search, where it is known."""
     forces = {"recorded": curve.recording.force, how: curve.fitted.force}
-    if curve.started is not None:
+    if start and curve.started is not None:
         forces["started"] = curve.started.force
     return tables.number_table(tables.forces(curve.recording.mode, curve.recording.displacement, forces))
 
