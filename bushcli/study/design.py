@@ -26,6 +26,7 @@ from bushcli.study.rates import rates
 from bushcli.study.target import Target
 from bushcli.study.task import DesignCache, StudyTask
 from bushcli.study.variable import SIGMAS, Variable
+from cases.mode import modes
 
 Array = NDArray[np.float64]
 
@@ -184,6 +185,11 @@ def design(
     InputError
         A key has no range, or no search found a design that can be simulated.
     """
+    for one in targets:
+        # Without the unit a load would be searched as a travel.
+        if not modes()[one.mode].rotational and abs(one.travel) > (case.geometry.overall or math.inf):
+            what = f"asks for a travel of {one.travel:g} mm, and the bushing is {case.geometry.overall:.4g} mm in all"
+            raise InputError(Problem(f"--target {one.name}", what, f"{one.name}N, if it is a load", ""))
     low, high = bounds_of(variables)
     begins = [np.clip(start, low, high)]
     if starts > 1:
