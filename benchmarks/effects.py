@@ -15,7 +15,7 @@ from statistics import median
 import numpy as np
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Effect, effects
+from bushcli.effects.effect import Effect, effects, effects_on
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -54,7 +54,7 @@ def cost(runs: int) -> Iterator[str]:
     """Times of one solution, plain and with five derivatives, by effect."""
     yield "| effect | channel | set-up, s | solving, s | with 5 derivatives, s | steps | error of the steps, % |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
-    for effect in effects().values():
+    for effect in effects_on("static").values():
         mode = "axial" if effect.acts_on("axial") else "radial"
         active = [ActiveEffect(effect).started()]
         made(mode, active)  # kernels
@@ -111,7 +111,7 @@ def alike(runs: int) -> Iterator[str]:
         answer = simulation.solve({}, tuple(YEOH))
         basis.append(answer.slope / np.ptp(answer.force))
     laws_part, _ = np.linalg.qr(np.concatenate(basis))
-    for effect in effects().values():
+    for effect in effects_on("static").values():
         parts = [_change(effect, mode) for mode in REACH]
         column = np.concatenate(parts)
         own = column - laws_part @ (laws_part.T @ column)

@@ -1,6 +1,7 @@
 """One-dimensional laws of filled rubber on measured strain sweeps and loops: what each leaves, with how many constants.
 
 python -m benchmarks.payne sweep FILE [STIFFNESS_UNIT STRAIN_UNIT]  strain sweeps of a coupon, a fit per temperature
+python -m benchmarks.payne heated FILE STIFFNESS_UNIT STRAIN_UNIT DEGREES...  one set for all, fitted at some
 python -m benchmarks.payne loops SLOW.csv FAST.csv                 two recordings of one specimen: time, travel, force
 python -m benchmarks.payne relax FILE                              frequency -> relaxation and back, of sweeps
 
@@ -192,17 +193,88 @@ def laws() -> Iterator[tuple[str, int, Callable[[Array, Array, Array], Complex],
     yield "three sliders", 7, sliders, [(-1.0, 1.0), (-1.0, 1.0), (-8.0, -5.0), (0.5, 2.5), (0.5, 2.5)]
 
 
+def swept(file: str, stiffness: str, strain: str) -> tuple[list[DynamicTable], list[str]]:
+    """Return the strain sweeps in a file, rows off their curve left out, and what is wrong with them."""
+    units = {"amplitude": strain, "storage": stiffness, "loss": stiffness}
+    table = read_dynamic(DynamicSource("uniaxial", (Path(file),), "sweep", units=units, amplitude_is="peak"))
+    faults = table_faults(shapes()["coupon"](), [table])
+    bad = np.any([fault.samples for fault in faults if fault.kind == "spikes"], axis=0)
+    table = table.rows(np.broadcast_to(~bad, len(table)))
+    return [table.rows(rows) for rows in table.conditions()], [f"{one.kind}: {one.where}" for one in faults]
+
+
+#: What follows the temperature, each as exp(k (1/T - 1/Tr)): the relaxing modulus and the exponent nu of the spectrum;
+#: the clock's time ("dt": the path counts as at the reference); all relaxation times.
+HEATED = ("E_1", "E_1, nu", "E_1, all times", "E_1, dt", "dt, nu", "E_1, nu, dt")
+
+
+def heated(file: str, stiffness: str, strain: str, *degrees: str) -> Iterator[str]:
+    """Yield what one set of constants, fitted to the sweeps at some temperatures, leaves of all of them."""
+    curves, said = swept(file, stiffness, strain)
+    yield from said
+    known = [any(abs(c.temperature.mean() - float(one)) < 2.0 for one in degrees) for c in curves]
+    at = [
+        f"{c.temperature.mean():.0f} degC{'' if k else ' (held out)'}"
+        for c, k in zip(curves, known, strict=True)
+    ]
+    yield "| spectrum | with the temperature | constants | " + " | ".join(at) + " | k, 1000 K |"
+    yield "| --- " * (len(curves) + 4) + "|"
+    for name in ("modified power law", "power law"):
+        for varied in HEATED:
+            constants, left, powers = _at_all(name, varied.split(", "), curves, np.array(known))
+            rms = 100.0 * np.sqrt([np.mean(one.reshape(2, -1) ** 2, axis=1) for one in left])
+            cells = " | ".join(f"{storage:.1f}, {loss:.1f}" for storage, loss in rms)
+            yield f"| {name} | {varied} | {constants} | {cells} | {', '.join(f'{k:.2f}' for k in powers)} |"
+
+
+def _at_all(
+    name: str, varied: list[str], curves: list[DynamicTable], known: NDArray[np.bool_]
+) -> tuple[int, list[Array], Array]:
+    """Return number of constants, relative misfit of each curve (2 n,), and k of what follows the temperature."""
+    (shape, first), (speed, second) = SPECTRA[name], RATES["C (1 + a/a0)^m"]
+    n = len(first)
+
+    def rows(p: Array, c: DynamicTable) -> Array:
+        inverse = 1e3 / (c.temperature.mean() + 273.15) - 1e3 / 293.15
+        by = dict.fromkeys(("E_1", "nu", "all times", "dt"), 1.0)
+        by |= {key: math.exp(k * inverse) for key, k in zip(varied, p[-len(varied) :], strict=True)}
+        own = p[:n].copy()
+        # The last constant of a spectrum is nu, or its logarithm.
+        own[-1] = own[-1] + math.log(by["nu"]) if name == "modified power law" else own[-1] * by["nu"]
+        times, shares = shape(own)
+        slower = by["dt"] * by["all times"]
+
+        def rate(a: Array) -> Array:
+            return by["dt"] * speed(a, p[n:])
+
+        one = by["E_1"] * steady(c.amplitude, 2.0 * np.pi * c.frequency, rate, slower * times, shares)
+        still = np.append(1.0 / c.storage, np.zeros(len(c)))
+        return np.column_stack([still, np.append(one.real / c.storage, one.imag / c.loss)])
+
+    def solved(p: Array) -> tuple[Array, Array]:
+        with np.errstate(all="ignore"):
+            design = np.vstack([rows(p, c) for c, k in zip(curves, known, strict=True) if k])
+        if not np.isfinite(design).all():
+            return np.zeros(2), np.full(len(design), 10.0)
+        values = np.linalg.lstsq(design, np.ones(len(design)), rcond=None)[0]
+        return values, design @ values - 1.0
+
+    starts, rng = [*first, *second, *[(0.5, 1.5)] * len(varied)], np.random.default_rng(0)
+    tries = [
+        least_squares(
+            lambda p: solved(p)[1], [rng.uniform(*ends) for ends in starts], max_nfev=60, x_scale="jac"
+        )
+        for _ in range(STARTS)
+    ]
+    best = np.asarray(min(tries, key=lambda one: float(one.cost)).x)
+    values = solved(best)[0]
+    return 2 + len(starts), [rows(best, c) @ values - 1.0 for c in curves], best[-len(varied) :]
+
+
 def sweep(file: str, stiffness: str = "MPa", strain: str = "percent") -> Iterator[str]:
     """Yield a table of what each law leaves of the strain sweeps in a file, by temperature."""
-    units = {"amplitude": strain, "storage": stiffness, "loss": stiffness}
-    source = DynamicSource("uniaxial", (Path(file),), "sweep", units=units, amplitude_is="peak")
-    table = read_dynamic(source)
-    bad = np.zeros(len(table), dtype=bool)
-    for fault in table_faults(shapes()["coupon"](), [table]):
-        yield f"{fault.kind}: {fault.where}"
-        bad |= fault.samples
-    table = table.rows(~bad)
-    curves = [table.rows(rows) for rows in table.conditions()]
+    curves, said = swept(file, stiffness, strain)
+    yield from said
     yield "| law | constants | " + " | ".join(f"{c.temperature.mean():.0f} degC" for c in curves) + " | s |"
     yield "| --- " * (len(curves) + 3) + "|"
     for name, count, response, starts in laws():
@@ -311,5 +383,7 @@ def relax(file: str) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    for line in {"sweep": sweep, "loops": loops, "relax": relax}[sys.argv[1]](*sys.argv[2:]):
+    for line in {"sweep": sweep, "heated": heated, "loops": loops, "relax": relax}[sys.argv[1]](
+        *sys.argv[2:]
+    ):
         print(line, flush=True)

@@ -47,6 +47,8 @@ class MaterialCells:
         Derivatives of the energy by the entries of `g`, as the last `answer` computed them.
     A : shape (points, upper triangle)
         Second derivatives of the energy by the entries of `g`, as the last `stiffen` computed them.
+    skew : shape (2, points, rows), or None where the tangent is symmetric
+        Vectors s and z of its skew part, (s_k z_l - z_k s_l) / 2; `A` is then its symmetric part.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class MaterialCells:
         self._strains = kernel(gradients.strains(kinematics, self._setting)).bound(
             material.strain, {"gradients": self.g}, clear=True
         )
+        self.skew: Array | None = None
         self._forces: tuple[Array, Call] | None = None
         # `g` several times over, at the state of the last `look`; empty until it is needed.
         self._tiled = self.g[:0]
@@ -147,9 +150,11 @@ class MaterialCells:
         return kernel(gradients.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
 
     def stiffen(self) -> None:
-        """Compute `A` at the state of `look`."""
+        """Compute `A`, and `skew`, at the state of `look`."""
         self.material.answer(moduli=True)
         self._moduli()
+        if isinstance(self.material, RubberAtPoints) and self.material.skew is not None:
+            self.skew = self.by_gradients(self.material.skew)
 
     def resting_moduli(self) -> Array:
         """Return what `A` is of a spring of unit modulus that is at rest at the state of `look` (`resting_answer`)."""
@@ -162,9 +167,13 @@ class MaterialCells:
         )
 
     def contracted(self, change: Array) -> Array:
-        """Return the product of `A` and a change of the gradients."""
+        """Return the product of the second derivatives and a change of the gradients."""
         P = np.empty_like(change)
         loops().lib.contract(len(change), change.shape[1], pointer(self.A), pointer(change), pointer(P))
+        if self.skew is not None:
+            s, z = self.skew
+            P += (s * np.einsum("pk,pk->p", z, change)[:, None]) / 2
+            P -= (z * np.einsum("pk,pk->p", s, change)[:, None]) / 2
         return P
 
 
@@ -207,6 +216,11 @@ class Body:
             assert isinstance(part.material, MetalAtPoints)
             part.material.take(moduli)
             part.place(1.0, anew)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the stiffness is symmetric; if not, `add_stiffness` adds its symmetric part."""
+        return self.material.skew is None
 
     @property
     def swelling(self) -> float:
@@ -259,7 +273,7 @@ class Body:
         """
         size = direction.shape[-1]
         for part in self.parts:
-            part.points.add_action(part.A, direction.reshape(-1, size), forces.reshape(-1, size))
+            part.points.add_action(part.A, direction.reshape(-1, size), forces.reshape(-1, size), part.skew)
 
     def energy(self, x: Array) -> float:
         """Stored energy on this rank, N mm."""

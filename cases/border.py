@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
+from cases.motion import posed
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.rigid import Tangent, tangent
@@ -37,9 +38,8 @@ class Border:
     """
 
     def __init__(self, model: FiniteElementModel) -> None:
-        six = model.motion.six
-        assert six is not None
-        self._model, self._free = model, list(six.free)
+        self._model, self._motion = model, posed(model.motion)
+        self._free = list(self._motion.free_numbers)
         count = len(self._free)
         own = model.system.owned_constrained
         homes = [rank for rank, many in enumerate(model.comm.allgather(len(own))) if many >= count]
@@ -108,7 +108,7 @@ class Border:
         turning = any(k >= 3 for k in self._free)
         wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
         found = tangent(self._model, self.factor, self._q, wanted)
-        self._columns = twist_of(self._model.motion.pose(self._q))[:, self._free]
+        self._columns = twist_of(self._motion.pose(self._q))[:, self._free]
         self._tangent = found
         self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity
 
@@ -158,7 +158,7 @@ class Border:
         model, found = self._model, self._tangent
         assert found is not None
         constrained = model.motion.constrained.dofs
-        twists = model.motion.twists(self._q)
+        twists = self._motion.twists(self._q)
         twist = _coordinates(model, twists, rate[constrained])
         b, x = model.system.create_vector(), model.system.create_vector()
         model.system.apply_tangent(b, rate)

@@ -22,10 +22,11 @@ from cases.callbacks import Callbacks
 from cases.drag import Drag
 from cases.limit import Limit
 from cases.model import FiniteElementModel
+from cases.motion import PoseMotion
 from cases.newton import bends, newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
-from cases.rates import ConvergedState, Rates, ghosted
+from cases.rates import MOST_OF_SKEW, ConvergedState, Rates, ghosted
 from cases.reaction import reaction
 from cases.rigid import reactions
 from cases.rounding import REASONS, rounding
@@ -68,7 +69,7 @@ class Equilibrium:
         self.x, self.b = model.system.create_vector(), model.system.create_vector()
         self.matrix = model.system.create_matrix()
         self.reactions = self.force = self.energy = 0.0
-        self.six: Array | None = None if model.motion.six is None else np.zeros(6)
+        self.six: Array | None = np.zeros(6) if isinstance(model.motion, PoseMotion) else None
         self.q, self.rate = 0.0, model.rate(0.0)
         self.tangents, self._rates = 0, Rates()
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
@@ -172,7 +173,7 @@ class Equilibrium:
     @property
     def pose(self) -> Array | None:
         """Where the sleeve is at the last solution, (6,) in mm and rad; None except on a path of six motions."""
-        return None if self.six is None else self.model.motion.pose(self.q)
+        return self.model.motion.pose(self.q)
 
     def unknowns(self) -> Array:
         """Unknowns of this rank, and the free motions of the sleeve after them, at the last solution."""
@@ -211,6 +212,11 @@ class Equilibrium:
         self.ksp.solve(self.b, solution)
         rate = ghosted(solution)
         solution.destroy()
+        if not self.model.system.symmetric:
+            at = ConvergedState(self.model, self.ksp, self.q, self.rate, self.tolerance)
+            found = self._rates.iterated(at, rate, MOST_OF_SKEW)
+            if found is not None:
+                return found
         self._rates.add(self.q, rate)
         return rate
 
@@ -300,7 +306,7 @@ class Equilibrium:
             if self.border is not None:
                 self.rate = self.model.rate(self.q)
             self.force = reaction(self.model, b, self.rate)
-            if self.six is not None:
+            if isinstance(self.model.motion, PoseMotion):
                 self.six = reactions(self.model, b, self.q)
             self.reactions = self.model.system.clear_constrained(b)
             if self._drag is not None:

@@ -7,6 +7,7 @@ consists of one feature.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.sine import ThinnedSpectrum
 from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
@@ -72,8 +74,13 @@ class Feature:
     ----------
     branches : callable, optional
         Parameters -> branches of the rubber's energy.
+    thinned : callable, optional
+        Parameters -> constants of a relaxation that amplitude thins, for vibrations.
     compliance : callable, optional
         Parameters -> addition to 1 / bulk modulus, 1/MPa.
+    heated : callable, optional
+        Parameters and temperature (degrees C) -> factors on the moduli of the law, on those of the branches beyond
+        these, and on all relaxation times.
     swelling : callable, optional
         Parameters -> volume ratio of the stress-free rubber to the mesh.
     shape : callable, optional
@@ -113,7 +120,9 @@ class Feature:
     """
 
     branches: Callable[[Values], Sequence[Attached]] | None = None
+    thinned: Callable[[Mapping[str, float]], ThinnedSpectrum] | None = None
     compliance: Callable[[Values], Scalar] | None = None
+    heated: Callable[[Values, Scalar], tuple[Scalar, Scalar, Scalar]] | None = None
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Metal], Scalar | None] | None = None
@@ -133,16 +142,20 @@ class Feature:
     @property
     def of_rubber(self) -> bool:
         """Whether it concerns the rubber alone: it then does not depend on the mesh, and serves any shape."""
-        return replace(self, branches=None, compliance=None) == Feature()
+        return replace(self, branches=None, compliance=None, heated=None) == Feature()
 
 
 @dataclass(frozen=True)
 class Installed:
-    """A feature with the values of its parameters, whose full names are "name.parameter"."""
+    """A feature with the values of its parameters, whose full names are "name.parameter".
+
+    A feature that heats the rubber has its temperature, degrees C, which the model has as the parameter "temperature".
+    """
 
     name: str
     feature: Feature
     values: Mapping[str, float]
+    temperature: float = math.nan
 
     @property
     def breaks(self) -> Mirrors:

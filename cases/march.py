@@ -20,6 +20,7 @@ from cases.interrupt import is_interrupt
 from cases.limit import limit
 from cases.load import LIMIT_POINT, ForceSearch, PrescribedForce
 from cases.model import FiniteElementModel
+from cases.motion import PoseMotion
 from cases.program import Program
 from cases.recorder import Recorder
 from cases.sensitivity import Sensitivity
@@ -97,7 +98,7 @@ def march(
     """
     solver = Equilibrium(model, tolerance, limit(patience))
     try:
-        kind = Sensitivity if model.motion.six is None else SixSensitivity
+        kind = SixSensitivity if isinstance(model.motion, PoseMotion) else Sensitivity
         derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, drive)
         forced = isinstance(drive, PrescribedForce)
         recorder = Recorder(program, keep_states, bool(derivatives.names), forced)

@@ -4,7 +4,9 @@ One row per point, as `forms.point` describes it. A branch that depends on the l
 
     V_e W_a   and   V_e W_ab + V_ee W_a W_b + V_ae W_b + V_be W_a
 
-to its own slopes and curvatures, W the law's energy alone.
+to its own slopes and curvatures, W the law's energy alone. Where branches follow a clock z that depends on the strain
+(`forms.branches.payne`), the stresses are V_a at fixed z, and the moduli are V_ab + V_az z_b, whose symmetric part is
+in the answer and whose skew part is kept as s_a = V_az and z_b (`RubberAtPoints.skew`).
 """
 
 from __future__ import annotations
@@ -40,15 +42,19 @@ class Remembered:
     ----------
     values : shape (n, k)
         Memory at the beginning of the step; always the same array.
-    parameters : shape (m,)
-        As in `cases.parameters.Numbers.branches`; always the same array.
+    parameters : shape (m,), or (n, m) on a clock
+        As in `cases.parameters.Numbers.branches`; on a clock each point has its own duration. Always the same array.
+    clock : {"", "shown", "followed"}
+        As in `forms.branch.Branch`.
     """
 
     def __init__(self, setting: KinematicDescription, branch: Branch, points: int) -> None:
         self._functions = branch_functions(setting, branch)
         self.needs_energy = self._functions.needs_energy
         self.values = np.empty((points, self._functions.memory))
-        self.parameters = np.zeros(len(branch.parameters) + len(GIVEN))
+        self.clock = branch.clock
+        count = len(branch.parameters) + len(GIVEN)
+        self.parameters = np.zeros((points, count) if self.clock == "followed" else count)
         self.reset()
 
     def reset(self) -> None:
@@ -58,6 +64,15 @@ class Remembered:
     def answer(self, moduli: bool) -> Kernel:
         """Return the kernel of its stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
+
+    def by_duration(self, out: Array, inputs: Mapping[str, Array], clear: bool) -> Call:
+        """Return a call that adds the derivatives of its stresses by the step's duration to an array."""
+        function = kernel(self._functions.stress_rate(1))
+        last = np.zeros(self.parameters.shape[-1])
+        last[-1] = 1.0
+        nothing = np.zeros(self.values.shape[-1])
+        still = {f"d0 {name}": nothing for name in inputs}
+        return function.bound(out, {**inputs, **still, "d0 parameters": last}, clear)
 
     @property
     def end(self) -> Kernel:
@@ -127,6 +142,8 @@ class _Answered:
     adding : list of (Remembered, Call, Array)
         Branches; the answer of one that depends on the law's energy has an array of its own.
     volumetric : Call
+    pacing : list of Call
+        With moduli and a clock: what writes s_a and z_a.
     """
 
     law: Array
@@ -134,6 +151,7 @@ class _Answered:
     begin: Call
     adding: list[tuple[Remembered, Call, Array]]
     volumetric: Call
+    pacing: list[Call]
 
 
 class RubberAtPoints:
@@ -157,6 +175,8 @@ class RubberAtPoints:
     strain : shape (points, variables)
         Strain variables and pressure at which answers are computed; written by others.
     branches : list of Remembered
+    skew : shape (2, points, 1 + variables), or None without a clock
+        s_a and z_a at the last moduli, each after an entry for an energy, as an answer without moduli.
     """
 
     def __init__(
@@ -173,6 +193,8 @@ class RubberAtPoints:
         self.variables = len(setting.names) + 1
         self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
+        self._clock = next((branch for branch in self.branches if branch.clock == "shown"), None)
+        self.skew = None if self._clock is None else np.zeros((2, points, 1 + self.variables))
         self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(answers.VOLUMETRIC)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
@@ -182,7 +204,9 @@ class RubberAtPoints:
         self._parameters["law"][:] = numbers.law
         self._parameters["volumetric"][:] = numbers.volumetric
         for branch, parameters in zip(self.branches, numbers.branches, strict=True):
-            branch.parameters[:] = parameters
+            # What has passed on the clock comes from the strains.
+            own = slice(-1 if branch.clock == "followed" else None)
+            branch.parameters[..., own] = parameters[own]
 
     def answer(self, moduli: bool) -> Array:
         """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
@@ -199,11 +223,29 @@ class RubberAtPoints:
         calls.begin()
         if calls.law is not calls.total:
             calls.total[:] = calls.law
+        if self._clock is not None:
+            self._wind()
         for branch, add, row in calls.adding:
             add()
             if branch.needs_energy:
                 self._add_through_energy(calls.total, calls.law, row, moduli)
+        if moduli and self.skew is not None:
+            for call in calls.pacing:
+                call()
+            stress, pace = self.skew[:, :, 1:]
+            a, b = self._upper
+            calls.total[:, 1 + self.variables :] += (
+                stress[:, a] * pace[:, b] + stress[:, b] * pace[:, a]
+            ) / 2
         return calls.total
+
+    def _wind(self) -> None:
+        """Give the branches on the clock what passes on it up to `strain`."""
+        (end, after), *_ = ((end, after) for branch, end, after in self._ends if branch is self._clock)
+        end()
+        for branch in self.branches:
+            if branch.clock == "followed":
+                branch.parameters[:, -1] = after[:, 1]
 
     def _answered(self, moduli: bool) -> _Answered:
         return self._with_moduli if moduli else self._without_moduli
@@ -225,14 +267,28 @@ class RubberAtPoints:
             law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
         )
         adding: list[tuple[Remembered, Call, Array]] = []
+        pacing: list[Call] = []
         for branch in self.branches:
+            if moduli and self.skew is not None and branch.clock:
+                pacing.append(self._pacing(branch, law, len(pacing)))
+            if branch.clock == "shown":
+                continue
             function = branch.answer(moduli)
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
             inputs = branch.inputs(self.strain, law)
             adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
         function = kernel(answers.volumetric_answer(self._setting, moduli))
         volumetric = function.bound(total, self._volumetric_inputs(self.strain))
-        return _Answered(law, total, begin, adding, volumetric)
+        return _Answered(law, total, begin, adding, volumetric, pacing)
+
+    def _pacing(self, branch: Remembered, law: Array, number: int) -> Call:
+        """Return the call that writes z_a for a clock, which comes first, or adds V_az of a branch on it."""
+        assert self.skew is not None
+        stress, pace = self.skew
+        inputs = branch.inputs(self.strain, law)
+        if branch.clock == "shown":
+            return branch.answer(moduli=False).bound(pace, inputs, clear=True)
+        return branch.by_duration(stress[:, 1:], inputs, clear=number == 1)
 
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
         n = self.variables
@@ -255,6 +311,8 @@ class RubberAtPoints:
         """Stored energy per volume at `strain`, MPa, shape (points,)."""
         self._without_moduli.begin()
         stored: Array = self._without_moduli.law[:, 0].copy()
+        if self._clock is not None:
+            self._wind()
         volumetric, row = self._apart
         volumetric()
         stored += row[:, 0]
@@ -266,6 +324,8 @@ class RubberAtPoints:
     def commit(self) -> None:
         """Accept `strain` as the strain at the end of the step."""
         self._without_moduli.begin()
+        if self._clock is not None:
+            self._wind()
         for branch, end, after in self._ends:
             end()
             branch.values[:] = after[:, 1:]

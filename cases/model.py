@@ -30,7 +30,7 @@ from cases.kept import ResultCache
 from cases.material import RubberAtPoints
 from cases.metal import MetalAtPoints
 from cases.mode import Mode, setting_for
-from cases.motion import Motion
+from cases.motion import Motion, PoseMotion
 from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
 from cases.points import Points
@@ -111,7 +111,7 @@ class FiniteElementModel:
         self.internal = Internal(self.body) if self.body.material.branches else None
         touching = contact_of(mesh, self.space, mode, self._stress_free)
         self.surfaces = self._surfaces(followed, touching)
-        self.motion = Motion(
+        self.motion = (Motion if self.setting.six is None else PoseMotion)(
             mesh,
             mode,
             self.setting,

@@ -19,7 +19,7 @@ from cases.feature import Installed
 from cases.jit import options
 from cases.mode import Mode, Setting
 from cases.parameters import Parameters
-from cases.six import displacement, rotation, twist_of, twists
+from cases.six import displacement, possible, rotation, twist_of, twists
 from forms.law import Scalar
 from geometry.dolfinx_api import collapsed, interpolation_points
 from geometry.mesh import NamedMesh
@@ -56,11 +56,12 @@ class Motion:
     Attributes
     ----------
     constrained : Constrained
-    six : SixPath or None
-        Path of six motions; None elsewhere.
     free : shape (k,)
-        Free motions of such a path, mm and rad: unknowns like any others.
+        Motions of the sleeve that are unknowns like any others, mm and rad; only a path of six motions has any.
     """
+
+    #: Numbers of these motions (`cases.six.MOTIONS`).
+    free_numbers: tuple[int, ...] = ()
 
     def __init__(
         self,
@@ -80,8 +81,7 @@ class Motion:
         )
         self.constrained = self._found()
         self._shift_slopes: dict[str, Callable[[], Array] | None] = {}
-        self.six = setting.six
-        self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
+        self.free: Array = np.zeros(len(self.free_numbers))
 
     # -- constrained unknowns -----------------------------------------------------------------------------------
 
@@ -165,11 +165,8 @@ class Motion:
         q
             mm or rad; for a path of six motions s, with the free motions at rest.
         ahead
-            At a corner of a path of six motions: take the rate along the line after it.
+            At a corner of such a path: take the rate along the line after it.
         """
-        if self.six is not None:
-            moved = twist_of(self.pose(q)) @ self.six.rate(q, ahead)
-            return self.over_all(moved @ self.twists(q))
         return self.over_all(self._along_sleeve(self._setting.rate, q))
 
     def rigid(self, x: Array, q: float) -> Array:
@@ -187,47 +184,15 @@ class Motion:
         shape (m, components, n)
             Per mm or rad: one motion, or all six.
         """
-        if self.six is not None:
-            return twists(x - self.pose(q)[:3, None], np.zeros(6))
         return np.asarray(self._setting.rate(x, 0.0))[None]
-
-    # -- with six motions ----------------------------------------------------------------------------------------
 
     def take(self, free: Array) -> None:
         """Take the free motions at a state, mm and rad."""
         self.free = np.array(free)
 
-    def pose(self, q: float) -> Array:
-        """Where the sleeve is on a path of six motions, (6,) in mm and rad: prescribed and free motions."""
-        assert self.six is not None
-        pose = self.six.pose(q)
-        pose[list(self.six.free)] = self.free
-        return pose
-
-    def twists(self, q: float, by: str = "") -> Array:
-        """Motion of the constrained unknowns per unit of each further motion of the sleeve, (6, constrained).
-
-        Parameters
-        ----------
-        q
-            Path's parameter, s.
-        by
-            Parameter of the sleeve's size or direction; if given, the derivative by it is returned.
-        """
-        c, pose = self.constrained, self.pose(q)
-        x = c.x.T if self._shifts is None else c.x.T + self._shifts()
-        fields = twists(x, pose)
-        slope = self._shift_slope(by)
-        assert slope is not None or not by
-        if slope is not None:
-            # Affine in the coordinates: the difference drops the constant.
-            fields = twists(x + slope(), pose) - fields
-        return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
-
-    def arms(self, q: float) -> Array:
-        """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""
-        x = self.constrained.x.T if self._shifts is None else self.constrained.x.T + self._shifts()
-        return rotation(self.pose(q)[3:]) @ x
+    def pose(self, q: float) -> Array | None:
+        """Where the sleeve is, (6,) in mm and rad; None except on a path of six motions."""
+        return None
 
     def over_all(self, constrained: Array) -> Array:
         """Values of the constrained unknowns among all local ones, zero elsewhere; shape (..., constrained)."""
@@ -236,7 +201,7 @@ class Motion:
         return values
 
     def _motion(self, x: Array, q: float) -> Array:
-        return self._setting.motion(x, q) if self.six is None else displacement(x, self.pose(q))
+        return self._setting.motion(x, q)
 
     def boundary_rate(self, name: str, q: float) -> Array | None:
         """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero.
@@ -266,13 +231,16 @@ class Motion:
         """
         if not self.arms_depend_on(name):
             return None
-        if self.six is not None:
-            return self.over_all(twist_of(self.pose(q)) @ self.six.rate(q) @ self.twists(q, by=name))
         return self.over_all(self._along_sleeve(self._setting.rate, q, by=name))
 
     def arms_depend_on(self, name: str) -> bool:
         """Whether a sleeve's motion depends on a parameter because its size or direction does."""
         return self._shift_slope(name) is not None
+
+    @property
+    def _turns(self) -> bool:
+        """Whether the sleeve may turn."""
+        return self._mode.rotational
 
     @property
     def _stage(self) -> float:
@@ -296,8 +264,7 @@ class Motion:
     @cached_property
     def _shift(self) -> Scalar | None:
         """Displacement from the mesh of the sleeves' points about their centres, in UFL; None unless one turns."""
-        turns = self._mode.rotational or self.six is not None
-        return self._arms() if turns and self._setting.kinematics == "cartesian" else None
+        return self._arms() if self._turns and self._setting.kinematics == "cartesian" else None
 
     @cached_property
     def _shifts(self) -> Callable[[], Array] | None:
@@ -350,3 +317,81 @@ def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int
     """Mirror boundary -> the displacement component normal to it; the last component is along the axis."""
     normal = {"x": 0, "y": 1, "z": components - 1}
     return {f"mirror_{plane}": (normal[plane],) for plane in mirrors}
+
+
+class PoseMotion(Motion):
+    """Motion along a path of six motions, of which some may be free; the parameters are those of `Motion`.
+
+    Attributes
+    ----------
+    path : SixPath
+        q is its time, s.
+    """
+
+    def __init__(self, mesh: NamedMesh, mode: Mode, setting: Setting, *model: Any) -> None:
+        assert setting.six is not None
+        self.path = setting.six
+        self.free_numbers = self.path.free
+        super().__init__(mesh, mode, setting, *model)
+
+    def twist(self, q: float, ahead: bool = False) -> Array:
+        """Twist per unit of q, (6,), on the way to q or of what lies ahead, with the free motions at rest."""
+        return np.asarray(twist_of(self.pose(q)) @ self.path.rate(q, ahead))
+
+    def rate(self, q: float, ahead: bool = False) -> Array:
+        """Derivative of the constrained unknowns by q, over all local unknowns (zero elsewhere)."""
+        return self.over_all(self.twist(q, ahead) @ self.twists(q))
+
+    def rigid(self, x: Array, q: float) -> Array:
+        """Rigid motions of the body as it is deformed: all six that symmetry leaves, as in `Motion`."""
+        moved = twists(x - self.pose(q)[:3, None], np.zeros(6))
+        return moved[list(possible(self._mesh.mirrors))]
+
+    def boundary_bend(self, name: str, q: float) -> Array | None:
+        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
+        return self.over_all(self.twist(q) @ self.twists(q, by=name)) if self.arms_depend_on(name) else None
+
+    def pose(self, q: float) -> Array:
+        """Where the sleeve is, (6,) in mm and rad: prescribed and free motions."""
+        pose = self.path.pose(q)
+        pose[list(self.free_numbers)] = self.free
+        return pose
+
+    def twists(self, q: float, by: str = "") -> Array:
+        """Motion of the constrained unknowns per unit of each further motion of the sleeve, (6, constrained).
+
+        Parameters
+        ----------
+        q
+            Path's parameter, s.
+        by
+            Parameter of the sleeve's size or direction; if given, the derivative by it is returned.
+        """
+        c, pose = self.constrained, self.pose(q)
+        x = c.x.T if self._shifts is None else c.x.T + self._shifts()
+        fields = twists(x, pose)
+        slope = self._shift_slope(by)
+        assert slope is not None or not by
+        if slope is not None:
+            # Affine in the coordinates: the difference drops the constant.
+            fields = twists(x + slope(), pose) - fields
+        return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
+
+    def arms(self, q: float) -> Array:
+        """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""
+        x = self.constrained.x.T if self._shifts is None else self.constrained.x.T + self._shifts()
+        return rotation(self.pose(q)[3:]) @ x
+
+    def _motion(self, x: Array, q: float) -> Array:
+        return displacement(x, self.pose(q))
+
+    @property
+    def _turns(self) -> bool:
+        return True
+
+
+def posed(motion: Motion) -> PoseMotion:
+    """Return the motion of a model as that of a path of six motions, which its caller knows it to be."""
+    if not isinstance(motion, PoseMotion):
+        raise TypeError("the model has no path of six motions")
+    return motion

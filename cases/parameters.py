@@ -45,7 +45,8 @@ class Numbers:
     volumetric : shape (2,) or (3,)
         Compliance (1/MPa), swelling (1), and the law's initial shear modulus (MPa).
     branches : tuple of Array
-        For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s).
+        For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s), both as
+        the temperature changes them for the branches.
     metals : tuple of Array
         For each elastic sleeve: shear and bulk modulus (MPa).
     shear_modulus : float
@@ -70,7 +71,8 @@ class Parameters:
     Attributes
     ----------
     constants
-        Every parameter by name: the law's, "compliance", and "feature.parameter".
+        Every parameter by name: the law's, "compliance", "feature.parameter", and "temperature" (degrees C) where a
+        feature depends on it.
     marked
         The same as UFL variables, by which forms can be differentiated.
     duration, stage : Constant
@@ -87,9 +89,11 @@ class Parameters:
     ) -> None:
         self._law, self._features, self._sleeves = law, features, tuple(mesh.sleeves.values())
         self.law_names = tuple(parameters)
+        self._moduli = {name for name in parameters if law.parameter(name).unit == "MPa"}
         values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
         for item in features:
             values |= {f"{item.name}.{key}": value for key, value in item.values.items()}
+            values |= {"temperature": item.temperature} if item.feature.heated is not None else {}
         self.constants = {name: _constant(mesh, value) for name, value in values.items()}
         self.duration, self.stage = _constant(mesh, 0.0), _constant(mesh, 1.0)
         self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
@@ -170,7 +174,15 @@ class Parameters:
 
     def _made(self, values: Mapping[str, Any]) -> list[Any]:
         """Law, volumetric, branches, metals, shear modulus, computed from floats or from complex numbers."""
-        law = {name: values[name] for name in self.law_names}
+        stiffer, bonded, slower = 1.0, 1.0, 1.0
+        for item in self._features:
+            if item.feature.heated is not None:
+                stiffer, bonded, slower = item.feature.heated(
+                    self._given(item, values), values["temperature"]
+                )
+        law = {
+            name: values[name] * stiffer if name in self._moduli else values[name] for name in self.law_names
+        }
         shear = self._law.shear_modulus(**law)
         compliance, swelling = values["compliance"], 1.0
         for item in self._features:
@@ -179,7 +191,11 @@ class Parameters:
             if item.feature.swelling is not None:
                 swelling = swelling * item.feature.swelling(self._given(item, values))
         branches = [
-            [*(one.parameters[name] for name in one.branch.parameters), shear, float(self.duration.value)]
+            [
+                *(one.parameters[name] for name in one.branch.parameters),
+                shear * bonded,
+                float(self.duration.value) / slower,
+            ]
             for one in self._attached(values)
         ]
         metals = []

@@ -151,7 +151,7 @@ class Points:
         """
         loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
 
-    def add_action(self, A: Array, directions: Array, forces: Array) -> None:
+    def add_action(self, A: Array, directions: Array, forces: Array, skew: Array | None = None) -> None:
         """Add the products of the stiffness of A and some directions.
 
         Parameters
@@ -162,10 +162,13 @@ class Points:
             Vectors over this rank's unknowns, shape (k, m), contiguous.
         forces : Array
             The same shape, contiguous; changed in place.
+        skew : Array or None
+            Vectors s and z, shape (2, number, rows), where (s_k z_l - z_k s_l) / 2 belongs to the stiffness too.
         """
         count, size = directions.shape
         x, r = pointer(directions), pointer(forces)
-        loops().lib.action(self._group.struct, pointer(A), count, size, x, r)
+        turn = loops().ffi.NULL if skew is None else pointer(skew)
+        loops().lib.action(self._group.struct, pointer(A), turn, count, size, x, r)
 
     def add_inertia(self, x: Array, directions: Array, forces: Array) -> None:
         """Add the products of the mass of a body of unit density and some directions, at a state.

@@ -20,6 +20,7 @@ from cases.material import BATCH
 from forms import answers, gradients
 from forms.branch import branches
 from forms.branch_answers import branch_functions
+from forms.branches import payne
 from forms.law import Law, laws
 from forms.point import PointFunction
 from forms.setting import SETTINGS
@@ -81,11 +82,14 @@ def _functions() -> Iterator[PointFunction]:
                 yield answers.law_answer(setting, law, names, moduli)
             slopes = answers.law_slopes(setting, law, names)
             yield from (slopes, answers.work_slopes(slopes, len(names)))
-        for branch in branches().values():
+        for branch in (*branches().values(), payne.BRANCH):
             made = branch_functions(setting, branch)
-            yield from (made.stress, made.moduli, made.end)
+            yield from (made.stress, made.end)
             for directions in (1, BATCH):
-                yield from (made.stress_rate(directions), made.end_rate(directions))
+                yield made.end_rate(directions)
+            if not branch.clock:
+                yield made.moduli
+                yield from (made.stress_rate(directions) for directions in (1, BATCH))
 
 
 def _weight(function: PointFunction) -> int:

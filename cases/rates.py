@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 # Largest number of iterations. Two dozen cost as much as a fresh factorisation in three dimensions, six in the
 # half-plane.
 MOST_ITERATIONS = 8
+# The same with a fresh factorisation of the symmetric part of a tangent that is not symmetric.
+MOST_OF_SKEW = 40
 # Relative error of a rate over the march's tolerance, and the least error that rounding allows. With these, the
 # derivatives by parameters were within 4e-7 of their largest value at the default tolerance (Yeoh and Ogden, four
 # modes).
@@ -90,16 +92,18 @@ class Rates:
         """
         return self._known.extrapolate(q) if self._known.q else rate.copy()
 
-    def iterated(self, at: ConvergedState) -> Array | None:
-        """The rate at a solution, all local unknowns; None if it needs too many iterations."""
+    def iterated(
+        self, at: ConvergedState, guess: Array | None = None, most: int = MOST_ITERATIONS
+    ) -> Array | None:
+        """The rate at a solution, all local unknowns, from a guess; None if it needs too many iterations."""
         model = at.model
         prescribed = at.rate
-        rate = self.guess(at.q, prescribed)
+        rate = self.guess(at.q, prescribed) if guess is None else guess
         dofs = model.motion.constrained.dofs
         rate[dofs] = prescribed[dofs]
         b, step = model.system.create_vector(), model.system.create_vector()
         try:
-            found = self._improved(at, rate, b, step)
+            found = self._improved(at, rate, b, step, most)
         finally:
             b.destroy()
             step.destroy()
@@ -108,7 +112,7 @@ class Rates:
             return rate
         return None
 
-    def _improved(self, at: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
+    def _improved(self, at: ConvergedState, rate: Array, b: PETSc.Vec, step: PETSc.Vec, most: int) -> bool:
         """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
         left = self._preconditioned(at, rate, b, step)
@@ -116,7 +120,7 @@ class Rates:
         close = max(LOOSER * at.tolerance, SMALLEST)
         # Relative to the rate as it is now: that of a bad guess may be of any size.
         while not self._norm(at, left) <= close * self._norm(at, rate):
-            if len(directions) == MOST_ITERATIONS:
+            if len(directions) == most:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.
             image, direction = self._preconditioned(at, left, b, step), left.copy()

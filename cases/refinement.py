@@ -1,6 +1,7 @@
-"""Solutions of the tangent's equations for several loads, with a factorisation that is one or two short steps old.
+"""Solutions of the tangent's equations for several loads, with a factorisation that is not the tangent's.
 
-After a short step the factorisation at hand is nearly that of the new tangent. GMRES, preconditioned by it, then finds
+After a short step the factorisation at hand is nearly that of the new tangent; and of a tangent that is not symmetric
+only the symmetric part is factorised. GMRES, preconditioned by it, then finds
 the solutions for all loads in a few iterations. Each costs one back-substitution for all of them and their products
 with the tangent, applied at the quadrature points: in three dimensions a seventh of assembling and factorising it. The
 loads share their directions (a block method), for which the products are at hand.
@@ -30,7 +31,7 @@ MOST_CORRECTIONS = 4
 DEPENDENT = 1e-10
 
 
-def refined(at: ConvergedState, loads: Array, guess: Array) -> Array | None:
+def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_CORRECTIONS) -> Array | None:
     """Solve for the response to each load, down to the tolerance of `cases.rates`; None where that takes too long.
 
     Parameters
@@ -41,6 +42,8 @@ def refined(at: ConvergedState, loads: Array, guess: Array) -> Array | None:
         Loads on the free unknowns, complete on the rank that owns them; zero in ghosts and constrained unknowns.
     guess : shape (k, n)
         All local unknowns; the constrained ones have their prescribed values and keep them.
+    most : int
+        Largest number of iterations.
 
     Returns
     -------
@@ -49,23 +52,21 @@ def refined(at: ConvergedState, loads: Array, guess: Array) -> Array | None:
     found, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
     left = solved(at.model, at.ksp, loads - _pulls(at, found))
     known: list[tuple[Array, Array]] = []
-    before = 1.0
+    before, pushed = np.ones(len(loads)), np.ones(len(loads), dtype=bool)
     while True:
         errors = _shares(at, left, found + left)
         error = float(np.max(errors, initial=0.0))
         if not np.isfinite(error):
             return None
-        # Adding the remainder reduces the error again, by as much as the last iteration did.
-        rate = min(1.0, error / before)
+        # Adding the remainder reduces the error again, by as much as the last iteration did where it was meant to.
+        rate = min(1.0, float(np.max(errors[pushed] / before[pushed], initial=0.0)))
         if error * rate <= close:
             return found + left
         # At that rate the iterations that are left must suffice.
-        if len(known) == MOST_CORRECTIONS or (
-            known and error * rate ** (1 + MOST_CORRECTIONS - len(known)) > close
-        ):
+        if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
             return None
-        before = error
-        directions = left[errors * rate > close]
+        before, pushed = errors, errors * rate > close
+        directions = left[pushed]
         images = solved(at.model, at.ksp, _pulls(at, directions))
         for earlier, its_images in known:
             shares = _products(at, images, its_images)

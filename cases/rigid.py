@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
+from cases.motion import posed
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.six import possible, skew, twist_of
@@ -38,7 +39,7 @@ def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array
     """
     constrained = model.motion.constrained.dofs
     owned = constrained < model.system.owned
-    work = model.motion.twists(q)[:, owned] @ residual.array_r[constrained[owned]]
+    work = posed(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
     return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
 
 
@@ -93,7 +94,7 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
     wanted
         Motions by number; the others' rows and columns are zero.
     """
-    twist = model.motion.over_all(model.motion.twists(q))
+    twist = model.motion.over_all(posed(model.motion).twists(q))
     allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
@@ -130,13 +131,11 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     reaction
         Number of the reaction.
     """
-    six = model.motion.six
-    assert six is not None
-    found = tangent(model, ksp, q)
-    busy = [k for k in six.free if found.stiffness[k].any()]
+    motion, found = posed(model.motion), tangent(model, ksp, q)
+    busy = [k for k in motion.free_numbers if found.stiffness[k].any()]
     direction: Array = found.answers[reaction].copy()
     if busy:
-        columns = found.stiffness @ twist_of(model.motion.pose(q))[:, busy]
+        columns = found.stiffness @ twist_of(motion.pose(q))[:, busy]
         direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ found.answers[busy]
     return direction
 
@@ -217,7 +216,7 @@ def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
-    force, arms = residual.array_r[c.dofs[owned]], model.motion.arms(q)[:, owned]
+    force, arms = residual.array_r[c.dofs[owned]], posed(model.motion).arms(q)[:, owned]
     components = np.eye(3)[:, c.component[owned]]
     # D_ab: the sum of the force's component a times the arm's b.
     dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity

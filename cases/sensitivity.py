@@ -3,7 +3,8 @@
 At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is the
 rubber's memory of the earlier steps. The force is the work of R on v = dx/dq, the tangent's response to a motion of the
 sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no need for
-dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
+dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each. A tangent K
+that is not symmetric (`forms.branches.payne`) adds v . K dx/dc.
 
 With memory its derivative h' = dh/dc is marched along: one back-substitution per step, for v and all parameters
 together (or, after a short step, two or three with an older factorisation: `cases.refinement`), gives x' = dx/dc,
@@ -28,7 +29,7 @@ from cases.model import FiniteElementModel
 from cases.parameters import Numbers
 from cases.predictor import RecentPoints
 from cases.ranks import summed
-from cases.rates import ConvergedState
+from cases.rates import MOST_OF_SKEW, ConvergedState
 from cases.refinement import refined
 from cases.rigid import completed, solved
 from cases.series import SeriesSpring
@@ -106,6 +107,8 @@ class Sensitivity:
             forces = self._forces(slopes, changes, boundaries)
             rate, moved = self._solutions(solver, -forces)
             self.rate = rate
+            if not model.system.symmetric:
+                forces += model.system.pulls(moved)
             works = forces @ rate
         stiffness = self._stiffness(solver.q, rate) if drive is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity
@@ -121,14 +124,43 @@ class Sensitivity:
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return works + stiffness * rates, rates
 
+    def moved(
+        self, solver: Equilibrium, rate: Array, drive: PrescribedForce | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return dx/dc, (names, n), dq/dc and the force's derivative, (names,) each; of a model without memory.
+
+        Parameters
+        ----------
+        solver
+            Solver that has just found the equilibrium, and factorised the tangent there.
+        rate
+            dx/dq, shape (n,).
+        drive
+            As in `__call__`.
+        """
+        model = self.model
+        changes = [self._change(name) for name in self.names]
+        boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
+        forces = self._forces(Slopes(model.body, model.state.x.array), changes, boundaries)
+        moved = solved(model, solver.factor, completed(model, -forces))
+        works = np.asarray(summed(model.comm, forces @ rate)) * model.multiplicity
+        works += [self._bent(name, solver.q) for name in self.names]
+        stiffness = self._stiffness(solver.q, rate)
+        rates = np.zeros(len(works)) if drive is None else -works / stiffness
+        moved += np.outer(rates, rate)
+        for one, boundary in zip(moved, boundaries, strict=True):
+            one += 0.0 if boundary is None else boundary
+        return moved, rates, works + stiffness * rates
+
     def stiffness(self, solver: Equilibrium) -> float:
         """Return dQ/dq at the present equilibrium, at fixed memory: N/mm or N mm/rad."""
         return self._stiffness(solver.q, solver.tangent_rate())
 
     def _change(self, name: str) -> Numbers:
-        """Return the derivative of the body's material numbers by a parameter; a step's duration does not change it."""
+        """Return the derivative of the body's material numbers by a parameter."""
         parameters = self.model.parameters
-        state = parameters.state[:-1]
+        # A step's duration changes it only where the temperature scales the duration.
+        state = parameters.state if "temperature" in parameters.constants else parameters.state[:-1]
         if state != self._rates_at:
             self._rates_at, self._rates = state, {}
         if name not in self._rates:
@@ -213,8 +245,20 @@ class Sensitivity:
             lifted[: model.system.owned] = b.array_r
             b.destroy()
             found = solved(model, solver.factor, np.vstack([lifted, right]))
+            if not model.system.symmetric:
+                dofs = model.motion.constrained.dofs
+                found[0, dofs] = solver.rate[dofs]
+                found = self._skewed(solver, np.vstack([np.zeros_like(solver.rate), right]), found)
         self._last.add(solver.q, found)
         return found[0], found[1:].copy()
+
+    @staticmethod
+    def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
+        """Improve solutions with the tangent's symmetric part, just factorised, to those with the tangent."""
+        at = ConvergedState(solver.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        found = refined(at, loads, guess, MOST_OF_SKEW)
+        assert found is not None
+        return found
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
         """Solve for both by refining those that the last steps lead to; None unless the step was short."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
+from cases.motion import posed
 from cases.ranks import summed
 from cases.rigid import completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
@@ -53,19 +54,19 @@ class SixSensitivity(Sensitivity):
         """
         assert not path_rates
         assert drive is None
-        model, q = self.model, solver.q
+        model, motion, q = self.model, posed(self.model.motion), solver.q
         solver.factorise()
         found = tangent(model, solver.factor, q)
         slopes = Slopes(model.body, model.state.x.array)
         changes = [self._change(name) for name in self.names]
-        boundaries = [model.motion.boundary_rate(name, q) for name in self.names]
+        boundaries = [motion.boundary_rate(name, q) for name in self.names]
         forces = self._forces(slopes, changes, boundaries)
         held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
-            if model.motion.arms_depend_on(name):
-                bends = model.motion.over_all(model.motion.twists(q, by=name))
+            if motion.arms_depend_on(name):
+                bends = motion.over_all(motion.twists(q, by=name))
                 held[:, i] += [self._on_reactions(bend) for bend in bends]
-        columns = twist_of(model.motion.pose(q))
+        columns = twist_of(motion.pose(q))
         given_way = self._given_way(found.stiffness @ columns, held)
         self.motions = given_way
         self.reactions = held + found.stiffness @ columns @ given_way
@@ -79,9 +80,7 @@ class SixSensitivity(Sensitivity):
 
     def _given_way(self, stiffness: Array, held: Array) -> Array:
         """Return the change of the pose, (6, names), that keeps the reactions of free motions at zero."""
-        six = self.model.motion.six
-        assert six is not None
-        free = list(six.free)
+        free = self.model.motion.free_numbers
         moved = np.zeros_like(held)
         # Motions that symmetry rules out have no stiffness, and no need to move.
         busy = [k for k in free if stiffness[k].any()]
@@ -91,10 +90,9 @@ class SixSensitivity(Sensitivity):
 
     def _power(self, solver: Equilibrium) -> Array:
         """Derivative of the power, through the reactions and through the twists along the path."""
-        motion, q = self.model.motion, solver.q
-        assert motion.six is not None
+        motion, q = posed(self.model.motion), solver.q
         assert solver.six is not None
-        pose, rate = motion.pose(q), motion.six.rate(q)
+        pose, rate = motion.pose(q), motion.path.rate(q)
         total = (twist_of(pose) @ rate) @ self.reactions
         for i in range(len(self.names)):
             step = BEND * self.motions[:, i]

@@ -165,12 +165,17 @@ class Slopes:
         if law.any():
             energies += np.tensordot(law, self._law_slopes[:, :, 0], 1)
         after: list[list[Array]] = [[] for _ in names]
+        passed: list[Array] = []
         for i, branch in enumerate(material.branches):
             changes = [
                 _changes(change.branches[i], own[i], energy) | {"strain": strain}
                 for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
             ]
+            if branch.clock == "followed":
+                _pace(changes, passed)
             found = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
+            if branch.clock == "shown":
+                passed = [row[:, 0] for row in found]
             for own, row in zip(after, found, strict=True):
                 own.append(row)
         return after
@@ -203,17 +208,25 @@ class Slopes:
             found += np.tensordot(volumetric, self._volumetric_slopes, 1)
         by_law = np.any(law != 0.0, axis=1)
         busy = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
+        passed = dict[int, Array]()
         for i, branch in enumerate(material.branches):
             through = np.logical_and(by_law, branch.needs_energy)
+            paced = passed if branch.clock == "followed" else {}
             own = [
                 k
                 for k, change in enumerate(rates)
-                if change.branches[i].any() or memory[k][i] is not None or through[k]
+                if change.branches[i].any() or memory[k][i] is not None or through[k] or k in paced
             ]
             changes = [
                 _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None)
                 for k in own
             ]
+            if branch.clock == "shown":
+                found_here = branch.rates("end", branch.inputs(at.strain, at.law), changes)
+                passed = {k: row[:, 0] for k, row in zip(own, found_here, strict=True)}
+                continue
+            if paced:
+                _pace(changes, [passed.get(k) for k in own])
             rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
             for k, row in zip(own, rows, strict=True):
                 found[k, :, 1:] += row[:, :n]
@@ -269,6 +282,15 @@ def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> d
     if energy is not None:
         found["law energy"] = energy[:, None]
     return found
+
+
+def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> None:
+    """Put the changes of what passes on a clock, (points,) each, in the place of a step's duration."""
+    for change, row in zip(changes, passed, strict=True):
+        if row is not None:
+            parameters = np.tile(change["parameters"], (len(row), 1))
+            parameters[:, -1] = row
+            change["parameters"] = parameters
 
 
 class Along:

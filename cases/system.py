@@ -123,6 +123,11 @@ class System:
 
     # -- tangent -------------------------------------------------------------------------------------------------
 
+    @property
+    def symmetric(self) -> bool:
+        """Whether the tangent is symmetric; if not, `tangent` assembles its symmetric part only."""
+        return self._body.symmetric
+
     @cached_property
     def _pattern(self) -> Pattern:
         unknowns = [part.points.unknowns.of_cells for part in self._body.parts]
@@ -149,7 +154,7 @@ class System:
         return matrix
 
     def tangent(self, matrix: PETSc.Mat, stiffened: bool = False, positive: bool = False) -> None:
-        """Assemble the tangent at the present state; constrained rows and columns are those of the identity.
+        """Assemble the tangent's symmetric part at the present state; constrained rows and columns are the identity's.
 
         Parameters
         ----------

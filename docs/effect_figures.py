@@ -12,6 +12,7 @@ import numpy as np
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
+from bushcli.effects.rig import vibrating
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -24,29 +25,6 @@ import matplotlib.pyplot as plt
 PICTURES = Path(__file__).with_name("pictures")
 BUSHING = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
 YEOH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
-# Mode in which an effect shows, and parameters large enough to be seen.
-SHOWN = {
-    "batch_stiffness": ("axial", {"log_factor": -0.3}),
-    "bump_stop": ("axial", {"stiffness": 400.0, "gap": 4.0}),
-    "compressibility": ("radial", {"compliance": 0.01}),
-    "cure_shrinkage": ("radial", {"shrinkage": 0.02}),
-    "debonding": ("radial", {"length": 8.0, "bond": 0.0}),
-    "dimension": ("radial", {"thickness": 1.0, "length": 0.0}),
-    "drift": ("axial", {"rate": 2.0}),
-    "free_play": ("axial", {"half_width": 0.4}),
-    "friction": ("axial", {"g": 0.5, "slip": 0.1}),
-    "gain": ("axial", {"error": 0.15}),
-    "misalignment": ("radial", {"offset": 1.0}),
-    "mullins": ("axial", {"inverse_r": 0.4, "m": 0.03, "beta": 0.1}),
-    "offset": ("axial", {"force": 100.0, "displacement": -0.3}),
-    "permanent_set": ("axial", {"set": 0.1}),
-    "rig_compliance": ("radial", {"compliance": 1.5e-4}),
-    "sleeve_compliance": ("radial", {"compliance": 1e-3, "thickness": 2.0}),
-    "swaging": ("radial", {"reduction": 0.5}),
-    "time_lag": ("axial", {"lag": 1.0}),
-    "viscoelasticity": ("axial", {"g1": 0.4, "tau1": 8.0}),
-    "warming": ("axial", {"amount": 0.3, "tau": 30.0}),
-}
 
 
 def program(mode: str) -> tuple[np.ndarray, np.ndarray]:
@@ -65,7 +43,12 @@ def main(names: list[str]) -> None:
     shape = shapes()["plain"](**BUSHING)
     rubber = Rubber(law("yeoh"), YEOH, 2000.0)
     for name in names or list(effects()):
-        mode, values = SHOWN[name]
+        if (shown := effects()[name].shown) is None:
+            continue
+        mode, values = shown
+        if "static" not in effects()[name].kinds:
+            draw_table(name, values)
+            continue
         time, q = program(mode)
         active = ActiveEffect(effects()[name], values)
         curves = {
@@ -91,6 +74,31 @@ def main(names: list[str]) -> None:
         figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
         plt.close(figure)
         sys.stdout.write(f"{name}\n")
+
+
+def draw_table(name: str, values: dict[str, float]) -> None:
+    """Draw what an effect that acts on tables alone does to a dynamic stiffness."""
+    frequency = np.linspace(1.0, 250.0, 200)
+    turned = 2j * np.pi * frequency * 0.004
+    part = 400.0 * (1.0 + 0.3 * turned / (1.0 + turned))
+    seen = vibrating([ActiveEffect(effects()[name], values)], part, frequency, 0.0, 0.0).value
+    figure, axes = plt.subplots(2, 1, figsize=(5.2, 3.8), layout="constrained", sharex=True)
+    for stiffness, label, style in (
+        (part, "bushing", {"color": "0.65", "lw": 1.2}),
+        (seen, name, {"color": "#c0392b", "lw": 1.4}),
+    ):
+        axes[0].plot(frequency, np.abs(stiffness), label=label, **style)
+        axes[1].plot(frequency, np.degrees(np.angle(stiffness)), **style)
+    axes[0].set_ylabel("|K*|, N/mm")
+    axes[1].set_ylabel("loss angle, degrees")
+    axes[1].set_xlabel("frequency, Hz")
+    axes[0].set_title(", ".join(f"{key} = {value:g}" for key, value in values.items()), fontsize=9)
+    axes[0].legend(frameon=False, fontsize=9)
+    for one in axes:
+        one.spines[["top", "right"]].set_visible(False)
+    figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
+    plt.close(figure)
+    sys.stdout.write(f"{name}\n")
 
 
 if __name__ == "__main__":

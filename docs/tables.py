@@ -15,7 +15,7 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from bushcli.case.unit import unit
-from bushcli.effects.effect import Effect, EffectParameter, effects
+from bushcli.effects.effect import Effect, EffectParameter, effect_in_force_law, effects, effects_on
 from bushcli.effects.prior import Prior
 from bushcli.evidence import prior
 from bushcli.export import SYSTEMS, all_writers
@@ -124,10 +124,11 @@ def effect_text(effect: Effect) -> str:
         )
         for p in effect.parameters
     ]
-    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    acts = [mode for mode in modes() if effect.acts_on(mode, None)]
+    where = "" if "static" in effect.kinds else "; on tables of dynamic stiffness alone"
     facts = [
         f"- in words: {effect.title}",
-        f"- acts on: {'all modes' if len(acts) == len(modes()) else ', '.join(acts)}",
+        f"- acts on: {'all modes' if len(acts) == len(modes()) else ', '.join(acts)}{where}",
         f"- a recording must contain: {effect.needs}",
         f"- looks like: {', '.join(f'[{name}](#{name})' for name in effect.rivals)}",
         f"- source: {effect.source}",
@@ -154,7 +155,7 @@ def _units(parameter: EffectParameter) -> str:
 def odds_text() -> str:
     """Return the prior odds, the most common effects first."""
     by_odds: dict[float, list[str]] = {}
-    for name in effects():
+    for name in effects_on("static"):
         by_odds.setdefault(prior.effect_odds(name), []).append(f"[`{name}`](effects.md#{name})")
     rows = [(", ".join(names), f"{odds:g}") for odds, names in sorted(by_odds.items(), reverse=True)]
     rows += [
@@ -169,7 +170,7 @@ def priors_text() -> str:
     """Return what is known of each parameter of an effect before any recording."""
     rows = [
         (f"`{effect.name}.{p.name}`", _density(p.prior, p.unit), p.prior.source)
-        for effect in effects().values()
+        for effect in effects_on("static").values()
         for p in effect.parameters
         if p.prior is not None
     ]
@@ -241,7 +242,8 @@ def cards_text() -> str:
     series = (_called(one.series, one.series_laws, one.laws) for one in cards)
     softening = (_called(one.softening, one.softening_laws, one.laws) for one in cards)
     bulk = ("yes" if one.incompressible else "no" for one in cards)
-    rows += [("`viscoelasticity`", *series), ("`mullins`", *softening), ("incompressible", *bulk)]
+    viscous, softens = (f"`{effect_in_force_law(part).name}`" for part in ("maxwell", "softening"))
+    rows += [(viscous, *series), (softens, *softening), ("incompressible", *bulk)]
     return table(heads, rows)
 
 

@@ -104,6 +104,9 @@ class Branch:
     timed : bool
         Whether the duration of a step matters.
     source : str
+    clock : {"", "shown", "followed"}
+        Whether it is no energy but a clock (`forms.branches.payne`), or takes the duration of a step from the clock
+        before it.
     """
 
     name: str
@@ -115,15 +118,16 @@ class Branch:
     update: Callable[..., Internal]
     timed: bool
     source: str
+    clock: Literal["", "shown", "followed"] = ""
 
 
 @cache
 def branches() -> Mapping[str, Branch]:
-    """All branches found in ``forms/branches``, by name."""
+    """All branches found in ``forms/branches`` that are energies, by name."""
     package = importlib.import_module("forms.branches")
 
     found = (
         importlib.import_module(f"{package.__name__}.{m.name}").BRANCH
         for m in pkgutil.iter_modules(package.__path__)
     )
-    return MappingProxyType({branch.name: branch for branch in sorted(found, key=lambda b: b.name)})
+    return MappingProxyType({b.name: b for b in sorted(found, key=lambda b: b.name) if not b.clock})

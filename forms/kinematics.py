@@ -86,6 +86,8 @@ class Kinematics:
         Right Cauchy-Green tensor, volume included, for branches with a memory of direction.
     volume_measures : tuple of ufl.variable
         The measures that make up J.
+    variables : tuple of ufl.variable
+        The strain variables that all measures are made of, where they are known (`strain_of`).
     """
 
     F: Scalar
@@ -97,6 +99,7 @@ class Kinematics:
     power_trace: Callable[[Scalar], Scalar] = field(repr=False)
     metric: Symmetric | None = None
     volume_measures: tuple[Scalar, ...] = ()
+    variables: tuple[Scalar, ...] = ()
 
     @property
     def C(self) -> Scalar:
@@ -231,7 +234,8 @@ def strain_of(y: Sequence[Scalar]) -> Kinematics:
     y : sequence of ufl.variable
         In the order of `KinematicDescription.strain`.
     """
-    return _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
+    made = _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
+    return replace(made, variables=tuple(y))
 
 
 def _deformed(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:

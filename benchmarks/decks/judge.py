@@ -33,7 +33,7 @@ from benchmarks.decks import manifest
 from benchmarks.decks.drawing import channels_of
 from benchmarks.decks.manifest import Entry
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Effect, EffectParameter, effects
+from bushcli.effects.effect import Effect, EffectParameter, effects_on
 from bushcli.effects.rig import NoEquilibrium
 from cases.march import NotConverged
 from cases.stability import nominal_stress
@@ -77,7 +77,7 @@ def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
     d = left(bench.weighed(changes), bench.taken)
     within = max(TOLD, FORM * float(np.linalg.norm(d)))
     found = []
-    for name, other in effects().items():
+    for name, other in effects_on("static").items():
         if {name} in (set(names) for names in entry.right) or not _possible(entry, other):
             continue
         if any(_apart(d, columns, other, bench) < within for columns in _columns(entry, near, other)):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 from benchmarks.decks.said import UNKNOWN, Names
 from benchmarks.decks.score import Item
-from bushcli.effects.effect import effects
+from bushcli.effects.effect import effects_on
 from bushcli.evidence.prior import UNKNOWN as UNKNOWN_ODDS
 from bushcli.evidence.prior import effect_odds
 
@@ -58,7 +58,7 @@ class Frequencies:
             # Half a recording more, so that an effect that no recording conceals remains possible.
             return (self.single.get(next(iter(names)), 0) + HALF) / self.count
         if len(names) == 2 and "unknown" not in names:
-            return self.pairs / self.count / math.comb(len(effects()), 2)
+            return self.pairs / self.count / math.comb(len(effects_on("static")), 2)
         return ABSENT
 
 

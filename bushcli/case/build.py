@@ -29,6 +29,7 @@ from bushcli.case.schema import (
     CaseTable,
     EffectTable,
     FileTable,
+    HeatTable,
     LoadCaseTable,
     MaterialTable,
     MeshTable,
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
 T = TypeVar("T", bound=CaseTable)
 
 _SECTIONS = (
-    *("title", "tolerance", "geometry", "mesh", "material"),
+    *("title", "temperature", "tolerance", "geometry", "mesh", "material"),
     *("load_cases", "recordings", "specimens", "coupons", "effects"),
 )
 #: Keys of a load case of which one gives the program.
@@ -87,20 +88,28 @@ class Builder:
         title = data.get("title", printable(path.stem))
         if not isinstance(title, str):
             self.findings.append(Finding(("title",), f"title = {shown(title)} is not a text in quotes"))
+        temperature = self._temperature(data)
         tolerance = self._tolerance(data)
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
         loads = list(self._list(data, "load_cases", LoadCaseTable))
         load_cases = [
-            self._load_case(table, keys, shape, material) for table, keys in loads if table.dynamic is None
+            _at(self._load_case(table, keys, shape, material), table.temperature, temperature)
+            for table, keys in loads
+            if table.dynamic is None
         ]
-        tests = [self._vibrations(table, keys, shape, material) for table, keys in loads if table.dynamic]
-        recordings = self._sources(data, "recordings", shape, material)
-        specimens = self._sources(data, "specimens", shape, material)
-        coupons = self._sources(data, "coupons", None, material)
+        tests = [
+            _at(self._vibrations(table, keys, shape, material), table.temperature, temperature)
+            for table, keys in loads
+            if table.dynamic
+        ]
+        recordings, specimens, coupons = (
+            tuple(_at(one, one.temperature, temperature) for one in self._sources(data, key, of, material))
+            for key, of in (("recordings", shape), ("specimens", shape), ("coupons", None))
+        )
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
-        active = self._effects(data, load_cases, tests, (*recordings, *tables), shape)
+        active = self._effects(data, load_cases, tests, (*recordings, *tables), coupons, shape)
         if (
             material
             and not material.parameters
@@ -139,6 +148,7 @@ class Builder:
             dynamic=tables,
             effects=active,
             tolerance=tolerance,
+            temperature=temperature,
         )
 
     def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
@@ -344,6 +354,14 @@ class Builder:
             found += sources(tables, builder.files, known, names, self.findings)
         return tuple(found)
 
+    def _temperature(self, data: dict[str, Any]) -> float | None:
+        """Return the temperature of the case, degrees C."""
+        keys = ("temperature",)
+        table = self._validated(
+            {key: data[key] for key in keys if key in data}, (), HeatTable, "temperature = 23.0"
+        )
+        return None if table is None else table.temperature
+
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:
         raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)
         if isinstance(raw, str) and raw.upper() in CLASSES:
@@ -363,6 +381,7 @@ class Builder:
         load_cases: Sequence[LoadCase | None],
         tests: Sequence[DynamicTest | None],
         recordings: Sequence[Source | DynamicSource],
+        coupons: Sequence[Source],
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))
@@ -380,19 +399,40 @@ class Builder:
                 name,
                 load.mode,
                 ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
+                temperature=load.temperature,
             )
             for i, (name, load) in enumerate(named)
         ]
-        channels += [effects.DeclaredChannel(source.label, source.mode) for source in recordings]
+        channels += [
+            effects.DeclaredChannel(source.label, source.mode, temperature=source.temperature)
+            if isinstance(source, Source)
+            # Its rows may have temperatures of their own.
+            else effects.DeclaredChannel(source.label, source.mode, (), "dynamic", math.nan)
+            for source in recordings
+        ]
         vibrating = [test for test in tests if test is not None]
         channels += [
-            effects.DeclaredChannel(name, test.mode)
+            effects.DeclaredChannel(name, test.mode, (), "dynamic", test.temperature)
             for name, test in zip(load_case_names(vibrating, ()), vibrating, strict=True)
             if name not in {channel.name for channel in channels}
+        ]
+        taken = {channel.name for channel in channels}
+        channels += [
+            effects.DeclaredChannel(one.label, one.mode, temperature=one.temperature, coupon=True)
+            for one in coupons
+            if one.label not in taken
         ]
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)
+
+
+S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
+
+
+def _at(one: S, own: float | None, of_case: float | None) -> S:
+    """Return a load case or a source with its own temperature, or with that of the case."""
+    return one if one is None else replace(one, temperature=of_case if own is None else own)
 
 
 def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:

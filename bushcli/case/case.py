@@ -101,6 +101,8 @@ class LoadCase:
         Path of six motions.
     by_force : bool
         The path, the rate and the source's values are forces: N, N/s (N mm, N mm/s); the march finds the travel.
+    temperature : float, optional
+        Degrees C.
     """
 
     mode: str
@@ -110,6 +112,7 @@ class LoadCase:
     source: Source | None = None
     six: SixPath | None = None
     by_force: bool = False
+    temperature: float | None = None
 
     @property
     def amplitude(self) -> float:
@@ -131,8 +134,8 @@ class DynamicTest:
         with ``six``.
     by_force : bool
         Whether the preloads are forces.
-    amplitude : float, optional
-        Peak, mm or rad; None = small.
+    amplitude : tuple of float
+        Peaks, mm or rad (strain of a coupon); empty = small.
     transfer : bool
         Whether the force is taken at the held sleeve; else where the bushing is driven.
     steps : int
@@ -141,17 +144,20 @@ class DynamicTest:
         Path to a pose, which is then the preload.
     motion : int
         Number of the motion that vibrates there (`cases.six.MOTIONS`).
+    temperature : float, optional
+        Degrees C.
     """
 
     mode: str
     frequency: tuple[float, ...]
     preload: tuple[float, ...] = (0.0,)
     by_force: bool = False
-    amplitude: float | None = None
+    amplitude: tuple[float, ...] = ()
     transfer: bool = True
     steps: int = 20
     six: SixPath | None = None
     motion: int = 0
+    temperature: float | None = None
 
 
 @dataclass(frozen=True)
@@ -183,6 +189,8 @@ class Case:
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
         Tolerances by dotted key, for the numbers that were given with one.
+    temperature : float, optional
+        Degrees C, of everything that has no temperature of its own.
     tables : mapping
         The tables of the case file as written, with the overrides; empty where no file was read.
     """
@@ -201,6 +209,7 @@ class Case:
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
     toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
+    temperature: float | None = None
     tables: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -279,7 +288,7 @@ def resolved(case: Case) -> dict[str, Any]:
     stands for.
     """
     folder = case.path.parent
-    shown = {
+    shown: dict[str, Any] = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
@@ -307,6 +316,8 @@ def resolved(case: Case) -> dict[str, Any]:
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
         "effects": [_effect(active, case) for active in case.effects],
     }
+    if case.temperature is not None:
+        shown["temperature"] = case.temperature
     if case.specimens:
         shown["specimens"] = [_source(one, folder) for one in case.specimens]
     if case.toleranced:
@@ -320,7 +331,7 @@ def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:
 
 
 def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
-    shown: dict[str, Any] = {"mode": load_case.mode, "steps": load_case.steps}
+    shown: dict[str, Any] = {"mode": load_case.mode, "steps": load_case.steps, **_warm(load_case)}
     if load_case.six is not None:
         return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
@@ -340,21 +351,26 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
 
 def _vibrations(test: DynamicTest) -> dict[str, Any]:
     unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
+    turned = test.six is not None and test.motion >= 3
+    peak = math.degrees(1.0) if turned else unit
     shown: dict[str, Any] = {
-        "amplitude": None if test.amplitude is None else float(f"{unit * test.amplitude:.12g}"),
+        "amplitude": [float(f"{peak * one:.12g}") for one in test.amplitude] or None,
         "frequency": list(test.frequency),
         "point": "transfer" if test.transfer else "driving",
     }
     if test.six is not None:
-        turned = test.motion >= 3 and test.amplitude is not None
         shown |= {"motion": MOTIONS[test.motion]}
-        shown |= {"amplitude": float(f"{math.degrees(test.amplitude or 0.0):.12g}")} if turned else {}
-        return {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
+        whole = {"mode": test.mode, "steps": test.steps, "path": _six(test.six), "dynamic": shown}
+        return whole | _warm(test)
     if test.by_force:
         shown["preload_force"] = list(test.preload)
     else:
         shown["preload"] = [float(f"{unit * q:.12g}") for q in test.preload]
-    return {"mode": test.mode, "steps": test.steps, "dynamic": shown}
+    return {"mode": test.mode, "steps": test.steps, "dynamic": shown, **_warm(test)}
+
+
+def _warm(one: LoadCase | DynamicTest) -> dict[str, float]:
+    return {} if one.temperature is None else {"temperature": one.temperature}
 
 
 def _six(path: SixPath) -> dict[str, Any]:
@@ -369,7 +385,7 @@ def _six(path: SixPath) -> dict[str, Any]:
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
     tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
     channels = (*case.channels, *tests)
-    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode))
+    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None))
     return {
         "name": active.effect.name,
         "parameters": {
@@ -411,6 +427,7 @@ def _further(source: Source) -> dict[str, Any]:
         "rate": rate,
         "conditioning": source.conditioning or None,
         "standard": source.standard,
+        "temperature": source.temperature,
         "gauge_length": source.specimen.gauge_length,
         "area": source.specimen.area,
         "stress": source.specimen.stress,

@@ -122,7 +122,7 @@ def _effects() -> list[dict[str, Any]]:
             "title": effect.title,
             "summary": effect.summary,
             "acts": effect.acts,
-            "modes": [mode for mode in modes() if effect.acts_on(mode)],
+            "modes": [mode for mode in modes() if effect.acts_on(mode, None)],
             "parameters": [
                 {
                     "name": p.name,

@@ -10,10 +10,15 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.schema import EffectTable
 from bushcli.case.unit import inside, outside, unit
 from bushcli.effects.active import ActiveEffect, uniquely_named
-from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, Kind, effects, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape
+
+_OF_KIND: dict[Kind, str] = {
+    "static": "recordings and load cases along a path",
+    "dynamic": "tables of dynamic stiffness",
+}
 
 
 @dataclass(frozen=True)
@@ -25,11 +30,19 @@ class DeclaredChannel:
     name, mode : str
     untimed : Keys
         Place of the load case if it certainly has no time; empty if it has time or if a file may contain it.
+    kind : {"static", "dynamic"}
+    temperature : float or None
+        Degrees C; nan where a file may contain it.
+    coupon : bool
+        Whether it is a test in ``[[coupons]]``: an effect has it where it lists it, or acts on nothing else.
     """
 
     name: str
     mode: str
     untimed: Keys = ()
+    kind: Kind = "static"
+    temperature: float | None = None
+    coupon: bool = False
 
 
 def build(
@@ -67,8 +80,9 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
-        plain = ActiveEffect(effect, channels=names)
-        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
+        warm = {one.name: one.temperature for one in channels if one.temperature is not None}
+        plain = ActiveEffect(effect, channels=names, temperatures=warm if effect.needs_temperature else {})
+        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode, channel.kind)]
         rotational = any(modes()[channel.mode].rotational for channel in on)
         values, wrong = _values(effect, table, keys, rotational, shape)
         findings += wrong
@@ -92,23 +106,31 @@ def _channels(
     effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[DeclaredChannel]
 ) -> Iterator[Finding]:
     """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
-    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    acts = [mode for mode in modes() if effect.acts_on(mode, None)]
+    expected = ", ".join(acts)
+    if len(effect.kinds) == 1:
+        expected += "; " + _OF_KIND[min(effect.kinds)]
     known = {channel.name: channel for channel in channels}
+    having = [channel for channel in channels if effect.acts_on(channel.mode, channel.kind)]
     for index, name in enumerate(table.channels or []):
         at = (*keys, "channels", index)
         if name not in known:
             yield unknown_name(at, name, known, "channel")
-        elif known[name].mode not in acts:
-            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on mode {known[name].mode}"
-            yield Finding(at, what, expected=", ".join(acts))
-    wanted = known if table.channels is None else [name for name in table.channels if name in known]
-    on = [known[name] for name in wanted if known[name].mode in acts]
+        elif known[name] not in having:
+            on_what = (
+                f"mode {known[name].mode}" if known[name].mode not in acts else _OF_KIND[known[name].kind]
+            )
+            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on {on_what}"
+            yield Finding(at, what, expected=expected)
+    on = [one for one in having if one.name in (table.channels or [])]
+    if table.channels is None:
+        on = [one for one in having if not one.coupon] or having
     if table.channels is None and not on:
         there = (
             ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
         )
         what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
-        yield Finding((*keys, "name"), what, expected=", ".join(acts))
+        yield Finding((*keys, "name"), what, expected=expected)
     turned = [channel for channel in on if modes()[channel.mode].rotational]
     if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
         straight = next(channel for channel in on if channel not in turned)
@@ -121,6 +143,13 @@ def _channels(
             at = (*keys, "name")
             what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
             yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
+    lacking = [one.name for one in on if effect.needs_temperature and one.temperature is None]
+    if lacking:
+        at = (*keys, "name")
+        what = f"{dotted(at)} = {shown(effect.name)} needs a temperature, which {', '.join(lacking)} "
+        what += "has not" if len(lacking) == 1 else "have not"
+        expected = "write temperature = 23.0 (degrees C) in its entry, or at the top of the case file for all"
+        yield Finding(at, what, expected=expected)
 
 
 def _values(
@@ -134,14 +163,19 @@ def _values(
     known = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
-    # A choice cannot be identified: if the case does not give one, the default is used.
-    chosen = {p.name: p.start for p in effect.parameters if p.choices}
+    # A choice or a reference cannot be identified: if the case does not give one, the default is used.
+    chosen = {p.name: p.start for p in effect.parameters if p.of_mesh and not p.scan}
     for name, given in table.parameters.items():
         at = (*keys, "parameters", name)
         parameter = own.get(name) or reciprocal.get(name)
         if parameter is None:
             what = f"{dotted(at)} is not a parameter of {effect.name}"
             findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
+        elif not _used(parameter, effect, table):
+            words = " or ".join(p.name for p in effect.parameters if p.choices)
+            what = f"{dotted(at)} has no meaning with this {words}"
+            expected = ", ".join(p.name for p in effect.parameters if _used(p, effect, table))
+            findings.append(Finding(at, what, expected=f'{expected}; or {words} = "{parameter.under}"'))
         elif parameter.choices:
             if given in parameter.choices:
                 chosen[name] = float(parameter.choices.index(str(given)))
@@ -160,7 +194,13 @@ def _values(
             if not parameter.admits(value) or not low <= value <= high:
                 what = f"{dotted(at)} = {shown(given)} is out of bounds"
                 findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
-    return values | chosen, findings
+    return chosen | values, findings
+
+
+def _used(parameter: EffectParameter, effect: Effect, table: EffectTable) -> bool:
+    """Whether a parameter is used with the choices that a table makes."""
+    chosen = [table.parameters.get(p.name, p.choices[round(p.start)]) for p in effect.parameters if p.choices]
+    return parameter.under in ("", *chosen)
 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:

@@ -30,6 +30,7 @@ _FILES = {
 # The order of the tables in the text; the others follow.
 _ORDER = (
     "title",
+    "temperature",
     "tolerance",
     "geometry",
     "mesh",
@@ -66,7 +67,7 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
             }
             for one in result.get("effects", [])
         ]
-    elif command in ("fit", "inverse", "batch"):
+    elif "law" in result:  # a fit of tables alone has none
         material, effects = _with_parameters(shown, result)
     known = {key: value for key, value in material.items() if key != "hardness"}
     return {"material": known, "effects": effects}
@@ -74,7 +75,9 @@ def identified(result: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_law(shown: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
     kept = {key: value for key, value in shown["material"].items() if key != "terms"}
-    return kept | {key: found[key] for key in ("law", "bulk_modulus", "parameters") if key in found}
+    return kept | {
+        key: found[key] for key in ("law", "bulk_modulus", "density", "parameters") if key in found
+    }
 
 
 def _with_parameters(
@@ -82,11 +85,16 @@ def _with_parameters(
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the identified law, and the effects of the case with the values identified with it."""
     values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
-    law = {name: value for name, value in values.items() if "." not in name and name != "compliance"}
+    law = {
+        name: value
+        for name, value in values.items()
+        if "." not in name and name not in ("compliance", "density")
+    }
     # Parameters that were fixed with --fix keep the value of the case.
     if result["law"] == shown["material"]["law"]:
         law = {**(shown["material"].get("parameters") or {}), **law}
     found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
+    found |= {name: value for name, value in values.items() if name == "density"}
     effects = [dict(one, parameters=dict(one.get("parameters") or {})) for one in shown.get("effects", [])]
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")

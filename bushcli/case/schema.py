@@ -60,6 +60,18 @@ def _numbers(value: Any) -> tuple[float, ...]:
 Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
 
 
+Temperature = Annotated[
+    float,
+    Field(ge=-150.0, le=400.0, description="degrees C; absent = that of the case"),
+]
+
+
+class HeatTable(CaseTable):
+    """The temperature of the whole case."""
+
+    temperature: Temperature | None = None
+
+
 class MaterialTable(CaseTable):
     """``[material]``."""
 
@@ -177,7 +189,9 @@ class VibrationTable(CaseTable):
 
     preload: Numbers | None = Field(default=None, description="mm or degrees; one or a list")
     preload_force: Numbers | None = Field(default=None, description="N or N mm; one or a list")
-    amplitude: float | None = Field(default=None, gt=0, description="mm or degrees, peak; absent = small")
+    amplitude: Numbers | None = Field(
+        default=None, description="mm or degrees, peak; one or a list; absent = small"
+    )
     frequency: Annotated[Numbers, WrapValidator(_table_or_list)] = Field(
         description="Hz; a list, or {from, to, points, spacing}"
     )
@@ -208,6 +222,7 @@ class LoadCaseTable(FileTable):
     dynamic: VibrationTable | None = Field(
         default=None, description="vibrations about preloads; a table of its own"
     )
+    temperature: Temperature | None = None
 
 
 class ToleranceTable(CaseTable):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from bushcli.case.schema import ColumnKey, FileTable, Motion, Name
+from bushcli.case.schema import ColumnKey, FileTable, Motion, Name, Temperature
 
 
 class RecordingTable(FileTable):
@@ -49,6 +49,7 @@ class RecordingTable(FileTable):
         description="strain of the file; true = logarithmic; absent = what the name of its column says",
     )
 
+    temperature: Temperature | None = None
     motions: dict[str, ColumnKey] | None = Field(
         default=None, min_length=1, description="of mode path: column by motion, ux to rz"
     )

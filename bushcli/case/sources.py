@@ -196,6 +196,7 @@ class SourceBuilder:
             rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
             conditioning=table.conditioning,
             standard=table.standard,
+            temperature=table.temperature,
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:

@@ -18,6 +18,7 @@ _ROTATIONAL = {
     "N": ("N mm", 1.0),
     "N/mm": ("N mm/degree", math.degrees(1.0)),
     "N/s": ("N mm/s", 1.0),
+    "kg": ("kg mm2", 1.0),
 }
 
 
@@ -97,7 +98,7 @@ def turning(
         one.full_name(p): p
         for one in active
         for p in one.parameters
-        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode) for name, mode in rotational)
+        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode, None) for name, mode in rotational)
     }
 
 

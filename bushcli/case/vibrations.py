@@ -62,6 +62,11 @@ def test(
     if len(set(preload)) < len(preload):
         what = f"{dotted((*at, name))} = {shown(list(values))} has a value twice"
         findings.append(Finding((*at, name), what, expected="each preload once"))
+    amplitude = given.amplitude or ()
+    if len(set(amplitude)) < len(amplitude) or any(one <= 0.0 for one in amplitude):
+        what = f"{dotted((*at, 'amplitude'))} = {shown(list(amplitude))}"
+        expected = "peaks above 0, each once; without amplitude the vibration is small"
+        findings.append(Finding((*at, "amplitude"), what, expected=expected))
     for q in preload if given.preload_force is None else ():
         if shape is not None and q:
             findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
@@ -75,15 +80,15 @@ def test(
         transfer=given.point == "transfer",
         steps=table.steps,
     )
-    amplitude = None if given.amplitude is None else unit * given.amplitude
-    return replace(found, amplitude=amplitude, six=path, motion=motion), []
+    return replace(found, amplitude=tuple(unit * one for one in amplitude), six=path, motion=motion), []
 
 
 def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:
     """Return findings for keys that a dynamic test does not take."""
     given = table.dynamic
     assert given is not None
-    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", *(("path",) if posed else ())}
+    unused = LoadCaseTable.model_fields.keys() - {"mode", "steps", "dynamic", "temperature"}
+    unused -= {"path"} if posed else set()
     expected = "the vibration and its preload are in [load_cases.dynamic]: frequency, amplitude, preload"
     found = [
         Finding((*keys, name), f"{dotted((*keys, name))} has no meaning in a dynamic test", expected=expected)

@@ -19,14 +19,17 @@ def dynamic(run: Run, weighting: str) -> int:
     first. The rubber has relaxed under the preload; the vibration is small.
     """
     from bushcli import report
+    from bushcli.recording.dynamic.read import read_dynamic
     from bushcli.simulate.dynamic import DynamicInterrupted, vibrate
+    from bushcli.simulate.extent import measured, of_table
 
     case = run.load()
+    tested = [*measured(case), *(of_table(read_dynamic(one, run.tables)) for one in case.dynamic)]
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     interrupted = False
     with run.timed("solve"), march_progress(run) as progress:
         try:
-            response = vibrate(case, found.material if found else None, progress=progress)
+            response = vibrate(case, found.material if found else None, progress=progress, tested=tested)
         except DynamicInterrupted as ended:
             response, interrupted = ended.response, True
     run.deliver(

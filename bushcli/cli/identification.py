@@ -38,6 +38,22 @@ weighted = click.option(
 )
 
 
+held_out_channels = click.option(
+    "--hold-out",
+    "held_out",
+    multiple=True,
+    metavar="CHANNEL[,CHANNEL...]",
+    help="Predict this channel instead of fitting it.",
+)
+fixed_parameters = click.option(
+    "--fix",
+    "fixed",
+    multiple=True,
+    metavar="NAME[,NAME...]",
+    help="Keep a parameter, or all parameters of an effect, at the start value; may be repeated.",
+)
+
+
 @click.command()
 @click.option("--model", metavar="LAW", help="Law to fit instead of the case's.")
 @weighted
@@ -46,6 +62,8 @@ weighted = click.option(
     type=click.Choice(["loading", "unloading", "both"]),
     help="Fit this branch of every coupon, in place of the case's `branch` (loading).",
 )
+@held_out_channels
+@fixed_parameters
 @click.option("--strict", is_flag=True, help="Exit 1 when the fit has problems.")
 @on_a_case
 def fit(
@@ -53,9 +71,14 @@ def fit(
     model: str | None,
     weighting: str,
     branch: Literal["loading", "unloading", "both"] | None,
+    held_out: tuple[str, ...],
+    fixed: tuple[str, ...],
     strict: bool,
 ) -> int:
     """Identify the law of CASE from its coupon tests, and the bulk modulus from volumetric ones.
+
+    Effects on the rubber (viscoelasticity, temperature) are identified with it if their `channels` name coupons, or if
+    the case has nothing but coupons.
 
     Coupons' tables of dynamic moduli give relaxation spectra, the shift of their times with temperature, and a lag of
     the rig.
@@ -71,8 +94,8 @@ def fit(
     if spectra and not case.coupons:
         run.deliver(
             lambda: tables_json(case, spectra, problems, run.timings()),
-            lambda _=(): tables_document(case, spectra, problems),
-            lambda: report.Files(case),
+            lambda pictures=(): tables_document(case, spectra, problems, pictures),
+            lambda: report.fit_files(case, None, spectra),
         )
         return NEGATIVE if strict and problems else DONE
     if problems and not spectra and not case.coupons:
@@ -80,23 +103,30 @@ def fit(
         raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
-    found = fit_to_coupons(run, case, model, weighting)
+    found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
     found = replace(found, conditions=(*found.conditions, *problems))
     further = {"dynamic": spectra_json(spectra)} if spectra else {}
 
     def document(pictures: Sequence[Picture] = ()) -> Document:
         law = report.fit_document(case, found, pictures)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
+        return replace(law, sections=[*law.sections, *spectra_sections(spectra, pictures)])
 
     run.deliver(
         lambda: report.fit_json(case, found, run.timings()) | further,
         document,
-        lambda: report.fit_files(case, found),
+        lambda: report.fit_files(case, found, spectra),
     )
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
 
 
-def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
+def fit_to_coupons(
+    run: Run,
+    case: Case,
+    model: str | None,
+    weighting: str,
+    held_out: tuple[str, ...] = (),
+    fixed: tuple[str, ...] = (),
+) -> Fit:
     """Fit a law to the coupon tests of a case and show the progress if the user asked for details."""
     from bushcli.inverse import fit_coupons
     from forms.law import laws
@@ -111,6 +141,8 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
             case,
             model,
             weighting=weighting,  # type: ignore[arg-type]
+            fixed=fixed,
+            hold_out=held_out,
             progress=progress,
             tables=run.tables,
         )
@@ -124,21 +156,12 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     metavar="LAW[,LAW...]",
     help="Law or laws to identify instead of the case's; may be repeated; `all` tries every law.",
 )
-@click.option(
-    "--hold-out",
-    "held_out",
-    multiple=True,
-    metavar="CHANNEL[,CHANNEL...]",
-    help="Predict this channel instead of fitting it.",
-)
-@click.option(
-    "--fix",
-    "fixed",
-    multiple=True,
-    metavar="NAME[,NAME...]",
-    help="Keep a parameter, or all parameters of an effect, at the start value; may be repeated.",
-)
+@held_out_channels
+@fixed_parameters
 @click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
+@click.option(
+    "--density", is_flag=True, help="Identify the rubber's density too, from tables of dynamic stiffness."
+)
 @click.option(
     "--method",
     type=click.Choice(["trf", "dogleg"]),
@@ -182,6 +205,7 @@ def inverse(
     held_out: tuple[str, ...],
     fixed: tuple[str, ...],
     bulk_modulus: bool,
+    density: bool,
     method: Method,
     loss: Loss,
     starts: int,
@@ -213,6 +237,7 @@ def inverse(
             law,
             fixed=names_in(fixed),
             bulk_modulus=bulk_modulus,
+            density=density,
             hold_out=names_in(held_out),
             method=method,
             loss=loss,
@@ -237,11 +262,17 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
     """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
-    count = len({source.label for source in task.case.recordings} - set(task.hold_out))
-    if count:
+    counts = {
+        kind: len({source.label for source in sources} - set(task.hold_out))
+        for kind, sources in (
+            ("recording", task.case.recordings),
+            ("table of dynamic stiffness", task.case.dynamic),
+        )
+    }
+    shown = [_counted(count, kind) for kind, count in counts.items() if count]
+    if shown:
         # Without any, the task says what is missing.
-        beside = " and tables of dynamic stiffness" if task.case.dynamic else ""
-        run.say(f"identifying {task.model} from {count} recording{'s' if count != 1 else ''}{beside}")
+        run.say(f"identifying {task.model} from {' and '.join(shown)}")
     journal = run.output / f"history-{task.model}" if run.output else None
     progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
@@ -254,6 +285,12 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
             tables=run.tables,
             told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
+
+
+def _counted(count: int, kind: str) -> str:
+    """Return a number of things in words: "2 tables of dynamic stiffness"."""
+    noun, space, rest = kind.partition(" ")
+    return f"{count} {noun}{'s' if count != 1 else ''}{space}{rest}"
 
 
 def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:

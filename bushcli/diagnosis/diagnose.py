@@ -38,6 +38,7 @@ from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
 from bushcli.runtime.history import history_of
 from bushcli.runtime.store import Store, holds_results
 from bushcli.runtime.workers import Workers
+from bushcli.selection.closest import closest
 from bushcli.selection.codec import FitCodec
 from bushcli.selection.fit import exact
 from bushcli.selection.model import Fitted, Model
@@ -320,9 +321,11 @@ def _finished(
         if best.state.model.structure == chosen.structure:
             # What is printed of the law alone are the numbers of `bushcli inverse`.
             best = replace(best, state=State(problem, plain))
-        elif best.state.model.anchor is not None:
-            found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
-            best = best if found is None else replace(best, state=State(problem, found))
+        else:
+            best = replace(best, state=closest(search, best.state))
+            if best.state.model.anchor is not None:
+                found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+                best = best if found is None else replace(best, state=State(problem, found))
     except BaseException as error:
         if not is_interrupt(error):
             raise

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.case.typical import unusual
-from bushcli.effects.effect import Effect
-from bushcli.effects.effect import effects as catalogue
+from bushcli.effects.effect import Effect, effects_on
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.faults import DataFault, find_faults, masks
 from bushcli.inverse.identify import fit_coupons
@@ -139,7 +138,7 @@ def _checked(
         )
     names = [one.name for one in recordings]
     for given, known, option, kind in (
-        (only or (), list(catalogue()), "--effects", "an effect"),
+        (only or (), list(effects_on("static")), "--effects", "an effect that changes recordings"),
         (hold_out, names, "--hold-out", "a channel of this case"),
     ):
         wrong = [name for name in given if name not in known]
@@ -171,7 +170,7 @@ def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
     specimen = "coupon" if case.geometry.specimen == "coupon" else "bushing"
     return [
         effect
-        for name, effect in catalogue().items()
+        for name, effect in effects_on("static").items()
         if specimen in effect.specimens and (only is None or name in only)
     ]
 

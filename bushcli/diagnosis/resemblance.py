@@ -42,7 +42,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import EffectParameter, effects
+from bushcli.effects.effect import EffectParameter, effects_on
 from bushcli.evidence.prior import RESEMBLES, effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
 from bushcli.selection.model import Key
@@ -186,8 +186,8 @@ def _odds(state: State, active: ActiveEffect, uniform: bool) -> float:
     most = min(size, known.prior.range(known.scales)[1])
     density = known.prior.log_density(off + math.copysign(most, value - off), known.scales) + math.log(most)
     density += 0.0 if known.one_sided else math.log(2.0)
-    # Any effect of the catalogue, whichever the user asks for.
-    odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects())
+    # Any effect of the catalogue that acts on recordings along a path, whichever the user asks for.
+    odds = RESEMBLES / (1.0 - RESEMBLES) / len(effects_on("static"))
     return math.log(odds / effect_odds(active.effect.name, uniform)) - density
 
 

@@ -10,7 +10,7 @@ from bushcli.effects.names import in_rig
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.effects.effect import Effect, EffectParameter
+    from bushcli.effects.effect import Effect, EffectParameter, Kind
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,18 @@ class ActiveEffect:
         Names of the channels that have it; None = all that it acts on.
     rig : str
         A channel that distinguishes it from the same effect on other channels; empty for the first one.
+    temperatures : mapping of str to float
+        Degrees C of the channels whose temperature is known, for an effect that needs it.
+    temperature : float or None
+        Degrees C of the channel that it was taken for (`acting`).
     """
 
     effect: Effect
     values: Mapping[str, float] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
     rig: str = ""
+    temperatures: Mapping[str, float] = field(default_factory=dict)
+    temperature: float | None = None
 
     @property
     def name(self) -> str:
@@ -51,7 +57,13 @@ class ActiveEffect:
     def parameters(self) -> tuple[EffectParameter, ...]:
         """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
         given = {p.branch for p in self.effect.parameters if p.name in self.values}
-        return tuple(p for p in self.effect.parameters if not p.optional or p.branch in given)
+        used = {
+            "",
+            *(p.choice(self.values.get(p.name, p.start)) for p in self.effect.parameters if p.choices),
+        }
+        return tuple(
+            p for p in self.effect.parameters if (not p.optional or p.branch in given) and p.under in used
+        )
 
     def with_values(self, parameters: Mapping[str, float]) -> ActiveEffect:
         """Return the effect with other values of its parameters; those that are not given keep theirs.
@@ -80,11 +92,16 @@ class ActiveEffect:
         return ", ".join(found)
 
     @property
+    def is_off(self) -> bool:
+        """Whether its amplitudes are off, so that it is as good as absent."""
+        return all(self.values.get(p.name, p.off) == p.off for p in self.effect.amplitudes)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
-    def acts_on(self, channel: str, mode: str) -> bool:
+    def acts_on(self, channel: str, mode: str, kind: Kind | None = "static") -> bool:
         """Whether the effect changes a channel.
 
         Parameters
@@ -93,8 +110,10 @@ class ActiveEffect:
             Name of the channel.
         mode : str
             Name of the channel's mode.
+        kind : {"static", "dynamic"} or None
+            Kind of the channel; None where either counts.
         """
-        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
+        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode, kind)
 
     def is_among(self, others: Iterable[ActiveEffect]) -> bool:
         """Whether one of several effects is the same on a common channel, so that a model cannot have both.
@@ -112,11 +131,25 @@ class ActiveEffect:
     @property
     def can_branch(self) -> bool:
         """Whether the effect has optional parameters that this one is without."""
-        return any(p.optional and not p.motions and p.name not in self.values for p in self.effect.parameters)
+        return any(
+            p.optional and p.searched and not p.motions and p.name not in self.values
+            for p in self.effect.parameters
+        )
 
-    def started(self) -> ActiveEffect:
-        """Return the effect with start values for the parameters that have no value."""
-        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+    def at(self, temperature: float | None) -> ActiveEffect:
+        """Return the effect at a temperature, degrees C, if it depends on that."""
+        return replace(self, temperature=temperature) if self.effect.needs_temperature else self
+
+    def started(self, period: float | None = None) -> ActiveEffect:
+        """Return the effect with start values for the parameters that have no value.
+
+        Parameters
+        ----------
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that it changes; None without any.
+        """
+        starts = {p.name: p.fitted(None, period)[0] for p in self.parameters}
+        return replace(self, values={name: self.values.get(name, start) for name, start in starts.items()})
 
     def off(self) -> ActiveEffect:
         """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
@@ -147,8 +180,14 @@ def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
 
 
-def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
-    """Return the effects that change a channel.
+def acting(
+    active: Sequence[ActiveEffect],
+    channel: str,
+    mode: str,
+    kind: Kind = "static",
+    temperature: float | None = None,
+) -> tuple[ActiveEffect, ...]:
+    """Return the effects that change a channel, at its temperature.
 
     Parameters
     ----------
@@ -158,8 +197,16 @@ def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[Act
         Name of the channel.
     mode : str
         Name of the channel's mode.
+    kind : {"static", "dynamic"}
+        Kind of the channel.
+    temperature : float or None
+        Degrees C, in place of the channel's.
     """
-    return tuple(one for one in active if one.acts_on(channel, mode))
+    return tuple(
+        one.at(one.temperatures.get(channel) if temperature is None else temperature)
+        for one in active
+        if one.acts_on(channel, mode, kind)
+    )
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:
@@ -243,8 +290,9 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
     for one in effects:
         if not one.effect.fades:
             found.append(one)
-        elif unrelaxed and one.effect.needs_time:
-            times = {name: NEVER for name in one.values if name.startswith("tau")}
+        elif unrelaxed and not one.effect.slides:
+            # The times of what fades with time are its relaxation times.
+            times = {p.name: NEVER for p in one.parameters if p.unit == "s"}
             found.append(replace(one, values={**one.values, **times}))
     return tuple(found)
 
@@ -259,7 +307,7 @@ def state_in_words(effects: Iterable[ActiveEffect], unrelaxed: bool) -> str:
         As in `in_state`.
     """
     fading = [one.effect for one in effects if one.effect.fades]
-    left = [one.name for one in fading if not (unrelaxed and one.needs_time)]
+    left = [one.name for one in fading if not unrelaxed or one.slides]
     without = f"without {' and '.join(sorted(left, reverse=True))}" if left else ""
     if unrelaxed and len(left) < len(fading):
         return "unrelaxed force: as in a sudden step" + (f", {without}" if without else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from bushcli.effects.active import ActiveEffect
@@ -22,5 +23,6 @@ def features_of(active: Sequence[ActiveEffect]) -> list[Installed]:
             values = one.started().values
             words = {p.name: p.choice(values[p.name]) for p in one.effect.parameters if p.choices}
             numbers = {name: value for name, value in values.items() if name not in words}
-            found.append(Installed(one.name, one.effect.feature(**words), numbers))
+            warm = math.nan if one.temperature is None else one.temperature
+            found.append(Installed(one.name, one.effect.feature(**words), numbers, warm))
     return found

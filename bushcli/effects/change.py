@@ -70,6 +70,9 @@ class RigChange:
         Name of the parameter that is the time by which the force is logged late.
     read : callable, optional
         ``read(force, time, given) -> Signal``: force as it is logged.
+    vibrate : callable, optional
+        ``vibrate(omega, given) -> (factor, added)``: in a table of dynamic stiffness K* becomes factor K* + added, real
+        signals (n,) at angular frequencies (n,) in rad/s; added in N/mm or N mm/rad.
     order : int
 
     Notes
@@ -83,6 +86,7 @@ class RigChange:
     spring: Callable[[Signal, Given], Signal] | None = None
     clock: str | None = None
     read: Callable[[Signal, Array | None, Given], Signal] | None = None
+    vibrate: Callable[[Array, Given], tuple[Signal, Signal]] | None = None
     order: int = 0
 
     @property

@@ -14,7 +14,7 @@ import importlib
 import math
 import pkgutil
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.effects.change import RigChange
+from bushcli.effects.exported import CardPart, ForceLawPart
 from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
     from cases.feature import Feature
 
 Array = NDArray[np.float64]
+
+#: Of a channel: a force along a path, or a table of dynamic stiffness (a load case with vibrations).
+Kind = Literal["static", "dynamic"]
 
 _SLEEVE = Sleeve(thickness=1.0)
 
@@ -62,6 +66,11 @@ class EffectParameter:
         recorded, a diagnosis gives it to the effect from the start, and it tries it nowhere else.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
+    in_tables : (float, float) or None
+        Start value and lowest value of a fit to tables of dynamic stiffness, in periods of their highest frequency; for
+        a time.
+    in_curves : float
+        Lowest value of a fit to curves alone.
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
     sizes : tuple of float
@@ -76,13 +85,17 @@ class EffectParameter:
         Whether the parameter belongs to one channel. In a rotational mode a displacement (mm), a force (N, N/s) or a
         stiffness (N/mm) becomes an angle, a moment or N mm per angle; degrees in the case file, rad inside.
     of_mesh : bool
-        Whether each of its values needs a model of its own, as does a dimension of the mesh or a choice: there is no
-        derivative by it, and a fit keeps its value.
+        Whether each of its values makes a model of its own, as does a dimension of the mesh, a choice or a reference:
+        a fit keeps its value.
     choices : tuple of str
         For a parameter that is a choice, the words that replace a number in the case file; its value is the index of
         one of them. Such a parameter is ``of_mesh`` and has no unit.
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
+    under : str
+        The choice of the effect with which the parameter is used; empty for any.
+    searched : bool
+        Whether a diagnosis may add it to a model; else only a case file gives it.
     within : (str, float) or None
         "thickness" or "length" of the rubber or their quotient, and the share of it that the value's size must not
         exceed: beyond it there is no such bushing.
@@ -100,6 +113,8 @@ class EffectParameter:
     optional: bool = False
     motions: frozenset[str] = frozenset()
     scan: tuple[float, ...] = ()
+    in_tables: tuple[float, float] | None = None
+    in_curves: float = -math.inf
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
@@ -109,6 +124,8 @@ class EffectParameter:
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
+    under: str = ""
+    searched: bool = True
     within: tuple[Literal["thickness", "length", "thickness/length"], float] | None = None
     prior: Prior | None = None
 
@@ -136,6 +153,21 @@ class EffectParameter:
             return self.lower, self.upper
         most = self.within[1] * wall.size(self.within[0])
         return max(self.lower, -most), min(self.upper, most)
+
+    def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
+        """Return start, lowest and highest value of a fit.
+
+        Parameters
+        ----------
+        shape : Shape or None
+            As for `bounds`.
+        period : float or None
+            s, of the highest frequency of the tables of dynamic stiffness that the effect changes; None without any.
+        """
+        low, high = self.bounds(shape)
+        if self.in_tables is not None and period is not None:
+            return self.in_tables[0] * period, max(low, self.in_tables[1] * period), high
+        return self.start, max(low, self.in_curves), high
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""
@@ -183,11 +215,15 @@ class Effect:
     fades : bool
         Whether its force fades with time or is bounded at any displacement, so that one stiffness needs a choice of
         state.
-    in_force_law : {"state", "curve"} or None
-        How the force law of an export contains an effect of the rubber: as a state of its own, or in its curves; None
-        where it cannot.
-    on_card : bool
-        Whether a material card can hold it.
+    is_factor : bool
+        Whether it multiplies the force by a factor that is the same at any displacement and time.
+    in_force_law : {"curve", "maxwell", "sliders", "softening", "set", "warming"} or None
+        Where the force law of an export contains an effect of the rubber: in its curves or in a state; None where it
+        cannot. The first parameter of a "set" is the share of the largest displacements that stays, those of a
+        "warming" are the share of the force that is lost and the time constant.
+    on_card : callable, optional
+        Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
+        hold it.
     needs : str
         Content that a recording must have for the effect to be identified.
     rivals : tuple of str
@@ -198,6 +234,8 @@ class Effect:
         Modes on which it acts; None = every mode of its specimens.
     specimens : frozenset of str
         "bushing", "coupon".
+    kinds : frozenset of {"static", "dynamic"}
+        Kinds of channels on which it acts: recordings along a path, tables of dynamic stiffness.
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
     adds_sleeves : bool
@@ -209,6 +247,8 @@ class Effect:
         Whether the force depends on the past or on time, and not on the displacement alone.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
+    needs_temperature : bool
+        Whether it has no meaning without the temperature of the channel; a diagnosis does not consider it.
     needs_fixed_law : bool
         Whether a law that is identified from the same recordings can reproduce all that the effect does.
     needs_free_channel : bool
@@ -220,6 +260,8 @@ class Effect:
         Parameters that are choices are its arguments, by name and in words.
     rig : RigChange, optional
         Its change of the curve.
+    shown : (str, mapping of str to float) or None
+        Mode in which it shows and values large enough to be seen, for its picture in ``docs/effects.md``.
     """
 
     name: str
@@ -233,20 +275,24 @@ class Effect:
     how_often: Literal["usual", "occasional", "rare"] = "rare"
     families: tuple[str, ...] = ()
     fades: bool = False
-    in_force_law: Literal["state", "curve"] | None = None
-    on_card: bool = False
+    is_factor: bool = False
+    in_force_law: ForceLawPart | None = None
+    on_card: Callable[[Mapping[str, float]], CardPart] | None = None
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
+    kinds: frozenset[Kind] = frozenset({"static", "dynamic"})
     needs_sleeves: bool = False
     adds_sleeves: bool = False
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
     has_memory: bool = False
     needs_time: bool = False
+    needs_temperature: bool = False
     needs_fixed_law: bool = False
     needs_free_channel: bool = False
     may_be_shared: bool = False
     feature: Callable[..., Feature] | None = None
     rig: RigChange | None = None
+    shown: tuple[str, Mapping[str, float]] | None = field(default=None, hash=False)
 
     def parameter(self, name: str) -> EffectParameter:
         """Return the parameter called ``name``.
@@ -260,8 +306,13 @@ class Effect:
 
     @property
     def branches(self) -> int:
-        """Largest number of branches: one, and those whose parameters are optional."""
-        return 1 + len({p.branch for p in self.parameters if p.optional and not p.motions})
+        """Largest number of branches that a diagnosis tries: one, and those whose parameters are optional."""
+        return 1 + len({p.branch for p in self.parameters if p.optional and p.searched and not p.motions})
+
+    @property
+    def slides(self) -> bool:
+        """Whether its share of the force depends on the direction of motion, and not on time: it is in no stiffness."""
+        return self.fades and not self.needs_time
 
     @property
     def of_channel(self) -> bool:
@@ -293,9 +344,19 @@ class Effect:
         everywhere = set(channels) <= set(having)
         return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
-    def acts_on(self, mode: str) -> bool:
-        """Whether the effect acts on a mode."""
+    def acts_on(self, mode: str, kind: Kind | None = "static") -> bool:
+        """Whether the effect acts on a mode in channels of a kind.
+
+        Parameters
+        ----------
+        mode : str
+            Name of the mode.
+        kind : Kind or None
+            Kind of the channels, None for any.
+        """
         known = modes()[mode]
+        if kind is not None and kind not in self.kinds:
+            return False
         if known.follow is not None and self.rig is not None:
             # A rig's effects act on one displacement and one force.
             return False
@@ -330,12 +391,12 @@ def unsuited(
         )
         return ((what, expected),)
     given = values or {}
+    sleeved = any(other.adds_sleeves for name, other in effects().items() if name in others)
     chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
     found = [
         (f"the effect cannot be combined with an elastic {name}", "make it rigid")
         for name, choices in effect.rigid
-        if (not choices or chosen & set(choices))
-        and (name in shape.elastic_sleeves or "sleeve_compliance" in others)
+        if (not choices or chosen & set(choices)) and (name in shape.elastic_sleeves or sleeved)
     ]
     if effect.adds_sleeves and len(shape.elastic_sleeves) == 2:
         expected = "leave them out of [geometry], or change their youngs_modulus there"
@@ -347,11 +408,25 @@ def unsuited(
 def effects() -> Mapping[str, Effect]:
     """Return all effects found in ``bushcli/effects/library``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.effects.library")
-    found = (
-        importlib.import_module(f"{package.__name__}.{m.name}").EFFECT
-        for m in pkgutil.iter_modules(package.__path__)
+    modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    found: list[Effect] = [
+        importlib.import_module(f"{package.__name__}.{module}").EFFECT for module in modules
+    ]
+    # The file of one of two rivals names the other: a new effect changes no other file.
+    naming = {one.name: {other.name for other in found if one.name in other.rivals} for one in found}
+    return MappingProxyType(
+        {one.name: replace(one, rivals=tuple(sorted({*one.rivals} | naming[one.name]))) for one in found}
     )
-    return MappingProxyType({effect.name: effect for effect in sorted(found, key=lambda effect: effect.name)})
+
+
+def effects_on(kind: Kind) -> dict[str, Effect]:
+    """Return the effects that act on channels of a kind and that a diagnosis can consider, by name."""
+    return {name: one for name, one in effects().items() if kind in one.kinds and not one.needs_temperature}
+
+
+def effect_in_force_law(part: ForceLawPart) -> Effect:
+    """Return the first effect that is a part of the force law of an export, such as the Maxwell branches."""
+    return next(one for one in effects().values() if one.in_force_law == part)
 
 
 def effect(name: str) -> Effect:

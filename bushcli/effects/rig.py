@@ -7,13 +7,13 @@ the springs, logged late and read with an offset. Every input may depend on para
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
 marched elsewhere: `bushing_path` gives the displacement that drives it, `extension` and `parallel` the springs in
-series and the forces beside it, and `reading` the logged force.
+series and the forces beside it, and `reading` the logged force. `vibrating` gives the stiffness of small vibrations.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +37,9 @@ _LAG_DIFFERENCE = 1e-6
 
 # A column of derivatives that is none by a parameter: that by the displacement or by the force.
 _SLOPE = "slope"
+# Step of the central difference of a slope by the force or the displacement, relative, or in N, mm or rad: springs and
+# stops are linear or quadratic in them, where it is exact to rounding.
+_NEAR = 1e-4
 
 
 class NoEquilibrium(ArithmeticError):
@@ -239,13 +242,44 @@ def has_slope(one: ActiveEffect) -> bool:
     return change.drive is None or bool(change.drive(at_rest, given).slope[0, 0] == 1.0)
 
 
+@dataclass(frozen=True)
+class RigStiffness:
+    """Dynamic stiffness that a rig measures about one preload.
+
+    Attributes
+    ----------
+    value : shape (n,)
+        K*, N/mm or N mm/rad.
+    by_part : shape (n,)
+        Its derivative by K* of the bushing alone.
+    slope : shape (n, P)
+        Its derivatives by the parameters, K* of the bushing and the preload held.
+    """
+
+    value: Complex
+    by_part: Complex
+    slope: Complex
+
+    def scaled(self, factor: Signal) -> RigStiffness:
+        """Return the stiffness times a factor (n,), real or complex."""
+        by = factor.value[:, None] * self.slope + self.value[:, None] * factor.slope
+        return RigStiffness(factor.value * self.value, factor.value * self.by_part, by)
+
+
 def vibrating(
-    active: Sequence[ActiveEffect], stiffness: Complex, frequency: Array, q: float, force: float
-) -> Complex:
+    active: Sequence[ActiveEffect],
+    stiffness: Complex,
+    frequency: Array,
+    q: float,
+    force: float,
+    columns: Sequence[str] = (),
+    force_slope: Array | None = None,
+) -> RigStiffness:
     """Return the dynamic stiffness that the rig measures about a preload: its changes of the curve, linearised.
 
     What stands beside the bushing adds its stiffness, springs in series their compliance at the force that they carry;
-    a force that is logged late by a time t turns by exp(-i omega t), and is scaled as it is read.
+    inertia and resonances of the rig follow; a force that is logged late by a time t turns by exp(-i omega t), and is
+    scaled as it is read.
 
     Parameters
     ----------
@@ -257,20 +291,64 @@ def vibrating(
         Hz.
     q, force : float
         Displacement and static force of the bushing under the preload: mm or rad, N or N mm.
+    columns : sequence of str
+        Full names of the P parameters by which derivatives are wanted.
+    force_slope : shape (P,) or None
+        Derivatives of the static force; None = zero.
     """
-    columns = ("", _SLOPE)
-    moved = Signal(np.array([q]), np.array([[1.0, 0.0]]))
-    carried = parallel(active, moved, Signal(np.array([force]), np.array([[0.0, 1.0]])), columns, np.zeros(1))
-    beside, share = carried.slope[0]
-    found = beside + share * stiffness
-    carried = Signal(carried.value, np.array([[0.0, 1.0]]))
-    found = found / (1.0 + extension(active, carried, columns).slope[0, 1] * found)
-    for change, given in _changes(active, columns):
+    local, held = (_SLOPE, *columns), np.zeros(len(columns))
+    changes, omega = _changes(active, local), 2.0 * np.pi * frequency
+    bare = Signal(np.full(3, force), np.zeros((3, len(local))))
+    if force_slope is not None:
+        bare.slope[:, 1:] = force_slope
+
+    def beside(moved: Signal) -> Signal:
+        return parallel(active, moved, bare, local, np.zeros(3))
+
+    def read(load: Signal) -> Signal:
+        for change, given in changes:
+            load = load if change.read is None else change.read(load, np.zeros(3), given)
+        return load
+
+    at_rest = Signal(np.full(3, q), np.zeros((3, len(local))))
+    stop, carried = _rate(beside, q, held), beside(at_rest).sampled(np.array([1]))
+    spring = _rate(lambda load: extension(active, load, local), float(carried.value[0]), carried.slope[0, 1:])
+    both = stiffness + stop.value
+    soft = 1.0 / (1.0 + spring.value * both)
+    found = RigStiffness(
+        soft * both,
+        soft**2,
+        np.outer(soft**2, stop.slope) - np.outer((soft * both) ** 2, spring.slope),
+    )
+    for change, given in changes:
+        if change.vibrate is not None:
+            factor, added = change.vibrate(omega, given)
+            found = found.scaled(Signal(factor.value, factor.slope[:, 1:]))
+            found = replace(found, value=found.value + added.value, slope=found.slope + added.slope[:, 1:])
+    for change, given in changes:
         if change.clock is not None:
-            found = found * np.exp(-2j * np.pi * frequency * given[change.clock].value)
-        if change.read is not None:
-            carried = change.read(carried, np.zeros(1), given)
-    return np.asarray(carried.slope[0, 1] * found)
+            late = np.exp(-1j * omega * given[change.clock].value)
+            found = found.scaled(Signal(late, (-1j * omega * late)[:, None] * given[change.clock].slope[1:]))
+    gain = _rate(read, float(carried.value[0]), held)
+    whole = np.ones(len(omega))
+    return found.scaled(Signal(gain.value * whole, np.tile(gain.slope, (len(whole), 1))))
+
+
+def _rate(change: Callable[[Signal], Signal], at: float, by: Array) -> Signal:
+    """Return the slope of a change of a signal at a value, and its derivatives (P,) by the parameters.
+
+    Parameters
+    ----------
+    change : callable
+        Of a signal (3,) whose first column is the derivative by itself, the others those by the parameters.
+    at : float
+    by : shape (P,)
+        Derivatives of this value by the parameters.
+    """
+    step = _NEAR * max(abs(at), 1.0)
+    columns = np.column_stack([np.ones(3), np.tile(by, (3, 1))])
+    found = change(Signal(at + step * np.array([-1.0, 0.0, 1.0]), columns)).slope
+    return Signal(found[1, 0], np.asarray((found[2, 1:] - found[0, 1:]) / (2.0 * step), dtype=np.float64))
 
 
 def elastic_response(

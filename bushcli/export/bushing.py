@@ -92,11 +92,7 @@ def bushing_of(
 
 def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
-    left = [
-        one.effect.name
-        for one in source.case.effects
-        if one.effect.acts == "rig" or (one.effect.fades and not one.effect.needs_time)
-    ]
+    left = [one.effect.name for one in source.case.effects if one.effect.acts == "rig" or one.effect.slides]
     found = source.vibrations or _vibrations(source, progress)
     remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(left)}"] if left else []
     if any(one.static is None for one in found):

@@ -27,7 +27,9 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.misfit import peak_percent, rms_percent
-from bushcli.effects.active import NEVER, ActiveEffect, acting
+from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.effects.effect import effect_in_force_law
+from bushcli.effects.exported import ForceLawPart
 from bushcli.errors import InputError, Problem
 from bushcli.export.fmu.force_law import ChannelForceLaw
 from bushcli.export.soften import softening
@@ -120,11 +122,12 @@ class _Bushing:
     def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
         self.case, self.name, self.mode, self.progress = case, name, mode, progress
         active = [one for one in acting(case.effects, name, mode) if one.effect.acts != "rig"]
-        active = [
-            one for one in active if any(one.values.get(p.name) != p.off for p in one.effect.amplitudes)
-        ]
-        self.effects = {one.effect.name: one for one in active if one.effect.in_force_law == "state"}
-        self.others = [one for one in active if one.effect.in_force_law != "state"]
+        active = [one for one in active if not one.is_off]
+        #: Effects that are states of the force law, by state.
+        self.states = {
+            one.effect.in_force_law: one for one in active if one.effect.in_force_law not in (None, "curve")
+        }
+        self.others = [one for one in active if one.effect.in_force_law in (None, "curve")]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
@@ -149,21 +152,19 @@ class _Bushing:
 
     def reduced(self, low: float, high: float) -> Reduced:
         """Return the force law between two displacements."""
-        permanent = self.effects.get("permanent_set")
-        kept = 0.0 if permanent is None else float(permanent.values["set"])
+        kept, *_ = self._values("set") or (0.0,)
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
         grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
         static = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
-        series, warming = _series(self.effects.get("viscoelasticity")), self._warming()
-        friction = self.effects.get("friction")
+        viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))
+        series, warming = () if viscous is None else _series(viscous), self._values("warming")
         elastic = np.zeros_like(static)
         if series or friction is not None:
-            elastic = self._there_and_back(grid, [self._unrelaxed()]) - static
+            elastic = self._there_and_back(grid, _unrelaxed()) - static
         data["maxwell"] = [[g, tau] for g, tau in series]
         if friction is not None:
             data["sliders"] = self._sliders(friction, grid, static, elastic)
-        mullins = self.effects.get("mullins")
         data["softening"] = {} if mullins is None else softening(self.force, mullins, grid, static)
         for key, values in (("force", static), ("elastic", elastic)):
             data[key], data[f"{key}_slope"] = values, _slopes(grid, values)
@@ -173,19 +174,13 @@ class _Bushing:
         data |= {"set": kept, "warming": warming}
         times = [tau for _, tau in series] + warming[1:]
         program = _program(low, high, times, grows=mullins is not None or kept > 0.0)
-        simulated = self.force(program[:, 1], program[:, 0], list(self.effects.values()))
+        simulated = self.force(program[:, 1], program[:, 0], list(self.states.values()))
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program))
 
-    def _warming(self) -> list[float]:
-        """Return the share of the force that is finally lost, and its time constant, s; empty without warming."""
-        one = self.effects.get("warming")
-        return [] if one is None else [float(one.values["amount"]), float(one.values["tau"])]
-
-    def _unrelaxed(self) -> ActiveEffect:
-        """Return a branch that does not relax and has the law's initial shear modulus."""
-        from bushcli.effects.effect import effect
-
-        return ActiveEffect(effect("viscoelasticity"), {"g1": 1.0, "tau1": NEVER})
+    def _values(self, part: ForceLawPart) -> list[float]:
+        """Return the values of the effect that is a state of the force law; empty without it."""
+        one = self.states.get(part)
+        return [] if one is None else [float(one.values[p.name]) for p in one.parameters]
 
     def _there_and_back(self, grid: Array, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force at the points of a grid, each side loaded from rest."""
@@ -247,10 +242,16 @@ def _second(count: int) -> Array:
     return np.linspace(0.0, 1.0, count).astype(np.float64)
 
 
-def _series(viscous: ActiveEffect | None) -> list[tuple[float, float]]:
-    values = viscous.values if viscous is not None else {}
-    pairs = [(values.get(f"g{i}", 0.0), values.get(f"tau{i}", 1.0)) for i in (1, 2, 3)]
-    return [(float(g), float(tau)) for g, tau in pairs if g > 0.0]
+def _series(viscous: ActiveEffect) -> tuple[tuple[float, float], ...]:
+    """Return the Maxwell branches (g, tau) of an effect."""
+    return viscous.effect.on_card(viscous.values).series if viscous.effect.on_card is not None else ()
+
+
+def _unrelaxed() -> tuple[ActiveEffect, ...]:
+    """Return a branch that does not relax and has the law's initial shear modulus."""
+    branch = effect_in_force_law("maxwell")
+    ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
+    return in_state([ActiveEffect(branch, ones)], unrelaxed=True)
 
 
 def _slopes(x: Array, y: Array) -> Array:

@@ -4,29 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from bushcli.case import Material
 from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
+from bushcli.effects.exported import OgdenRoxburgh
 from forms.law import law as law_called
-
-
-@dataclass(frozen=True)
-class OgdenRoxburgh:
-    """Mullins effect after Ogden and Roxburgh.
-
-    Attributes
-    ----------
-    inverse_r, beta : float
-        Dimensionless.
-    m : float
-        MPa.
-    """
-
-    inverse_r: float
-    m: float
-    beta: float
 
 
 @dataclass(frozen=True)
@@ -43,6 +27,8 @@ class ExportedRubber:
     series : tuple of (float, float)
         Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
     softening : OgdenRoxburgh or None
+    effects : mapping of str to tuple of str
+        Names of the effects that are the series, and the softening.
     inexpressible : tuple of str
         Names of effects of the rubber that no material card can express.
     beside : tuple of str
@@ -56,6 +42,7 @@ class ExportedRubber:
     bulk_modulus: float
     series: tuple[tuple[float, float], ...] = ()
     softening: OgdenRoxburgh | None = None
+    effects: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     inexpressible: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     density: float = Material.density / DENSITY
@@ -79,7 +66,7 @@ class ExportedRubber:
 def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRubber:
     """Return the rubber of a material with the effects that act on it.
 
-    Another batch scales the law, the bulk modulus and the softening's energy; compressibility adds to 1/kappa.
+    A factor on the energy scales the law, the bulk modulus and the softening's energy; a compliance adds to 1/kappa.
     An effect whose amplitudes are off counts as absent.
 
     Parameters
@@ -89,26 +76,24 @@ def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRub
     active : sequence of ActiveEffect
         Effects of the case, all with values.
     """
-    values = {one.effect.name: one.values for one in active if _acts(one)}
-    factor = math.exp(values.get("batch_stiffness", {}).get("log_factor", 0.0))
-    compliance = 1.0 / material.bulk_modulus + values.get("compressibility", {}).get("compliance", 0.0)
-    viscous, mullins = values.get("viscoelasticity", {}), values.get("mullins")
-    pairs = [(viscous.get(f"g{i}", 0.0), viscous.get(f"tau{i}", 1.0)) for i in (1, 2, 3)]
+    there = [one for one in active if not one.is_off]
+    parts = {
+        one.effect.name: one.effect.on_card(one.values) for one in there if one.effect.on_card is not None
+    }
+    left = [one for one in there if one.effect.on_card is None]
+    factor = math.prod(part.factor for part in parts.values())
+    compliance = 1.0 / material.bulk_modulus + sum(part.compliance for part in parts.values())
     plain = ExportedRubber(material.law, dict(material.parameters), math.inf)
-    left = [one for one in active if _acts(one) and not one.effect.on_card]
+    series = {name: part.series for name, part in parts.items() if part.series}
+    softening = {name: part.softening for name, part in parts.items() if part.softening is not None}
     return ExportedRubber(
         law=material.law,
         parameters=plain.stiffened(factor),
         bulk_modulus=factor / compliance if compliance else math.inf,
-        series=tuple((g, tau) for g, tau in pairs if g > 0.0),
-        softening=None
-        if mullins is None
-        else OgdenRoxburgh(mullins["inverse_r"], mullins["m"] * factor, mullins["beta"]),
+        series=tuple(branch for part in series.values() for branch in part),
+        softening=next((replace(one, m=one.m * factor) for one in softening.values()), None),
+        effects={"series": tuple(series), "softening": tuple(softening)},
         inexpressible=tuple(one.name for one in left if one.effect.acts == "rubber"),
         beside=tuple(one.name for one in left if one.effect.acts != "rubber"),
         density=material.density / DENSITY,
     )
-
-
-def _acts(one: ActiveEffect) -> bool:
-    return any(one.values.get(p.name, p.off) != p.off for p in one.effect.amplitudes)

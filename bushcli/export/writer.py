@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 from bushcli import __version__
+from bushcli.effects.effect import effect_in_force_law
 from bushcli.errors import InputError, Problem, nearest, printable
 from bushcli.export.rubber import ExportedRubber
 from bushcli.export.units import UnitSystem
@@ -153,25 +154,28 @@ class Writer:
             found.append(Problem(f"--to {self.name}", what, "", remedy))
 
         if form != TIME_PRONY and not rubber.series:
-            remedy = 'add [[effects]] name = "viscoelasticity", or leave --viscoelastic out'
+            named = effect_in_force_law("maxwell").name
+            remedy = f'add [[effects]] name = "{named}", or leave --viscoelastic out'
             refuse(f"a rubber without viscoelasticity has no {form} form", remedy)
         if rubber.law not in self.laws:
             refuse(
                 f"{self.title} has no {rubber.law} law",
                 f"identify another one: {', '.join(self.laws)}, with --model of `bushcli fit` or `inverse`",
             )
-        for effect, there, called, only in (
-            ("viscoelasticity", bool(rubber.series), self.series, self.series_laws),
-            ("mullins", rubber.softening is not None, self.softening, self.softening_laws),
+        for part, called, only in (
+            ("series", self.series, self.series_laws),
+            ("softening", self.softening, self.softening_laws),
         ):
-            remedy = f"choose another program, or use --without {effect} for a card without it"
-            if there and not called:
-                refuse(f"{self.title} has no model for the effect {effect}", remedy)
-            elif there and only is not None and rubber.law not in only:
-                known = ", ".join(sorted(only))
-                refuse(
-                    f"{self.title} takes {called} with the laws {known} only, not with {rubber.law}", remedy
-                )
+            for effect in rubber.effects.get(part, ()):
+                remedy = f"choose another program, or use --without {effect} for a card without it"
+                if not called:
+                    refuse(f"{self.title} has no model for the effect {effect}", remedy)
+                elif only is not None and rubber.law not in only:
+                    known = ", ".join(sorted(only))
+                    refuse(
+                        f"{self.title} takes {called} with the laws {known} only, not with {rubber.law}",
+                        remedy,
+                    )
         for name in rubber.inexpressible:
             refuse(
                 f"a material card cannot express the effect {name}",

@@ -20,6 +20,7 @@ from bushcli.curve.curve import Curve
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.curve.odd import swept_range, unfolded
+from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
 from bushcli.inverse.answering import with_effects, with_others
@@ -102,6 +103,10 @@ class FitChannel(Protocol):
     @property
     def name(self) -> str:
         """Name of the channel."""
+
+    @property
+    def active(self) -> tuple[ActiveEffect, ...]:
+        """Effects that act on it, at its temperature."""
 
     @property
     def measured(self) -> Array:
@@ -190,6 +195,11 @@ class Channel:
     def name(self) -> str:
         """Name of the channel."""
         return self.recording.name
+
+    @property
+    def active(self) -> tuple[ActiveEffect, ...]:
+        """Effects that act on it, at its temperature."""
+        return () if self.simulation is None else tuple(self.simulation.active)
 
     @property
     def measured(self) -> Array:

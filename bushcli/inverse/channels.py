@@ -24,6 +24,7 @@ from geometry.shape import shapes
 
 if TYPE_CHECKING:
     from bushcli.inverse.dynamic_channel import DynamicChannel
+    from bushcli.recording.dynamic.table import DynamicTable
 
 # Samples of a coupon to which a law can be fitted; fewer are no curve.
 FEWEST = 3
@@ -103,11 +104,25 @@ def dynamic_channels(
     case: Case, rubber: Rubber, comm: MPI.Comm, tables: TableCache | None = None
 ) -> list[DynamicChannel]:
     """Return the channels of the bushing's tables of dynamic stiffness."""
-    sources = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
-    if not sources:
+    read = dynamic_tables(case, tables)
+    if not read:
         return []
     # What few cases need is loaded where one needs it.
     from bushcli.inverse.dynamic_channel import DynamicChannel
+    from bushcli.simulate.dynamic_tables import by_temperature
+
+    return [
+        DynamicChannel(part, rubber, case, comm, temperature=temperature)
+        for one in read
+        for part, temperature in by_temperature(case, one)
+    ]
+
+
+def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[DynamicTable]:
+    """Return the tables of dynamic stiffness of the bushing."""
+    sources = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    if not sources:
+        return []
     from bushcli.recording.dynamic.read import read_dynamic
 
-    return [DynamicChannel(read_dynamic(one, tables), rubber, case, comm) for one in sources]
+    return [read_dynamic(one, tables) for one in sources]

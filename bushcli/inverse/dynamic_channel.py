@@ -8,7 +8,7 @@ the magnitude times the deviation of the angle, to first order. Both are proport
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, DynamicTest
-from bushcli.effects.active import ActiveEffect, acting, in_state
+from bushcli.case.case import DENSITY
+from bushcli.effects.active import acting, in_state
 from bushcli.effects.assembly import features_of
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import has_slope, vibrating
@@ -40,7 +41,6 @@ from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preload
 from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
-from cases.load import PrescribedForce
 from cases.march import march, unsolved
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
@@ -50,9 +50,6 @@ Complex = NDArray[np.complex128]
 
 # Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
-# Step of the central differences by a constant of the law, relative. Against a tenth of it, slopes of a bushing 10 mm
-# thick at rest and sheared by 0.3 change by 4e-8 (Ogden), 2e-9 (Yeoh) and 1e-6 (Gent) of the largest.
-STEP = 1e-3
 # Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
 KEPT = 32
 
@@ -68,10 +65,12 @@ class _Preloads:
 
 @dataclass(frozen=True)
 class _Reached:
-    """The curves of every preload, by group of preloads, and a sample (n, 3) of the stretches there."""
+    """The curves of every preload, by group of preloads, a sample (n, 3) of the stretches there, and derivatives."""
 
     curves: list[list[DynamicCurve]]
     states: Array
+    # Parameters of the model by which the curves have derivatives.
+    names: tuple[str, ...]
 
 
 class DynamicChannel:
@@ -86,6 +85,7 @@ class DynamicChannel:
         Their standard errors; inf for rows that are not used.
     comm : MPI.Comm
     faults : tuple of DataFault
+    active : tuple of ActiveEffect
     """
 
     coupon = False
@@ -97,32 +97,27 @@ class DynamicChannel:
         case: Case,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
+        temperature: float | None = None,
     ) -> None:
         self.table, self.comm = table, comm
+        self._temperature = temperature
         check_preloads(case, table)
-        self._active = tuple(one.started() for one in acting(case.effects, table.name, table.mode))
-        problems = unfit(case.path.name, table.name, self._active)
-        for one in self._active:
-            if one.effect.acts == "rig" and _changes_stiffness(one):
-                what = (
-                    f"{table.name}: {readable_name(one.name)} changes the stiffness that the rig measures, "
-                )
-                what += "which is not fitted to tables"
-                expected = (
-                    f'give the effect "{one.name}" channels = [...] without {table.name}, or leave it out; '
-                )
-                expected += "`bushcli direct` compares tables with it"
-                problems.append(Problem(case.path.name, what, "", expected))
+        there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
+        self.active = tuple(one.started() for one in there)
+        self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
+        self._rubber = {one.name for one in self.active if one not in self._rig}
+        self._preloads = _preloads(table)
+        problems = unfit(case.path.name, table.name, self.active)
+        problems += self._unfit_rig(case.path.name)
         if problems:
             raise InputError(*problems)
-        features = features_of(in_state(self._active, unrelaxed=False))
+        features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
             case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
         )
         self._density = case.material.density
         self.faults = table_faults(case.geometry, [table])
         used = self._used()
-        self._preloads = _preloads(table)
         self._turned = np.exp(-1j * table.loss_angle)
         self.measured = np.concatenate([table.stiffness, np.zeros(len(table))])
         errors, unknown = _errors(table)
@@ -135,8 +130,9 @@ class DynamicChannel:
 
     @property
     def name(self) -> str:
-        """Name of the channel."""
-        return self.table.name
+        """Name of the channel, with its temperature where the table has several."""
+        warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
+        return self.table.name + warm
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -159,25 +155,14 @@ class DynamicChannel:
             A preload was not reached, or is unstable.
         """
         patience = Patience() if patience is None else patience
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        branches = self._branches(parameters)
-        reached = self._reached(own, branches, patience)
-        slope = np.zeros((len(self.measured), len(names)))
-        free = [name for name in names if name not in own and name in parameters]
-        if free:
-            slope[:, [names.index(name) for name in free]] = self._by_branches(
-                reached, parameters, free, branches
-            )
-        for name in own:
-            if name in names:
-                step = STEP * max(abs(own[name]), 1e-3)
-                ends = [
-                    self._rows(self._reached(own | {name: own[name] + d}, branches, patience), branches)
-                    for d in (step, -step)
-                ]
-                slope[:, names.index(name)] = (ends[0] - ends[1]) / (2.0 * step)
+        reached = self._reached(parameters, names, patience)
+        value, slope = self._simulated(reached, parameters, names)
+        turned, by = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
-            np.tile(self._travels(reached), 2), self._rows(reached, branches), slope, reached.states
+            np.tile(self._travels(reached), 2),
+            np.concatenate([turned.real, turned.imag]),
+            np.concatenate([by.real, by.imag]),
+            reached.states,
         )
 
     def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
@@ -208,12 +193,10 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        branches = self._branches(parameters)
-        reached, used = self._reached(own, branches, Patience()), self.used
-        error = self._error(reached, branches)
-        stiffness = self._stiffness(reached, branches)
-        return ComparedTable(self.table.rows(used), stiffness[used], self._travels(reached)[used], error)
+        reached, used = self._reached(parameters, (), Patience()), self.used
+        simulated, _ = self._simulated(reached, parameters, ())
+        error = self._error(reached, parameters)
+        return ComparedTable(self.table.rows(used), simulated[used], self._travels(reached)[used], error)
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
         """Return what has to be known about the table and its simulation.
@@ -227,36 +210,49 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        reached = self._reached(own, self._branches(parameters), Patience())
-        # Effects of the rig that act on a table leave its stiffness as it is.
-        rubber = [one for one in self._active if one.effect.acts != "rig"]
+        reached = self._reached(parameters, (), Patience())
+        # Effects of the rig are in the simulation.
+        rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
         return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self._active])
+        return branches_of([one.with_values(parameters) for one in self.active])
 
-    def _reached(self, own: Mapping[str, float], branches: Branches, patience: Patience) -> _Reached:
+    def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        # Constants of the model, on which the preloads depend.
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        moving = tuple(name for name in names if name in own)
         key = tuple(own.values())
         known = self._known.pop(key, None)
-        if known is None or not self._error(known, branches) <= PROMISED:
+        if (
+            known is None
+            or not set(moving) <= set(known.names)
+            or not self._error(known, parameters) <= PROMISED
+        ):
             self.model.set_parameters(own)
             ends: list[Array] = []
-            curves = [self._marched(one.test, branches, patience, ends) for one in self._preloads]
-            known = _Reached(curves, isochoric_sample(self.model.comm, ends))
+            curves = [self._marched(one.test, parameters, moving, patience, ends) for one in self._preloads]
+            known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving)
             if len(self._known) == KEPT:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = known
         return known
 
     def _marched(
-        self, test: DynamicTest, branches: Branches, patience: Patience, ends: list[Array]
+        self,
+        test: DynamicTest,
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+        patience: Patience,
+        ends: list[Array],
     ) -> list[DynamicCurve]:
-        made = Vibrations(self.name, test, self.model, branches, self._density)
+        density = _density(parameters)
+        density = self._density if density is None else density
+        made = Vibrations(self.name, test, self.model, self._branches(parameters), density, names=names)
 
         def observe(solver: Equilibrium) -> None:
             before = len(made.curves)
@@ -268,7 +264,7 @@ class DynamicChannel:
             history = march(
                 self.model,
                 program,
-                drive=PrescribedForce() if test.by_force else None,
+                drive=made.drive,
                 progress=lambda *_: meet(self.comm),
                 observer=observe,
                 patience=patience.limit,
@@ -276,41 +272,48 @@ class DynamicChannel:
             patience.learn(history)
         if len(made.curves) < len(test.preload):
             raise unsolved("a preload is unstable")
-        return [made.curves[i] for i in range(len(test.preload))]
+        return [made.curves[i][0] for i in range(len(test.preload))]
 
-    def _by_branches(
-        self, reached: _Reached, parameters: Mapping[str, float], free: Sequence[str], branches: Branches
-    ) -> Array:
-        """Return the derivatives (2 n, parameters) by parameters of the branches."""
+    def _simulated(
+        self, reached: _Reached, parameters: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[Complex, Complex]:
+        """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
+        branches, density = self._branches(parameters), _density(parameters)
+        rig = [one.with_values(parameters) for one in self._rig]
+        by = self._by_parameter(parameters, names, len(branches))
+        value = np.empty(len(self.table), dtype=np.complex128)
+        slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
+        for group, curves in zip(self._preloads, reached.curves, strict=True):
+            for number, curve in enumerate(curves):
+                rows = group.rows[group.number == number]
+                frequency, model = self.table.frequency[rows], curve.model
+                part = model.stiffness(frequency, branches, density)
+                force = np.zeros(len(names))
+                own = np.zeros((len(rows), len(names)), dtype=np.complex128)
+                if names:
+                    by_model = model.slopes_by_parameters(frequency, branches, density)
+                    for i, name in enumerate(model.changes.names):
+                        force[names.index(name)] = model.changes.force[i]
+                        own[:, names.index(name)] = by_model[i]
+                    by_g, by_tau, by_density = model.slopes(frequency, branches, density)
+                    own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                found = vibrating(rig, part, frequency, curve.preload, curve.force, names, force)
+                value[rows], slope[rows] = found.value, found.slope + found.by_part[:, None] * own
+        return value, slope
+
+    def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
+        """Return the derivatives (2 branches + 1, names) of all moduli, all times and the density by parameters."""
+        free = [i for i, name in enumerate(names) if name.partition(".")[0] in self._rubber]
 
         def flat(values: Array) -> Array:
-            given = {**parameters, **dict(zip(free, map(float, values), strict=True))}
-            return np.array(self._branches(given), dtype=float).ravel()
+            given = {**parameters, **{names[i]: float(v) for i, v in zip(free, values, strict=True)}}
+            return np.array(self._branches(given), dtype=float).T.ravel()
 
+        by = np.zeros((2 * branches + 1, len(names)))
         # The parameters are the moduli and times themselves: differences are exact.
-        by = differences(flat, np.array([parameters[name] for name in free])).reshape(len(branches), 2, -1)
-        slope = np.zeros((len(self.table), len(free)), dtype=np.complex128)
-        for group, curves in zip(self._preloads, reached.curves, strict=True):
-            for number, curve in enumerate(curves):
-                rows = group.rows[group.number == number]
-                by_g, by_tau, _ = curve.model.slopes(self.table.frequency[rows], branches)
-                slope[rows] = np.einsum("bf,bp->fp", by_g, by[:, 0]) + np.einsum(
-                    "bf,bp->fp", by_tau, by[:, 1]
-                )
-        turned = slope * self._turned[:, None]
-        return np.asarray(np.concatenate([turned.real, turned.imag]))
-
-    def _rows(self, reached: _Reached, branches: Branches) -> Array:
-        turned = self._stiffness(reached, branches) * self._turned
-        return np.concatenate([turned.real, turned.imag])
-
-    def _stiffness(self, reached: _Reached, branches: Branches) -> Complex:
-        found = np.empty(len(self.table), dtype=np.complex128)
-        for group, curves in zip(self._preloads, reached.curves, strict=True):
-            for number, curve in enumerate(curves):
-                rows = group.rows[group.number == number]
-                found[rows] = curve.model.stiffness(self.table.frequency[rows], branches)
-        return found
+        by[:-1, free] = differences(flat, np.array([parameters[names[i]] for i in free]))
+        by[-1] = [name == "density" for name in names]
+        return by
 
     def _travels(self, reached: _Reached) -> Array:
         found = np.empty(len(self.table))
@@ -318,9 +321,28 @@ class DynamicChannel:
             found[group.rows] = np.array([curve.preload for curve in curves])[group.number]
         return found
 
-    def _error(self, reached: _Reached, branches: Branches) -> float:
-        frequencies = np.unique(self.table.frequency)
-        return max(one.model.error(frequencies, branches) for curves in reached.curves for one in curves)
+    def _error(self, reached: _Reached, parameters: Mapping[str, float]) -> float:
+        frequencies, branches = np.unique(self.table.frequency), self._branches(parameters)
+        models = [one.model for curves in reached.curves for one in curves]
+        return max(one.error(frequencies, branches, _density(parameters)) for one in models)
+
+    def _unfit_rig(self, where: str) -> Iterator[Problem]:
+        """Yield why effects of the rig cannot be fitted to the table."""
+        for one in self._rig:
+            stops = one.effect.rig is not None and one.effect.rig.parallel is not None
+            if has_slope(one) and not (stops and any(group.test.by_force for group in self._preloads)):
+                continue
+            what, remedy = (
+                f"{self.name}: with {readable_name(one.name)} the stiffness depends on the amplitude",
+                "",
+            )
+            if has_slope(one):
+                what = f"{self.name}: {readable_name(one.name)} carries an unknown share of a preload in N"
+                remedy = "give the preload in mm, or "
+            expected = (
+                f'{remedy}give the effect "{one.name}" channels = [...] without {self.name}, or leave it out'
+            )
+            yield Problem(where, what, "", expected)
 
     def _used(self) -> NDArray[np.bool_]:
         """Return which rows (n,) are fitted: of small amplitude, and not faulty."""
@@ -340,14 +362,9 @@ class DynamicChannel:
         return used
 
 
-def _changes_stiffness(one: ActiveEffect) -> bool:
-    """Whether an effect of the rig changes the dynamic stiffness that is measured; offset and drift do not."""
-    started = replace(one, values={p.name: p.start for p in one.parameters})
-    part = np.array([1e3 + 1e2j])
-    # Far from rest every stop is engaged.
-    return not has_slope(started) or not np.allclose(
-        vibrating((started,), part, np.ones(1), 1e3, 1e6), part, rtol=1e-12
-    )
+def _density(parameters: Mapping[str, float]) -> float | None:
+    """Return the density of the rubber, t/mm^3, if it is a parameter, which is in kg/m^3."""
+    return DENSITY * parameters["density"] if "density" in parameters else None
 
 
 def _preloads(table: DynamicTable) -> list[_Preloads]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Material
+from bushcli.case.case import DENSITY
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse import certainty
 from bushcli.inverse.local import Minimum
@@ -79,7 +81,8 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
     bulk, compliance = task.material.bulk_modulus, problem.parameters(x).get("compliance")
     if compliance is not None:
         bulk = 1.0 / compliance if compliance > 0 else float("inf")
-    return Material(task.model, bulk, problem.law_parameters(x), task.material.terms)
+    density = DENSITY * problem.parameters(x).get("density", task.material.density / DENSITY)
+    return replace(task.material, bulk_modulus=bulk, parameters=problem.law_parameters(x), density=density)
 
 
 def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from bushcli.effects.effect import EffectParameter
     from bushcli.inverse.result import Estimate, Fit
 
+# Parameters of the rubber that are not its law's.
+_OF_RUBBER = {"compliance": "1/MPa", "density": "kg/m3"}
+
 
 def parameter_unit(fit: Fit, name: str) -> str:
     """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none.
@@ -27,8 +30,8 @@ def parameter_unit(fit: Fit, name: str) -> str:
     name : str
         Full name of the parameter.
     """
-    if name == "compliance":
-        return "1/MPa"
+    if name in _OF_RUBBER:
+        return _OF_RUBBER[name]
     of_effects = {one.full_name(p): p for one in fit.effects for p in one.parameters}
     if name in of_effects:
         return unit(of_effects[name], name in _turned(fit))
@@ -80,7 +83,8 @@ def in_file_units(fit: Fit) -> Fit:
 
 
 def _turned(fit: Fit) -> dict[str, EffectParameter]:
-    return turning(fit.effects, [(curve.name, curve.recording.mode) for curve in fit.curves])
+    channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
+    return turning(fit.effects, [*channels, *((one.table.name, one.table.mode) for one in fit.tables)])
 
 
 def _value(inside: float, turned: EffectParameter | None) -> float:

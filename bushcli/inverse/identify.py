@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.case.typical import unusual
 from bushcli.curve.earlier import not_from_rest
+from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
@@ -30,13 +31,14 @@ from bushcli.inverse.problem import LeastSquaresProblem, Progress
 from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refine_start
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
-from bushcli.inverse.task import Task
+from bushcli.inverse.task import Task, refuse_fixed
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.recording import Recording
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.condition import history_damaged
+from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
+from bushcli.simulate.extent import Extent, of_path, of_table, outside
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
@@ -52,6 +54,8 @@ def fit_coupons(
     model: str | None = None,
     *,
     weighting: Weighting = "relative",
+    fixed: tuple[str, ...] = (),
+    hold_out: tuple[str, ...] = (),
     progress: Progress | None = None,
     tables: TableCache | None = None,
 ) -> Fit:
@@ -61,7 +65,10 @@ def fit_coupons(
     ----------
     case
         Its coupons are read; its material gives the law, the bulk modulus and, where present, the start values. Its
-        effects are not used: they are the bushing's, and act on load cases and recordings.
+        effects are the bushing's, and act on load cases and recordings; those on the rubber whose `channels` name
+        coupons, or that have nothing else to act on, are identified too.
+    fixed
+        Parameters that keep their start value.
     model
         Law to use instead of the case's.
     weighting
@@ -80,16 +87,33 @@ def fit_coupons(
     tests = [modes()[source.mode] for source in case.coupons]
     volumetric = [mode for mode in tests if mode.needs_compressibility]
     task = Task(
-        replace(case, effects=()),
+        replace(case, effects=_of_coupons(case)),
         model or case.material.law,
         "coupons",
+        fixed=fixed,
+        hold_out=hold_out,
         weighting=weighting,
         bulk_modulus=bool(volumetric),
     )
     if volumetric and len(volumetric) == len(tests):
         # They say nothing about the law, whose energy does not depend on the volume.
         task = replace(task, fixed=tuple(task.material.parameters))
+    refuse_fixed([task])
     return identify(task, progress=progress, tables=tables)
+
+
+def _of_coupons(case: Case) -> tuple[ActiveEffect, ...]:
+    """Return the effects that coupons have: those on the rubber that name them, or that have nothing else."""
+    warm = {one.label: one.temperature for one in case.coupons if one.temperature is not None}
+    others = {name for name, _ in case.channels} | {one.label for one in case.dynamic}
+    tests = {source.label for source in case.coupons}
+    found = []
+    for one in case.effects:
+        named = tests & set(one.channels or ())
+        nothing_else = one.channels is None and not others and not case.vibrations
+        if one.effect.feature is not None and (named or nothing_else):
+            found.append(replace(one, temperatures=warm if one.effect.needs_temperature else {}))
+    return tuple(found)
 
 
 def identify(
@@ -204,12 +228,48 @@ class _Searches:
         return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
-        """Report the faults of the data; refuse a play in the rig that takes up the whole travel."""
+        """Report the faults of the data; refuse what the recordings cannot tell, whatever their values.
+
+        That is a play in the rig that takes up the whole travel, and the influence of a temperature that they share.
+        """
+        for effect in self.task.effects:
+            self._check_temperatures(effect)
         for one in self.recordings:
             check_play(self.task.case, one.name, one.mode, one.displacement)
         if told is not None:
             for fault in self.faults:
                 told(fault)
+
+    def _check_temperatures(self, effect: ActiveEffect) -> None:
+        there = [
+            one for channel in self.problem.channels for one in channel.active if one.name == effect.name
+        ]
+        found = {one.temperature for one in there}
+        free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
+        if effect.effect.needs_temperature and free and len(found) == 1:
+            what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
+            what += f"{found.pop():g} degrees C"
+            expected = (
+                "recordings at another temperature; or give its parameters their values, and --fix "
+                + effect.name
+            )
+            raise InputError(Problem(self.task.case.path.name, what, "", expected))
+
+    def _outside(self) -> tuple[Condition, ...]:
+        """Return which channels that are held out lie outside of what was fitted."""
+        warm = {one.label: one.temperature for one in (*self.task.case.recordings, *self.task.case.coupons)}
+
+        def extent(one: FitChannel) -> Extent:
+            if isinstance(one, DynamicChannel):
+                return of_table(one.table)
+            assert isinstance(one, Channel)
+            path = one.recording
+            return of_path(path.mode, path.displacement, path.time, warm.get(one.name))
+
+        fitted = [extent(one) for one in self.problem.channels]
+        return tuple(
+            found for one in self.held_out for found in outside(one.name, extent(one), fitted, one.active)
+        )
 
     def search(self) -> None:
         """Search from all starts.
@@ -284,6 +344,7 @@ class _Searches:
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in begun if before is not None)
         doubts += known
+        doubts += self._outside()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
             doubts = tuple(one for one in doubts if one.name == "interrupted")

@@ -82,9 +82,9 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
     stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
-    effects) they are those that are poorly determined themselves; the compliance is never profiled. None if the curves
-    leave several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change
-    of one, and the interval of a single parameter is meaningless.
+    effects) they are those that are poorly determined themselves; compliance and density are never profiled. None if
+    the curves leave several combinations open (three terms of Ogden on one curve): the other parameters can then
+    follow any change of one, and the interval of a single parameter is meaningless.
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
@@ -97,7 +97,11 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     held = best.beside_failure or best.at_edge
     bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
     names = problem.names
-    return [i for i, name in enumerate(names) if (bent if name in own else poor[i] and name != "compliance")]
+    return [
+        i
+        for i, name in enumerate(names)
+        if (bent if name in own else poor[i] and name not in ("compliance", "density"))
+    ]
 
 
 def profiles_of(

@@ -17,10 +17,12 @@ doi:10.1088/0266-5611/19/2/201.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effects.library.temperature import GAS, ZERO
 from bushcli.recording.dynamic.table import DynamicTable
 
 Array = NDArray[np.float64]
@@ -127,6 +129,34 @@ class SpectrumFit:
     rows: int
     spring_pot: SpringPot
 
+    @cached_property
+    def wlf(self) -> tuple[float, float, float] | None:
+        """C1, C2 (K) of Williams, Landel and Ferry for the shifts, and what they miss, decades rms; None without."""
+        if len(self.temperatures) < 3:
+            return None
+        from scipy.optimize import least_squares
+
+        above = self.temperatures - self.reference
+
+        def missed(p: Array) -> Array:
+            C1, C2 = np.exp(p)
+            return np.asarray(-C1 * above / np.maximum(C2 + above, 1.0) - self.shifts)
+
+        # From constants about a reference some 50 K above the glass transition, doi:10.1021/ja01619a008.
+        found = least_squares(missed, np.log([8.86, 101.6 + max(0.0, -above.min())]))
+        C1, C2 = map(float, np.exp(found.x))
+        return C1, C2, float(np.sqrt(np.mean(found.fun**2)))
+
+    @cached_property
+    def arrhenius(self) -> tuple[float, float] | None:
+        """Activation energy (kJ/mol) of the shifts, and what it misses, decades rms; None without shifts."""
+        if len(self.temperatures) < 2:
+            return None
+        inverse = 1.0 / (self.temperatures + ZERO) - 1.0 / (self.reference + ZERO)
+        per_energy = inverse / (GAS * np.log(10.0))
+        energy = float(per_energy @ self.shifts / (per_energy @ per_energy))
+        return energy, float(np.sqrt(np.mean((energy * per_energy - self.shifts) ** 2)))
+
     def at(self, frequency: Array, temperature: Array) -> Complex:
         """Return E* (n,) as the rig shows it.
 
@@ -137,11 +167,15 @@ class SpectrumFit:
         temperature : shape (n,)
             Degrees C; between the steps log a_T is a straight line, beyond them it is held.
         """
-        omega = 2.0 * np.pi * frequency
-        if len(self.temperatures) > 1:
-            shifts = np.interp(temperature, self.temperatures, self.shifts)
-            return self.spectrum.at(omega * 10.0**shifts) * np.exp(1j * omega * self.lag)
-        return self.spectrum.at(omega) * np.exp(1j * omega * self.lag)
+        turned = np.exp(2j * np.pi * frequency * self.lag)
+        return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * turned
+
+    def reduced(self, frequency: Array, temperature: Array) -> Array:
+        """Return the frequencies (n,) in Hz that are the same at the reference temperature; arguments as of `at`."""
+        if len(self.temperatures) < 2:
+            return frequency
+        shifts = np.interp(temperature, self.temperatures, self.shifts)
+        return np.asarray(frequency * 10.0**shifts, dtype=np.float64)
 
 
 def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool = True) -> SpectrumFit:

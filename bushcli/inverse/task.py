@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case.case import DENSITY
 from bushcli.case.unit import turning
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
@@ -18,7 +20,7 @@ from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
-from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels
+from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels, dynamic_tables
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
@@ -36,6 +38,8 @@ COMPLIANCE = (0.0, 0.1)
 # The same where a volumetric test of a coupon is fitted, which an incompressible rubber cannot be put to: up to
 # kappa = 1e6 MPa; diamond has 4.4e5.
 COMPLIANCE_OF_TEST = (1e-6, 0.1)
+# Bounds of the rubber's density, kg/m^3: beyond unfilled natural rubber (920) and filled fluoroelastomers (2,000).
+DENSITIES = (500.0, 3000.0)
 # Principal stretches, typical of a bushing, between which the law has to be stable; coupons may widen the range.
 STRETCHES = (0.6, 1.7)
 
@@ -55,8 +59,8 @@ class Task:
         Start values; where one is absent, that of the case or of the law is used.
     fixed : tuple of str
         Parameters that keep their start value.
-    bulk_modulus : bool
-        Identify the bulk modulus too.
+    bulk_modulus, density : bool
+        Identify the bulk modulus, the density of the rubber too.
     hold_out : tuple of str
         Channels that are predicted instead of fitted.
     """
@@ -67,6 +71,7 @@ class Task:
     start: Mapping[str, float] = field(default_factory=dict)
     fixed: tuple[str, ...] = ()
     bulk_modulus: bool = False
+    density: bool = False
     hold_out: tuple[str, ...] = ()
     weighting: Weighting = "relative"
     method: Method = "trf"
@@ -97,7 +102,7 @@ class Task:
         given = self.case.material
         chosen = self.law
         same = given.law == chosen.name
-        empty = Material(chosen.name, given.bulk_modulus, {}, given.terms if same else self.terms)
+        empty = replace(given, law=chosen.name, parameters={}, terms=given.terms if same else self.terms)
         names = given.parameter_names if same else empty.parameter_names
         values = {name: chosen.parameter(name).start for name in names}
         if same:
@@ -106,12 +111,23 @@ class Task:
         if unknown:
             what = f"{unknown[0]} is not a parameter of {chosen.name}"
             raise InputError(Problem("start values", what, nearest(unknown[0], values), ", ".join(values)))
-        return Material(chosen.name, given.bulk_modulus, values | dict(self.start), empty.terms)
+        return replace(empty, parameters=values | dict(self.start))
 
     @property
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
-        return tuple(one.started() for one in self.case.effects)
+        return tuple(one.started(self._period(one)) for one in self.case.effects)
+
+    @cached_property
+    def _highest(self) -> dict[tuple[str, str], float]:
+        """Highest frequency (Hz) of each table of the bushing, by name and mode."""
+        read = [] if self.source == "coupons" else dynamic_tables(self.case)
+        return {(one.name, one.mode): float(one.frequency.max()) for one in read}
+
+    def _period(self, one: ActiveEffect) -> float | None:
+        """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
+        own = [f for (name, mode), f in self._highest.items() if one.acts_on(name, mode, "dynamic")]
+        return 1.0 / max(own) if own else None
 
     @property
     def effect_values(self) -> dict[str, float]:
@@ -126,31 +142,43 @@ class Task:
     @property
     def turned(self) -> dict[str, EffectParameter]:
         """Parameters of its effects that are in degrees in the case file."""
-        return turning(self.effects, [(source.label, source.mode) for source in self.case.recordings])
+        static = [(source.label, source.mode) for source in self.case.recordings]
+        return turning(
+            self.effects, [*static, *((source.label, source.mode) for source in self.case.dynamic)]
+        )
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
         meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
         active = name.partition(".")[0]
-        return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
+        # "viscoelasticity.tau": the times of all branches.
+        known = {name, name.rstrip("0123456789"), active, effect_name(active)}
+        return bool(known & set(self.fixed)) or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
         """Parameters that are identified, in the order of the vectors: the law's, then those of effects."""
         free = [name for name in (*self.material.parameters, *self.effect_values) if not self.is_fixed(name)]
-        return (*free, "compliance") if self.bulk_modulus else tuple(free)
+        return (
+            *free,
+            *(("compliance",) if self.bulk_modulus else ()),
+            *(("density",) if self.density else ()),
+        )
 
     def vectors(self) -> tuple[Array, Bounds]:
         """Start, shape (parameters,), and bounds of the parameters that are identified."""
         material, rows = self.material, []
         ranges = {
-            one.full_name(p): (one.values[p.name], *p.bounds(self.case.geometry))
+            one.full_name(p): (one.values[p.name], *p.fitted(self.case.geometry, self._period(one))[1:])
             for one in self.effects
             for p in one.parameters
         }
         for name in self.names:
             if name in ranges:
-                rows.append(ranges[name])
+                value, low, high = ranges[name]
+                rows.append((value, min(low, value), high))
+            elif name == "density":
+                rows.append((material.density / DENSITY, *DENSITIES))
             elif name == "compliance":
                 known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
                 bounds = COMPLIANCE_OF_TEST if self.source == "coupons" else COMPLIANCE
@@ -207,12 +235,9 @@ class Task:
                 raise InputError(Problem(str(case.path), what, "", expected))
             found = coupon_channels(case, rubber, self.weighting, measured)
         else:
-            if not case.recordings:
+            if not case.recordings and not self._highest:
                 what = "there are no [[recordings]] to identify a law from"
                 expected = case.expected("[[recordings]] with mode and file")
-                if case.dynamic:
-                    what += " beside tables of dynamic stiffness"
-                    expected = "[[recordings]] with mode and file: a static curve"
                 raise InputError(Problem(str(case.path), what, "", expected))
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
@@ -224,9 +249,8 @@ class Task:
                 what = f'"{name}" is not a channel of this case'
                 raise InputError(Problem("--hold-out", what, nearest(name, known), ", ".join(known)))
         fitted = [channel for channel in found if channel.name not in self.hold_out]
-        if not fitted:
-            what = "leaves no curve to fit" if case.dynamic else "leaves no channel to fit"
-            raise InputError(Problem("--hold-out", what, "", ", ".join(known)))
+        if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
+            raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
         return fitted, [channel for channel in found if channel.name in self.hold_out]
 
     def _case(self, coarse: bool) -> Case:
@@ -262,10 +286,16 @@ class Task:
         curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
         fitted: list[FitChannel] = [*curves]
         held_out: list[FitChannel] = [*predicted]
+        if self.density and not self._highest:
+            what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"
+            expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
+            raise InputError(Problem("--density", what, "", expected))
         if self.source == "recordings":
+            if self.case.geometry.meeting:
+                comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
-            for channel in dynamic_channels(self._case(coarse), rubber, curves[0].comm, tables):
-                (held_out if channel.name in self.hold_out else fitted).append(channel)
+            for channel in dynamic_channels(self._case(coarse), rubber, comm, tables):
+                (held_out if channel.table.name in self.hold_out else fitted).append(channel)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
@@ -316,7 +346,17 @@ class Task:
         """Return the values that must be equal for a run to resume another one."""
         options = {
             key: getattr(self, key)
-            for key in ("model", "source", "fixed", "bulk_modulus", "hold_out", "weighting", "method", "loss")
+            for key in (
+                "model",
+                "source",
+                "fixed",
+                "bulk_modulus",
+                "density",
+                "hold_out",
+                "weighting",
+                "method",
+                "loss",
+            )
         }
         return {
             "case": resolved(self.case),
@@ -358,6 +398,7 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
         for name in (
             *task.material.parameters,
             *task.effect_values,
+            *(name.rstrip("0123456789") for name in task.effect_values),
             *(one.name for one in task.effects),
             *(one.effect.name for one in task.effects),
         )

@@ -164,7 +164,9 @@ def _poor(fit: Fit) -> list[Condition]:
 def _poor_coupons(fit: Fit, task: Task) -> list[Condition]:
     """Report coupon tests that the law misses by more than the case accepts of a bushing that is predicted with it."""
     accepted = task.case.tolerance.percent
-    poor = [curve for curve in fit.curves if curve.rms_percent > accepted and fit.converged]
+    poor = [
+        curve for curve in fit.curves if curve.rms_percent > accepted and fit.converged and not curve.held_out
+    ]
     if not poor:
         return []
     listed = ", ".join(f"{curve.name} {curve.rms_percent:.2g} %" for curve in poor)
@@ -196,7 +198,7 @@ def _instead(task: Task, *remedies: str) -> str:
 
 def _not_identified(fit: Fit, task: Task) -> list[Condition]:
     """Report the parameters of the law that keep their start values, because all coupon tests are volumetric."""
-    if task.source != "coupons" or not task.fixed:
+    if task.source != "coupons" or not {*fit.material.parameters} <= {*task.fixed}:
         return []
     values = ", ".join(f"{name} = {value:g}" for name, value in fit.material.parameters.items())
     return [

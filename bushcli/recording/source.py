@@ -122,6 +122,8 @@ class Source:
         Name of the standard that the test claims to follow, see `bushcli.standards`.
     six : SixColumns, optional
         The path of six motions to which it belongs.
+    temperature : float, optional
+        Degrees C.
     """
 
     mode: str
@@ -144,6 +146,7 @@ class Source:
     specimen: Specimen = Specimen()
     standard: str | None = None
     six: SixColumns | None = None
+    temperature: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

@@ -194,7 +194,11 @@ def _parameters(
     """
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional or p.motions & set(motions))
-    missing = [p for p in effect.parameters if p.optional and not p.motions and p.name not in present.values]
+    missing = [
+        p
+        for p in effect.parameters
+        if p.optional and p.searched and not p.motions and p.name not in present.values
+    ]
     return tuple(p for p in missing if p.branch == missing[0].branch)
 
 

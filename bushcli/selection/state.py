@@ -124,7 +124,7 @@ class State:
         values : array, shape (p,)
             Each in its parameter's unit: the bounds that hold parameters, exactly, and the fitted values of the others.
         """
-        lower, upper = self._bounds.lower, self._bounds.upper
+        lower, upper = self.bounds.lower, self.bounds.upper
         low, high = lower - self.fitted.x, upper - self.fitted.x
         size = np.linalg.norm(slopes, axis=0)
         size[size == 0.0] = 1.0
@@ -138,7 +138,7 @@ class State:
         return held, np.where(held, bounds, self.fitted.x)
 
     @cached_property
-    def _bounds(self) -> Bounds:
+    def bounds(self) -> Bounds:
         """Bounds of the parameters (p,) in the order of the fit."""
         task = self.model.task(self.problem.case)
         bounds = task.vectors()[1]

@@ -55,6 +55,8 @@ class SimulatedChannel:
         Path of six motions that is prescribed.
     path : SixPath or None
         Path of six motions, prescribed or recorded, that the program follows.
+    temperature : float or None
+        Degrees C.
     by_force : bool
         The program and the displacements are forces, N or N mm, until the march has found the travel.
     """
@@ -68,6 +70,7 @@ class SimulatedChannel:
     recording: Recording | None = None
     six: SixPath | None = None
     path: SixPath | None = None
+    temperature: float | None = None
     by_force: bool = False
 
     def found(self, history: History) -> SimulatedChannel:
@@ -115,6 +118,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
         program.displacement,
         six=load.six,
         path=load.six,
+        temperature=load.temperature,
         by_force=load.by_force,
     )
 

@@ -18,7 +18,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.channels import with_all_beside
-from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, vibrate
+from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from bushcli.simulate.six_motions import mode_of
@@ -33,6 +33,8 @@ Complex = NDArray[np.complex128]
 #: Preloads that differ by less than this share of the largest are one: rigs scatter by a per cent about what is asked.
 _SAME_PRELOAD = 0.02
 _STEPS = 20
+#: Kelvins between neighbouring rows beyond which they have two temperatures: climatic chambers scatter by less.
+_KELVINS = 1.5
 #: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
 SPREAD = 1.5
 
@@ -96,11 +98,13 @@ def compare_tables(
         dynamic stiffness.
     """
     compared, conditions = [], []
-    for table in tables:
+    for table, temperature in [part for one in tables for part in by_temperature(case, one)]:
         check_preloads(case, table)
-        conditions += left_out(table)
-        own = acting(case.effects, table.name, table.mode)
+        own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
+        known = table.amplitude[~np.isnan(table.amplitude)]
+        thinned = thinned_of(own) is not None and len(known) > 0
+        conditions += [one for one in left_out(table) if not thinned or one.name != "amplitude_left_out"]
         # What the rig changes is applied to the stiffness of the part; what has none is said by `vibrate`.
         rig = tuple(one for one in own if one.effect.acts == "rig" and has_slope(one))
         part = replace(case, effects=tuple(replace(one, channels=None) for one in own if one not in rig))
@@ -110,8 +114,14 @@ def compare_tables(
         if not kept.any():
             continue
         rows = table.rows(kept)
+        ends = (float(known.min()), float(known.max())) if thinned else ()
+        frequencies = np.unique(rows.frequency)
         test = DynamicTest(
-            table.mode, tuple(np.unique(rows.frequency)), tuple(np.unique(preload[kept])), steps=_STEPS
+            table.mode,
+            tuple(frequencies[[0, -1]] if thinned else frequencies),
+            tuple(np.unique(preload[kept])),
+            amplitude=tuple(dict.fromkeys(ends)),
+            steps=_STEPS,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -119,6 +129,37 @@ def compare_tables(
         if found is not None:
             compared.append(found)
     return tuple(compared), tuple(conditions)
+
+
+def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, float | None]]:
+    """Return the rows of each temperature with their mean, degrees C, if an effect of the case depends on it.
+
+    Parameters
+    ----------
+    case : Case
+    table : DynamicTable
+
+    Raises
+    ------
+    InputError
+        A row has no temperature, nor has the case.
+    """
+    if not any(
+        one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
+    ):
+        return [(table, None)]
+    degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
+    if np.isnan(degrees).any():
+        row = int(np.argmax(np.isnan(degrees)))
+        what = f"{table.name}: has no temperature, which the effect temperature needs"
+        raise InputError(
+            Problem(
+                table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
+            )
+        )
+    order = np.argsort(degrees, kind="stable")
+    starts = np.flatnonzero(np.diff(degrees[order]) > _KELVINS) + 1
+    return [(table.rows(np.sort(rows)), float(np.mean(degrees[rows]))) for rows in np.split(order, starts)]
 
 
 def check_preloads(case: Case, table: DynamicTable) -> None:
@@ -150,7 +191,8 @@ def _rows(
     simulated = np.full(len(table), np.nan, dtype=np.complex128)
     for curve in response.curves:
         own = preload == curve.preload
-        simulated[own] = _at(curve, table.frequency[own], rig)
+        if np.isnan(simulated[own]).any():
+            simulated[own] = _at(curve, table.rows(own), rig)
     kept = ~np.isnan(simulated)
     if not kept.any():
         return None
@@ -158,9 +200,15 @@ def _rows(
     return ComparedTable(table.rows(kept), simulated[kept], preload[kept], error)
 
 
-def _at(curve: DynamicCurve, frequency: Array, rig: Sequence[ActiveEffect]) -> Complex:
-    part = curve.model.stiffness(frequency, curve.branches)
-    return vibrating(rig, part, frequency, curve.preload, curve.force)
+def _at(curve: DynamicCurve, rows: DynamicTable, rig: Sequence[ActiveEffect]) -> Complex:
+    frequency = rows.frequency
+    if curve.uneven is None:
+        part = curve.model.stiffness(frequency, curve.branches)
+    else:
+        # A row that does not say its amplitude is one of the smallest.
+        amplitude = np.nan_to_num(rows.amplitude, nan=curve.test.amplitude[0])
+        part = curve.uneven.stiffness(amplitude, frequency)[0]
+    return vibrating(rig, part, frequency, curve.preload, curve.force).value
 
 
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:

@@ -1,4 +1,4 @@
-"""Check of free play against the travel of a channel."""
+"""Check that the bushing moves behind what its rig takes of the travel, such as free play."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from numpy.typing import NDArray
 from bushcli.case import Case, load_case_names
 from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting
+from bushcli.effects.rig import Travel, bushing_path
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from cases.mode import modes
 
-#: Share of the travel that a free play may take; of the rest nothing can be seen beside rounding and noise (judgement).
-_NO_TRAVEL = 0.999
+#: Share of the travel that has to arrive at the bushing: less cannot be seen beside rounding and noise (judgement).
+_LEAST = 1e-3
 
 
 def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float64]) -> None:
-    """Refuse free play as large as the travel of a channel: the bushing would not move.
+    """Refuse an effect that takes up the travel of a channel, such as free play: the bushing would not move.
 
     Parameters
     ----------
@@ -31,21 +32,24 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     ------
     InputError
     """
-    travel = float(np.abs(displacement).max())
+    travel = Travel(displacement)
     for one in acting(case.effects, name, mode):
-        width = one.values.get("half_width", 0.0) if one.effect.name == "free_play" else 0.0
-        if width >= _NO_TRAVEL * travel:
+        if one.effect.rig is None or one.effect.rig.drive is None or one.lacking:
+            continue
+        arriving = np.ptp(bushing_path([one], travel, ()).value)
+        if np.ptp(displacement) > 0.0 and arriving <= _LEAST * np.ptp(displacement):
             rotational = modes()[mode].rotational
-            (parameter,) = one.effect.parameters
-            known = outside(parameter, width, rotational)
-            largest = f"{outside(parameter, travel, rotational):g} {unit(parameter, rotational)}"
-            what = f"free_play.half_width = {known:g} takes up all of the travel of {name}, {largest}"
+            parameter = one.effect.amplitudes[0]
+            known = outside(parameter, one.values[parameter.name], rotational)
+            whole = outside(parameter, float(np.abs(displacement).max()), rotational)
+            largest = f"{whole:g} {unit(parameter, rotational)}"
+            what = f"{one.full_name(parameter)} = {known:g} takes up all of the travel of {name}, {largest}"
             expected = f"less than {largest}, or the bushing does not move"
             raise InputError(Problem(case.path.name, what, "", expected))
 
 
 def check_play_of_load_cases(case: Case, tables: TableCache) -> None:
-    """Refuse free play as large as the travel of a load case, without the library that simulates it.
+    """Refuse free play as large as the travel of a load case, without the libraries that simulate it.
 
     Parameters
     ----------

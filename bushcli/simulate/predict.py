@@ -28,6 +28,7 @@ from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
 from bushcli.simulate.curves import change, changed, curve_of
+from bushcli.simulate.extent import Extent, measured, of_path, outside
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.prediction_cache import PredictionCache
 from bushcli.simulate.response import (
@@ -134,6 +135,11 @@ def _response(
     """Return simulated channels with their conditions; raise them as an interruption if they are not all."""
     unshared = not_shared({one.name: one.touched for one in simulated}, comm)
     found = [condition for channel in simulated for condition in conditions(case, channel)]
+    tested = [*measured(case), *(_extent(one) for one in channels if one.recording is not None)]
+    for channel in channels:
+        if channel.recording is None and channel.six is None and not channel.by_force:
+            active = acting(case.effects, channel.name, channel.mode)
+            found += outside(channel.name, _extent(channel), tested, active)
     found += unusual(
         case, material, (channel for channel in channels if channel.path is None and not channel.by_force)
     )
@@ -147,6 +153,10 @@ def _response(
     if interrupted:
         raise PredictionInterrupted(response)
     return response
+
+
+def _extent(channel: SimulatedChannel) -> Extent:
+    return of_path(channel.mode, channel.displacement, channel.time, channel.temperature)
 
 
 def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:

@@ -78,6 +78,9 @@ def with_values(
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     found = []
     for one in active:
+        if one.temperature is not None:
+            # Channels may share a model.
+            model.set_parameters({"temperature": one.temperature})
         changed = one.with_values(parameters)
         for p in one.parameters:
             if p.choices and changed.values[p.name] != one.values[p.name]:

@@ -39,7 +39,7 @@ def on_path(active: Sequence[ActiveEffect], channel: str) -> tuple[ActiveEffect,
         Name of one of the path's channels.
     """
     return tuple(
-        one
+        one.at(one.temperatures.get(channel))
         for one in active
         if one.effect.feature is not None
         and one.effect.acts_on("path")

@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 # An effect is named if it removes at least this share of the mean square that a part's misfit has beyond the batch's,
 # as a single factor has to remove half of the rms misfit of a prediction (`bushcli.report.verdict`).
 EXPLAINS = 0.75
-# Effects that act as a stiffness factor does: every part has one already.
-_FACTORS = ("batch_stiffness", "gain")
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,8 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
 
     travel = rig.Travel(part.displacement, part.time)
     for effect in effects().values():
-        if effect.rig is None or effect.name in _FACTORS or not effect.acts_on(part.mode):
+        # Every part has a factor already.
+        if effect.rig is None or effect.is_factor or not effect.acts_on(part.mode):
             continue
         if effect.needs_time and part.time is None:
             continue
@@ -123,13 +122,18 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
                 scale = outside(amplitude, 1.0, turned)
                 said = f"{amplitude.name} of about {{0:.3g}} {unit(amplitude, turned)}".strip()
                 yield effect.name, said, np.asarray(added / scale, dtype=np.float64)
-    if part.time is not None or len(part.displacement) > 2:
+    sliding = [effect.name for effect in effects().values() if effect.slides]
+    if sliding and (part.time is not None or len(part.displacement) > 2):
         # A loop: half of it on the way up, half on the way down.
         width = max(len(part.displacement) // 200, 1)
         padded = np.pad(part.displacement, width, mode="edge")
         smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
         way = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
-        yield "friction", f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side", way
+        yield (
+            " or ".join(sliding),
+            f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side",
+            way,
+        )
 
 
 def joined(causes: Sequence[Cause]) -> str:

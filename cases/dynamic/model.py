@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cases.dynamic.reduction import ReducedPencil, Sweep
+from cases.dynamic.slopes import Changes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -73,11 +74,14 @@ class DynamicModel:
         Number of the driven sleeve's motion, among those of `reduced`.
     transfer : bool
         Whether the force is taken at the held sleeve; else where the bushing is driven.
+    changes : Changes
+        Derivatives of the matrices and of the static force by parameters.
     """
 
     reduced: ReducedPencil
     motion: int = 0
     transfer: bool = False
+    changes: Changes = field(default_factory=Changes)
 
     def stiffness(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
         """Return the complex stiffness, shape (f,), N/mm or N mm/rad (MPa of a coupon).
@@ -110,6 +114,20 @@ class DynamicModel:
             by_g[i] = by_s * turned / (1.0 + turned)
             by_tau[i] = by_s * g * (turned / tau) / (1.0 + turned) ** 2
         return by_g, by_tau, by_density
+
+    def slopes_by_parameters(
+        self, frequencies: Array, branches: Branches, density: float | None = None
+    ) -> Complex:
+        """Return the derivatives of `stiffness` by the parameters of `changes`, shape (parameters, f).
+
+        Parameters
+        ----------
+        frequencies, branches, density
+            As for `stiffness`: Hz, t/mm^3.
+        """
+        at = sweep(frequencies, branches)
+        found = [self._taken(self.reduced.along(one, at, density)) for one in self.changes.matrices]
+        return np.array(found, dtype=np.complex128).reshape(-1, len(frequencies))
 
     def matrix(self, frequencies: Array, branches: Branches, density: float | None = None) -> Complex:
         """Return the stiffness against all motions of the driven sleeve, (f, driven, driven), in N, mm and rad.

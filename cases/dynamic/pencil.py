@@ -11,6 +11,7 @@ fulfils them, and so does every sum of such vectors: on them the forms are those
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.model import FiniteElementModel
+from cases.motion import PoseMotion
 from cases.newton import negative_eigenvalues
 from cases.ranks import summed
 from cases.rigid import completed, reactions, solved, turned
@@ -74,6 +76,8 @@ class Pencil:
         Unit motions of the driven sleeve.
     rigid : shape (m, n)
         The same motions of the whole body, (0, n) for a coupon.
+    spring : shape (points, upper triangle)
+        mu K_N at each point, by the gradients, MPa.
     static : shape (m, m)
         Stiffness due to the present forces on lever arms that turn, N and mm.
 
@@ -88,19 +92,36 @@ class Pencil:
         solver.factorise()
         if negative_eigenvalues(solver.factor) > model.system.free_pressures:
             raise Unstable
-        self._spring = model.body.rubber.resting_moduli()
-        self._spring *= model.shear_modulus
         self._metal = [metal[name] for name in model.mesh.sleeves]
+        self._take(solver.q)
+
+    def at(self, q: float) -> Pencil:
+        """Return the matrices at the model's present state and parameters, near the equilibrium: no `solve` there.
+
+        Parameters
+        ----------
+        q
+            Displacement of the sleeve, mm or rad.
+        """
+        other = copy(self)
+        other.model.system.stiffen()
+        other._take(q)
+        return other
+
+    def _take(self, q: float) -> None:
+        model = self.model
+        self.spring = model.body.rubber.resting_moduli()
+        self.spring *= model.shear_modulus
         self._state = model.state.x.array.copy()
         self.static: Array = np.zeros((0, 0))
-        self.motions = self._motions(solver.q)
-        self.rigid = self._rigid(solver.q)
+        self.motions = self._motions(q)
+        self.rigid = self._rigid(q)
 
     def _motions(self, q: float) -> Array:
         motion, system = self.model.motion, self.model.system
         residual = system.create_vector()
         system.residual(residual)
-        if motion.six is not None:
+        if isinstance(motion, PoseMotion):
             moves = list(possible(self.model.mesh.mirrors))
             turning = np.zeros((6, 6))
             # Symmetric as the second derivative of the energy (`cases.rigid`).
@@ -119,7 +140,7 @@ class Pencil:
     def _rigid(self, q: float) -> Array:
         if self.model.mode.specimen == "coupon":
             return self.motions[:0]
-        model, six = self.model, self.model.motion.six is not None
+        model = self.model
         space, parent = collapsed(model.space.sub(0))
         components = model.space.sub(0).num_sub_spaces
         # Of the half-plane the radius and z; its angle moves no point of it.
@@ -129,14 +150,14 @@ class Pencil:
         moved = model.motion.rigid(now, q)
         found = np.zeros((len(moved), len(self._state)))
         found[:, parent] = moved.transpose(0, 2, 1).reshape(len(moved), -1)
-        return found[list(possible(model.mesh.mirrors))] if six else found
+        return found
 
     def act(self, directions: Array) -> Actions:
         """Multiply all matrices with some vectors, shape (k, n)."""
         directions = np.ascontiguousarray(directions)
         viscous, rubber, metal = (np.zeros_like(directions) for _ in range(3))
         body = self.model.body
-        body.rubber.points.add_action(self._spring, directions, viscous)
+        body.rubber.points.add_action(self.spring, directions, viscous)
         if self.model.mode.specimen == "bushing":
             body.rubber.points.add_inertia(self._state, directions, rubber)
         for part, density in zip(body.parts[1:], self._metal, strict=True):

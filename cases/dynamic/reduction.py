@@ -54,6 +54,17 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Change:
+    """Matrices over the vectors of a `ReducedPencil`, or their derivatives by a parameter; as its attributes."""
+
+    equilibrium: Array
+    viscous: Array
+    rubber: Array
+    metal: Array
+    static: Array
+
+
+@dataclass(frozen=True)
 class ReducedPencil:
     """Matrices over the responses to motions of the driven sleeve, rigid motions of the body, and free vectors.
 
@@ -139,6 +150,24 @@ class ReducedPencil:
         by_density = -at.squared[:, None, None] * (turned @ self.rubber @ x)
         return np.array(self._apart(turned @ self.viscous @ x)), np.array(self._apart(by_density))
 
+    def along(self, change: Change, at: Sweep, density: float | None = None) -> Complex:
+        """Return the derivatives x^T (dK/dp) x of both stiffnesses by a parameter, (2, f, driven, driven).
+
+        Parameters
+        ----------
+        change : Change
+            Derivatives of the matrices by the parameter.
+        at : Sweep
+            Points, shape (f,).
+        density : float or None
+            Of the rubber, t/mm^3; None = `density`.
+        """
+        x = self.states(at, density)
+        mass = (self.density if density is None else density) * change.rubber + change.metal
+        s, squared = at.s[:, None, None], at.squared[:, None, None]
+        by = change.equilibrium + s * change.viscous - squared * mass
+        return np.array(self._apart(x.transpose(0, 2, 1) @ by @ x, change.static))
+
     def errors(self, at: Sweep, density: float | None = None) -> Array:
         """Return the bound of the error of each stiffness over its own size, shape (f,); the worst of its motions.
 
@@ -202,6 +231,11 @@ class ReducedPencil:
 
 
 def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> ReducedPencil:
+    """Reduce the body to the vectors of `basis_for`."""
+    return basis_for(pencil, at, density, tolerance).reduced()
+
+
+def basis_for(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> VectorBasis:
     """Choose vectors until the bound of the error is below a tolerance at every point, or no vector makes it smaller.
 
     Parameters
@@ -214,33 +248,39 @@ def reduced(pencil: Pencil, at: Sweep, density: float, tolerance: float) -> Redu
     tolerance : float
         Relative error of driving-point and transfer stiffness, a ratio.
     """
-    basis = _Basis(pencil, density)
+    basis = VectorBasis(pencil, density)
     basis.add(pencil.followed())
     basis.add_rigid()
     for _ in range(MOST_ROUNDS):
         found = basis.reduced()
         errors, weights = found.judged(at)
         if float(errors.max()) <= tolerance:
-            return found
+            break
         vectors = basis.residuals(found, at, weights)
         if not len(vectors):
-            return found
+            break
         basis.add(vectors)
-    return basis.reduced()
+    return basis
 
 
-class _Basis:
-    """The vectors, what the matrices make of them, and the responses to these forces."""
+class VectorBasis:
+    """The vectors, what the matrices make of them, and the responses to these forces.
+
+    Attributes
+    ----------
+    vectors : shape (m + k, n)
+        Motions of the sleeve, rigid motions, and free vectors.
+    """
 
     def __init__(self, pencil: Pencil, density: float) -> None:
-        self._pencil, self._density = pencil, density
+        self.pencil, self._density = pencil, density
         none: Array = np.zeros((0, pencil.motions.shape[1]))
-        self._vectors, self._viscous, self._inertial = none, none, none
+        self.vectors, self._viscous, self._inertial = none, none, none
         self._forces = pencil.act(none)
 
     @property
     def _motions(self) -> int:
-        return len(self._pencil.motions) + len(self._pencil.rigid)
+        return len(self.pencil.motions) + len(self.pencil.rigid)
 
     @property
     def _mass(self) -> Array:
@@ -248,53 +288,73 @@ class _Basis:
 
     def add_rigid(self) -> None:
         """Add the rigid motions, with their mass alone: what is fixed to the ground would move with the body."""
-        found = self._pencil.act(self._pencil.rigid)
-        none = np.zeros_like(self._pencil.rigid)
-        self._add(self._pencil.rigid, replace(found, equilibrium=none, viscous=none))
+        found = self.pencil.act(self.pencil.rigid)
+        none = np.zeros_like(self.pencil.rigid)
+        self._add(self.pencil.rigid, replace(found, equilibrium=none, viscous=none))
 
     def add(self, vectors: Array) -> None:
         """Add vectors, shape (k, n)."""
-        self._add(vectors, self._pencil.act(vectors))
+        self._add(vectors, self.pencil.act(vectors))
 
     def _add(self, vectors: Array, forces: Actions) -> None:
-        known = len(self._vectors)
-        self._vectors = np.vstack([self._vectors, vectors])
+        known = len(self.vectors)
+        self.vectors = np.vstack([self.vectors, vectors])
         self._forces = self._forces.with_(forces)
         right = np.vstack([self._forces.viscous[known:], self._mass[known:]])
-        viscous, inertial = np.split(self._pencil.solve(right), 2)
+        viscous, inertial = np.split(self.pencil.solve(right), 2)
         self._viscous = np.vstack([self._viscous, viscous])
         self._inertial = np.vstack([self._inertial, inertial])
+
+    def forces_of(self, x: Complex, frequency: float, density: float) -> Array:
+        """Return the forces of a state without branches, real and imaginary part, this rank's contributions (2, n).
+
+        Parameters
+        ----------
+        x : Complex
+            Coefficients of the vectors, shape (m + k,).
+        frequency : float
+            Hz.
+        density : float
+            Of the rubber, t/mm^3.
+        """
+        mass = density * self._forces.rubber + self._forces.metal
+        forces = self._forces.equilibrium - (2.0 * np.pi * frequency) ** 2 * mass
+        return np.array([x.real @ forces, x.imag @ forces])
 
     @property
     def _parts(self) -> Array:
         m = self._motions
-        return np.vstack([self._vectors[m:], self._viscous, self._inertial])
+        return np.vstack([self.vectors[m:], self._viscous, self._inertial])
 
     def reduced(self) -> ReducedPencil:
         """Return the matrices over the present vectors."""
-        pencil, m = self._pencil, self._motions
-        rigid = slice(len(pencil.motions), m)
+        pencil, m = self.pencil, self._motions
+        matrices = self._matrices(pencil, self.vectors, self._forces)
+        forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
+        inner = _even(pencil.products(self._parts, forces))
+        return ReducedPencil(m, len(pencil.motions), **vars(matrices), density=self._density, residuals=inner)
 
-        def matrix(forces: Array) -> Array:
-            found = pencil.products(self._vectors, forces)
+    def at(self, pencil: Pencil) -> Change:
+        """Return the matrices of a pencil near by (`Pencil.at`) over the same vectors, moved with the sleeve."""
+        driven, m = len(pencil.motions), self._motions
+        vectors = self.vectors.copy()
+        vectors[:driven] += pencil.motions - self.pencil.motions
+        vectors[driven:m] = pencil.rigid
+        forces = pencil.act(vectors)
+        for free_of_ground in (forces.equilibrium, forces.viscous):
+            free_of_ground[driven:m] = 0.0
+        return self._matrices(pencil, vectors, forces)
+
+    def _matrices(self, pencil: Pencil, vectors: Array, forces: Actions) -> Change:
+        rigid = slice(len(pencil.motions), self._motions)
+
+        def matrix(part: Array) -> Array:
+            found = pencil.products(vectors, part)
             # Of rigid motions the forces alone are without those of the ground.
             found[rigid] = found[:, rigid].T
             return _even(found)
 
-        equilibrium, viscous, rubber, metal = map(matrix, vars(self._forces).values())
-        forces = np.vstack([self._forces.equilibrium[m:], self._forces.viscous, self._mass])
-        inner = _even(pencil.products(self._parts, forces))
-        return ReducedPencil(
-            m,
-            len(pencil.motions),
-            equilibrium,
-            viscous,
-            rubber,
-            metal,
-            pencil.static,
-            self._density,
-            inner,
-        )
+        return Change(**{name: matrix(part) for name, part in vars(forces).items()}, static=pencil.static)
 
     def residuals(self, found: ReducedPencil, at: Sweep, weights: Array) -> Array:
         """Return the directions in which most of the residuals lie, of unit length in K_eq, shape (k, n).

@@ -6,23 +6,33 @@ model.
 
 from __future__ import annotations
 
+import ast
 import json
 import math
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bushcli.case import Material
+from bushcli.case.catalogue import as_json
+from bushcli.effects import library
 from bushcli.effects.active import ActiveEffect, require_time, require_values
 from bushcli.effects.effect import Effect, UnknownName, effect, effects
-from bushcli.effects.rig import Travel, elastic_response
+from bushcli.effects.rig import RigStiffness, Travel, elastic_response, vibrating
 from bushcli.errors import InputError
+from bushcli.evidence.prior import ODDS, effect_odds
+from bushcli.export.rubber import rubber_of
 from cases.mode import modes
 
 ALL = list(effects().values())
-RIG = [one for one in ALL if one.rig is not None]
+RIG = [one for one in ALL if one.rig is not None and "static" in one.kinds]
+ROOT = Path(__file__).resolve().parents[2]
 LAW = ("k", "c")
 K, C = 290.0, 1.5  # N/mm, N/mm^3: the axial stiffness of a bushing of 10, 20, 40 mm and some stiffening
 
@@ -40,6 +50,7 @@ TYPICAL = {
     "drift.settling": 0.05,
     "warming.tau": 11.0,
     "rig_compliance.curvature": -1e-4,
+    "fixture_mass.mass": -0.2,
 }
 
 
@@ -138,6 +149,41 @@ def test_derivatives_of_all_together_and_of_the_law_through_them() -> None:
     check_derivatives([typical(one).off() for one in RIG])
 
 
+FREQUENCY = np.array([0.5, 20.0, 300.0])
+STIFFNESS = np.array([290.0 + 10.0j, 310.0 + 30.0j, 350.0 + 20.0j])
+VIBRATING = [one for one in ALL if one.acts == "rig" and "dynamic" in one.kinds]
+
+
+def measured(active: list[ActiveEffect], part: np.ndarray = STIFFNESS) -> RigStiffness:
+    """Return K* on the rig about a preload of 3 mm and 900 N."""
+    names = [one.full_name(p) for one in active for p in one.parameters]
+    return vibrating(active, part, FREQUENCY, 3.0, 900.0, names)
+
+
+@pytest.mark.parametrize("one", VIBRATING, ids=lambda one: one.name)
+def test_an_effect_that_is_off_leaves_a_vibration_exactly(one: Effect) -> None:
+    np.testing.assert_array_equal(measured([ActiveEffect(one).off()]).value, STIFFNESS)
+
+
+def test_derivatives_of_a_vibration_with_all_effects_together() -> None:
+    active = [replace(typical(one), rig="") for one in VIBRATING]
+    found = measured(active)
+    column = 0
+    for i, one in enumerate(active):
+        for p in one.parameters:
+            step = 1e-6 * max(abs(one.values[p.name]), 1e-4)
+            ends = []
+            for moved in (one.values[p.name] + step, one.values[p.name] - step):
+                changed = replace(one, values={**one.values, p.name: moved})
+                ends.append(measured([*active[:i], changed, *active[i + 1 :]]).value)
+            expected = (ends[0] - ends[1]) / (2.0 * step)
+            tolerance = 1e-6 * np.abs(expected).max() + 1e-12 / step
+            np.testing.assert_allclose(found.slope[:, column], expected, atol=tolerance, err_msg=p.name)
+            column += 1
+    ahead, behind = (measured(active, STIFFNESS + step).value for step in (1e-3, -1e-3))
+    np.testing.assert_allclose(found.by_part, (ahead - behind) / 2e-3, rtol=1e-6)
+
+
 def test_the_order_in_which_effects_are_named_plays_no_part() -> None:
     active = [typical(one) for one in RIG]
     forwards, backwards = response(active)[0], response(active[::-1])[0]
@@ -153,12 +199,60 @@ def test_an_effect_says_what_it_is(one: Effect) -> None:
     assert one.needs
     assert one.amplitudes
     assert len({p.name for p in one.parameters}) == len(one.parameters)
-    assert any(one.acts_on(mode) for mode in modes())
+    assert any(one.acts_on(mode, None) for mode in modes())
     for rival in one.rivals:
         assert rival != one.name
         assert one.name in effect(rival).rivals
     if one.acts == "rig":
         assert one.rig is not None
+
+
+# Keys of the FMU's data and of its JSON, columns of recordings, and English words that are effects' names as well.
+_OTHER_MEANINGS = {
+    "bushcli/effects/exported.py": {"warming"},
+    "bushcli/export/law.py": {"warming"},
+    "bushcli/export/reduce.py": {"warming"},
+    "bushcli/export/fmu/force_law.py": {"warming"},
+    "bushcli/recording/dynamic/columns.py": {"offset"},
+    "bushcli/recording/dynamic/names.py": {"offset"},
+}
+
+
+def test_only_its_own_file_names_an_effect() -> None:
+    # A temperature is a condition of every test, too.
+    names = "|".join(effects().keys() - {"temperature"})
+    # The name alone or with a parameter ("gain.error"), or as a case file has it.
+    naming = re.compile(rf'^({names})(?:[.@]\w+)?$|name = "(?:{names})"')
+    found: dict[str, set[str]] = {}
+    for file in (
+        f for root in ("bushcli", "cases", "forms", "geometry") for f in (ROOT / root).rglob("*.py")
+    ):
+        place = file.relative_to(ROOT).as_posix()
+        if place.startswith("bushcli/effects/library/"):
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and naming.search(node.value):
+                found.setdefault(place, set()).add(node.value)
+    assert found == _OTHER_MEANINGS
+
+
+def test_one_file_adds_an_effect(tmp_path, monkeypatch) -> None:
+    factor = Path(library.__file__).with_name("batch_stiffness.py").read_text(encoding="utf-8")
+    text = factor.replace('name="batch_stiffness"', 'name="ageing"').replace('"debonding", ', '"friction", ')
+    (tmp_path / "ageing.py").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(library, "__path__", [*library.__path__, str(tmp_path)])
+    effects.cache_clear()
+    try:
+        assert "ageing" in effect("friction").rivals
+        assert effect_odds("ageing") == ODDS["usual"]
+        ageing = ActiveEffect(effect("ageing"), {"log_factor": math.log(2.0)})
+        material = Material("neo_hookean", 1000.0, {"C10": 0.5})
+        assert rubber_of(material, [ageing]).parameters == {"C10": pytest.approx(1.0)}
+        assert rubber_of(material, [ageing]).bulk_modulus == pytest.approx(2000.0)
+        assert "ageing" in [one["name"] for one in as_json("effects")]
+    finally:
+        effects.cache_clear()
+        sys.modules.pop("bushcli.effects.library.ageing", None)
 
 
 @pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)

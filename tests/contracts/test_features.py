@@ -105,9 +105,11 @@ class Prepared:
 def prepared_by_name(name: str, *words: str) -> Prepared:
     one = effects()[name]
     codes = dict(zip((p.name for p in one.parameters if p.choices), words, strict=True))
-    started = ActiveEffect(
-        one, {key: float(one.parameter(key).choices.index(word)) for key, word in codes.items()}
-    ).started()
+    started = (
+        ActiveEffect(one, {key: float(one.parameter(key).choices.index(word)) for key, word in codes.items()})
+        .started()
+        .at(60.0)
+    )
     return Prepared(
         one, model_with([started], mode_of(one)), dict(started.values), dict(started.off().values)
     )

@@ -3,13 +3,17 @@
 import json
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bushcli.case import Case, load_case, resolved
-from bushcli.effects.active import uniquely_named
+from bushcli.case.effects import DeclaredChannel, build
+from bushcli.case.schema import EffectTable
+from bushcli.effects.active import acting, uniquely_named
+from bushcli.effects.effect import effect
 from bushcli.errors import CaseError, InputError
 from forms.law import laws
 
@@ -682,6 +686,25 @@ channels = ["torsional"]
     assert [one["name"] for one in resolved(load(folder, text))["effects"]] == ["offset", "offset"]
     assert uniquely_named((torsional,))[0].name == "offset"
     assert [one.name for one in uniquely_named((torsional, axial))] == ["offset@torsional", "offset"]
+
+
+def test_an_effect_acts_on_its_kinds_of_channels_only(monkeypatch):
+    mass = replace(effect("time_lag"), name="mass", needs_time=False, kinds=frozenset({"dynamic"}))
+    monkeypatch.setattr("bushcli.case.effects.effects", lambda: {"mass": mass})
+    static, dynamic = DeclaredChannel("slow", "axial"), DeclaredChannel("sweep", "axial", kind="dynamic")
+
+    def built(*channels, **given):
+        return build([(EffectTable(name="mass", **given), ("effects", 0))], channels)
+
+    (active,), findings = built(static, dynamic)
+    assert not findings
+    assert not acting([active], "slow", "axial")
+    assert acting([active], "sweep", "axial", "dynamic") == (active,)
+    (finding,) = built(static, dynamic, channels=["slow"])[1]
+    assert finding.what.endswith('"slow": mass does not act on recordings and load cases along a path')
+    assert finding.expected.endswith("; tables of dynamic stiffness")
+    (finding,) = built(static)[1]
+    assert "acts on nothing in this case" in finding.what
 
 
 def test_resolved_effects_are_a_case_again(folder):

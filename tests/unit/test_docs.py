@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 from bushcli.case import dynamic, load_case, schema, schema_recordings
 from bushcli.cli import main
-from bushcli.effects.effect import effects
+from bushcli.effects.effect import effects, effects_on
 from bushcli.export import all_writers
 from bushcli.recording import read_recording
 from bushcli.recording.header.header import match_quality
@@ -136,7 +136,7 @@ def test_effects_are_those_of_the_code():
 def test_odds_and_priors_are_those_of_the_code():
     text = page("diagnosis-details.md")
     assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
-    for name in effects():
+    for name in effects_on("static"):
         assert f"[`{name}`]" in text
         assert f"`{name}." in text
 

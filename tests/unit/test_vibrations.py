@@ -16,13 +16,14 @@ from numpy.testing import assert_allclose
 from bushcli.case import Case, load_case, resolved
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
+from bushcli.effects.effect import effect
 from bushcli.errors import InputError
 from bushcli.report.json.dynamic import dynamic_json
 from bushcli.report.plots.dynamic import dynamic_panels
 from bushcli.report.views.dynamic import dynamic_document
 from bushcli.report.writers.files import dynamic_files
 from bushcli.simulate.dynamic import DynamicInterrupted, DynamicResponse, vibrate
-from cases.dynamic.model import DynamicModel
+from cases.dynamic.model import DynamicModel, modulus
 
 CASE = """
 [geometry]
@@ -75,7 +76,7 @@ def test_angles_and_density_are_converted_and_shown_as_written(tmp_path: Path) -
     )
     (test,) = found.vibrations
     assert_allclose(test.preload, np.radians([5, -5]))
-    assert test.amplitude == pytest.approx(math.radians(0.5))
+    assert_allclose(test.amplitude, [math.radians(0.5)])
     assert not test.transfer
     assert found.load_cases == ()
     assert found.material.density == pytest.approx(1.2e-9)  # t/mm^3
@@ -85,7 +86,7 @@ def test_angles_and_density_are_converted_and_shown_as_written(tmp_path: Path) -
         {
             "mode": "torsional",
             "steps": 4,
-            "dynamic": {"amplitude": 0.5, "frequency": [10], "point": "driving", "preload": [5, -5]},
+            "dynamic": {"amplitude": [0.5], "frequency": [10], "point": "driving", "preload": [5, -5]},
         }
     ]
     again = rebuilt_case(json.loads(json.dumps(shown)), tmp_path)
@@ -120,9 +121,9 @@ amplitude = 2
 """
     (test,) = case(tmp_path, path).vibrations
     assert test.motion == 5
-    assert test.amplitude == pytest.approx(math.radians(2))
+    assert_allclose(test.amplitude, [math.radians(2)])
     (test,) = case(tmp_path, path + 'motion = "uy"\n').vibrations
-    assert (test.motion, test.amplitude) == (1, 2)
+    assert (test.motion, test.amplitude) == (1, (2,))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +135,7 @@ amplitude = 2
         ("frequency=[2, 2]", "a frequency twice"),
         ("frequency={from = 1}", "frequency.to is missing"),
         ("frequency={from = 0, to = 3, points = 3}", "greater than 0"),
-        ("amplitude=0", "greater than 0"),
+        ("amplitude=0", "peaks above 0"),
         ("preload=[1, 1]", "a value twice"),
         ("preload=300", "times the rubber's thickness"),
         ("point=middle", "transfer"),
@@ -422,3 +423,27 @@ def test_command(tmp_path: Path) -> None:
     stopped = CliRunner().invoke(main, ["dynamic", str(file), *far])
     assert stopped.exit_code == 3
     assert len(json.loads(stopped.stdout)["load_cases"]) == 1
+
+
+def test_without_amplitude_a_thinned_spectrum_counts_once(tmp_path: Path) -> None:
+    constants = {
+        "g": 2.0,
+        "tau": 30.0,
+        "decades": 3.0,
+        "slope": 0.1,
+        "path": 1e3,
+        "offset": 0.01,
+        "exponent": 1.0,
+    }
+    given = ", ".join(f"{name} = {value}" for name, value in constants.items())
+    payne = f'[[effects]]\nname = "payne"\nparameters = {{{given}}}\n'
+    text = CASE[: CASE.index("[[effects]]")] + payne
+    (curve,) = vibrate(case(tmp_path, text=text)).curves
+    thinned = effect("payne").feature().thinned(constants)
+    still = 1.0 + modulus(curve.frequency, thinned.branches())
+    # At rest all of the rubber has one complex modulus, but for its volume's.
+    assert_allclose(curve.stiffness, curve.static * still, rtol=0.02)
+    small, large = vibrate(case(tmp_path, AXIAL + "amplitude = [1e-5, 1]\n", text=text)).curves
+    assert_allclose(small.stiffness, curve.stiffness, rtol=5e-3)
+    assert (abs(large.stiffness) < 0.8 * abs(small.stiffness)).all()
+    assert (large.third_harmonic > small.third_harmonic).all()

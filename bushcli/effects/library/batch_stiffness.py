@@ -10,10 +10,14 @@ Robertson and Hardman (2021), Nature of carbon black reinforcement of rubber, Po
 doi:10.3390/polym13040538: the modulus of one recipe depends on mixing and dispersion.
 """
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 
 from bushcli.effects.change import Array, Given, RigChange, Signal
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 
@@ -33,6 +37,11 @@ def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Sign
     """
     factor = np.exp(given["log_factor"].value)
     return force * Signal(factor, factor * given["log_factor"].slope)
+
+
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return the factor on the energy."""
+    return CardPart(factor=math.exp(values["log_factor"]))
 
 
 EFFECT = Effect(
@@ -59,12 +68,14 @@ EFFECT = Effect(
             ),
         ),
     ),
+    is_factor=True,
     how_often="usual",
     in_force_law="curve",
-    on_card=True,
+    on_card=card,
     needs="coupon tests that fix the law",
     rivals=("debonding", "dimension"),
     needs_fixed_law=True,
     source="Robertson and Hardman (2021), Nature of carbon black reinforcement, doi:10.3390/polym13040538",
     rig=RigChange(parallel=parallel, order=0),
+    shown=("axial", {"log_factor": -0.3}),
 )

@@ -87,4 +87,5 @@ EFFECT = Effect(
     rivals=("misalignment",),
     source="Shaw and Holmes (1983), Periodically forced piecewise linear oscillator, doi:10.1016/0022-460X(83)90407-8",
     rig=RigChange(parallel=parallel, order=1),
+    shown=("axial", {"stiffness": 400.0, "gap": 4.0}),
 )

@@ -12,9 +12,11 @@ doi:10.1243/PIME_PROC_1959_173_022_02.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -26,6 +28,11 @@ def feature() -> Feature:
     from cases.feature import Feature
 
     return Feature(compliance=lambda values: values["compliance"])
+
+
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return what is added to 1 / bulk modulus."""
+    return CardPart(compliance=values["compliance"])
 
 
 EFFECT = Effect(
@@ -58,10 +65,11 @@ EFFECT = Effect(
     how_often="occasional",
     families=("stiffness that differs between the channels",),
     in_force_law="curve",
-    on_card=True,
+    on_card=card,
     needs="a radial channel and an axial or torsional one",
     rivals=("debonding", "gain", "rig_compliance", "sleeve_compliance"),
     source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
     specimens=frozenset({"bushing", "coupon"}),
     feature=feature,
+    shown=("radial", {"compliance": 0.01}),
 )

@@ -56,4 +56,5 @@ EFFECT = Effect(
     rivals=("gain", "swaging"),
     source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
     feature=feature,
+    shown=("radial", {"shrinkage": 0.02}),
 )

@@ -125,4 +125,5 @@ EFFECT = Effect(
     needs_sleeves=True,
     rigid=(("inner_sleeve", BONDS[:2]), ("outer_sleeve", BONDS[2:])),
     feature=feature,
+    shown=("radial", {"length": 8.0, "bond": 0.0}),
 )

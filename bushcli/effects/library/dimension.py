@@ -110,4 +110,5 @@ EFFECT = Effect(
     source="Adkins and Gent (1954), Load-deflexion relations of rubber bushes, doi:10.1088/0508-3443/5/10/303",
     needs_sleeves=True,
     feature=feature,
+    shown=("radial", {"thickness": 1.0, "length": 0.0}),
 )

@@ -99,4 +99,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     rig=RigChange(read=read, order=1),
+    shown=("axial", {"rate": 2.0}),
 )

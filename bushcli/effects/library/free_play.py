@@ -63,4 +63,5 @@ EFFECT = Effect(
     rivals=("offset",),
     source="Nordin and Gutman (2002), Mechanical systems with backlash, doi:10.1016/S0005-1098(02)00047-X",
     rig=RigChange(drive=drive, order=1),
+    shown=("axial", {"half_width": 0.4}),
 )

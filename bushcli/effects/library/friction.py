@@ -92,11 +92,12 @@ EFFECT = Effect(
     how_often="usual",
     families=("dissipation",),
     fades=True,
-    in_force_law="state",
+    in_force_law="sliders",
     needs="reversals at two amplitudes; a second rate or a hold distinguishes it from viscoelasticity",
     rivals=("mullins", "viscoelasticity"),
     source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,
     feature=feature,
+    shown=("axial", {"g": 0.5, "slip": 0.1}),
 )

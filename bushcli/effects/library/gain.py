@@ -55,6 +55,7 @@ EFFECT = Effect(
             ),
         ),
     ),
+    is_factor=True,
     how_often="occasional",
     families=("stiffness that differs between the channels",),
     needs="two channels, one of them without it, or coupon tests that fix the law",
@@ -64,4 +65,5 @@ EFFECT = Effect(
     needs_free_channel=True,
     # The factor of the load cell acts before anything is added to its reading.
     rig=RigChange(read=read, order=-1),
+    shown=("axial", {"error": 0.15}),
 )

@@ -163,4 +163,5 @@ EFFECT = Effect(
     modes=frozenset({"radial", "conical", "path"}),
     needs_sleeves=True,
     feature=feature,
+    shown=("radial", {"offset": 1.0}),
 )

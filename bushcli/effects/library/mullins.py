@@ -13,9 +13,11 @@ for the Mullins effect, Tire Sci. Technol. 32:120-145, doi:10.2346/1.2186778.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart, OgdenRoxburgh
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
@@ -29,6 +31,11 @@ def feature() -> Feature:
     from forms.potential import Attached
 
     return Feature(branches=lambda values: [Attached(BRANCH, values)])
+
+
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return the softening."""
+    return CardPart(softening=OgdenRoxburgh(values["inverse_r"], values["m"], values["beta"]))
 
 
 EFFECT = Effect(
@@ -88,12 +95,13 @@ EFFECT = Effect(
     ),
     how_often="usual",
     families=("softening in use",),
-    in_force_law="state",
-    on_card=True,
+    in_force_law="softening",
+    on_card=card,
     needs="a reload below an earlier peak; first loadings to growing amplitudes determine m and beta",
     rivals=("friction", "viscoelasticity", "warming"),
     source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,
     feature=feature,
+    shown=("axial", {"inverse_r": 0.4, "m": 0.03, "beta": 0.1}),
 )

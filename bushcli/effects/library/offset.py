@@ -79,4 +79,5 @@ EFFECT = Effect(
     rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
     rig=RigChange(drive=drive, read=read, order=0),
+    shown=("axial", {"force": 100.0, "displacement": -0.3}),
 )

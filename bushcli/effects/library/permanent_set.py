@@ -67,11 +67,12 @@ EFFECT = Effect(
     ),
     how_often="occasional",
     families=("softening in use",),
-    in_force_law="state",
+    in_force_law="set",
     needs="unloading through zero force from at least two amplitudes, more to one side than to the other",
     rivals=("offset",),
     source="Dorfmann and Ogden (2004), Mullins effect with permanent set, doi:10.1016/j.ijsolstr.2003.11.014",
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,
     rig=RigChange(drive=drive, order=2),
+    shown=("axial", {"set": 0.1}),
 )

@@ -94,4 +94,5 @@ EFFECT = Effect(
     ),
     may_be_shared=True,
     rig=RigChange(spring=spring),
+    shown=("radial", {"compliance": 0.00015}),
 )

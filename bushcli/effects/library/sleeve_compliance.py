@@ -103,4 +103,5 @@ EFFECT = Effect(
     needs_sleeves=True,
     adds_sleeves=True,
     feature=feature,
+    shown=("radial", {"compliance": 0.001, "thickness": 2.0}),
 )

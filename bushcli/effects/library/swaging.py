@@ -82,4 +82,5 @@ EFFECT = Effect(
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",
     needs_sleeves=True,
     feature=feature,
+    shown=("radial", {"reduction": 0.5}),
 )

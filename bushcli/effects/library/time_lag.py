@@ -10,6 +10,8 @@ References
 Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810, doi:10.1063/1.1651639.
 """
 
+import math
+
 from bushcli.effects.change import RigChange
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
@@ -29,6 +31,8 @@ EFFECT = Effect(
             -100.0,
             100.0,
             off=0.0,
+            # 7 degrees at the highest frequency.
+            in_tables=(0.02, -math.inf),
             prior=Prior(
                 "t",
                 2.0,
@@ -48,4 +52,5 @@ EFFECT = Effect(
     needs_time=True,
     may_be_shared=True,
     rig=RigChange(clock="lag"),
+    shown=("axial", {"lag": 1.0}),
 )

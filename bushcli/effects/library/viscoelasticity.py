@@ -15,15 +15,24 @@ doi:10.1007/BF01178397: the multiplicative branch.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.exported import CardPart
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
+#: Branches that a diagnosis tries at most; a case file gives more for a spectrum over some decades, whose fast branches
+#: may be much stiffer than the relaxed rubber.
+SEARCHED, MOST = 3, 6
+# Start value of the first branch in periods of the highest frequency of a table; each further one is a decade slower.
+_PERIODS = 0.5
+# At the highest frequency of a table a branch with this time is a dashpot alone, to 1 degree.
+_DASHPOT = 0.003
 # Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
@@ -36,9 +45,10 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             f"modulus of branch {i} over the law's",
             modulus,
             0.0,
-            10.0,
+            10.0 if i <= SEARCHED else 1000.0,
             off=0.0,
             optional=i > 1,
+            searched=i <= SEARCHED,
             prior=Prior(
                 "half_t",
                 0.3,
@@ -50,9 +60,12 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             "s",
             f"relaxation time of branch {i}",
             time,
-            1e-3,
+            1e-7,
             1e6,
             optional=i > 1,
+            searched=i <= SEARCHED,
+            in_tables=(_PERIODS * 10.0 ** (i - 1), _DASHPOT),
+            in_curves=1e-3,
             scan=_TIMES,
             scale="duration",
             prior=Prior(
@@ -83,17 +96,28 @@ def feature() -> Feature:
     return Feature(branches=_branches)
 
 
+def card(values: Mapping[str, float]) -> CardPart:
+    """Return the series of branches."""
+    numbers = [name.removeprefix("g") for name, g in values.items() if name.startswith("g") and g > 0.0]
+    return CardPart(series=tuple((float(values[f"g{i}"]), float(values[f"tau{i}"])) for i in sorted(numbers)))
+
+
 EFFECT = Effect(
     name="viscoelasticity",
     title="Viscoelasticity",
     summary="Fast motion needs more force, which relaxes in a hold; the loop grows with the rate.",
     acts="rubber",
-    parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
+    parameters=(
+        *_branch(1, 0.2, 10.0),
+        *_branch(2, 0.1, 1.0),
+        *_branch(3, 0.1, 100.0),
+        *(p for i in range(SEARCHED + 1, MOST + 1) for p in _branch(i, 0.1, 10.0 ** (i - 1))),
+    ),
     how_often="usual",
     families=("dissipation",),
     fades=True,
-    in_force_law="state",
-    on_card=True,
+    in_force_law="maxwell",
+    on_card=card,
     needs="time, and two rates or a hold; several branches need rates or holds as far apart as their times",
     rivals=("drift", "friction", "mullins", "time_lag", "warming"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
@@ -101,4 +125,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     feature=feature,
+    shown=("axial", {"g1": 0.4, "tau1": 8.0}),
 )

@@ -83,7 +83,7 @@ EFFECT = Effect(
     ),
     how_often="rare",
     families=("softening in use",),
-    in_force_law="state",
+    in_force_law="warming",
     needs="time, and equal cycles or holds at times far apart",
     rivals=("drift", "mullins", "viscoelasticity"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
@@ -91,4 +91,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     rig=RigChange(parallel=parallel, order=0),
+    shown=("axial", {"amount": 0.3, "tau": 30.0}),
 )

@@ -52,7 +52,8 @@ def _curve(curve: DynamicCurve) -> dict[str, Any]:
             "stiffness": stiffness_unit(curve.mode),
         },
         "preload": preload,
-        "amplitude": None if test.amplitude is None else shown.per_internal * test.amplitude,
+        "amplitude": None if curve.amplitude is None else shown.per_internal * curve.amplitude,
+        "temperature": test.temperature,
         "point": "transfer" if test.transfer else "driving",
         "frequency": curve.frequency,
         "stiffness": np.abs(curve.stiffness),
@@ -62,6 +63,8 @@ def _curve(curve: DynamicCurve) -> dict[str, Any]:
         "reduction_error": curve.reduction_error,
         "reduction_vectors": curve.vectors,
     }
+    if curve.third_harmonic is not None:
+        entry["third_harmonic"] = curve.third_harmonic
     if test.six is not None and curve.matrix is not None:
         pose = test.six.motion[-1]
         preload["motion"] = {

@@ -54,6 +54,10 @@ def _shown(one: TableSpectrum) -> dict[str, Any]:
             for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
             if not math.isnan(t)
         ],
+        "shift_laws": {
+            "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
+            "arrhenius": fit.arrhenius and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
+        },
         "lag": lag,
         "misfit": {"storage_percent": fit.storage_percent, "loss_percent": fit.loss_percent},
         "spring_pot": {

@@ -1,4 +1,4 @@
-"""Plots of dynamic stiffness: |K*| and loss angle over frequency, a curve for each preload."""
+"""Plots of dynamic stiffness: |K*| and loss angle over frequency, a curve for each preload and amplitude."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import numpy as np
 
 from bushcli.report.document import Panels, Plot, Series
 from bushcli.report.plots.direct import SEPARATE, capital
-from bushcli.report.views.dynamic import point_in_words, preload_in_words, stiffness_unit, title
+from bushcli.report.views.dynamic import (
+    amplitude_in_words,
+    point_in_words,
+    preload_in_words,
+    stiffness_unit,
+    title,
+)
 
 if TYPE_CHECKING:
     from bushcli.simulate.dynamic import DynamicCurve
@@ -36,9 +42,15 @@ def _panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
     angle: list[Series] = []
     for number, curve in enumerate(curves):
         key, label = f"line-{number % _COLOURS}", f"preload {preload_in_words(curve)}"
-        between = curve.model.stiffness(lines, curve.branches)
+        if curve.amplitude is not None:
+            label += f", amplitude {amplitude_in_words(curve)}"
+        if curve.uneven is None:
+            at, between = lines, curve.model.stiffness(lines, curve.branches)
+        else:
+            order = np.argsort(curve.frequency)
+            at, between = curve.frequency[order], curve.stiffness[order]
         for series, function in ((size, np.abs), (angle, lambda K: np.degrees(np.angle(K)))):
-            series.append(Series(key, label, lines, function(between)))
+            series.append(Series(key, label, at, function(between)))
             if len(curve.frequency) <= SEPARATE:
                 series.append(Series(key, "", curve.frequency, function(curve.stiffness), "dots"))
     words = f"{capital(title(curves[0]))}: {point_in_words(curves[0])} and loss angle over frequency"

@@ -78,15 +78,17 @@ def check_document(found: Checked) -> Document:
 
 def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
     """Return a row for each dynamic test: frequencies and preloads."""
-    heads = ("vibration", "mode", "preload", "", "frequencies", "from", "to", "")
+    heads = ("vibration", "mode", "preload", "", "amplitude", "", "frequencies", "from", "to", "")
 
     def row(name: str, test: DynamicTest) -> Row:
         shown = quantities(test.mode)
         preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
         unit = shown.force_unit if test.by_force else shown.displacement_unit
         preloads = ("the end of its path", "") if test.six else (preload, unit)
+        peak = ", ".join(number(shown.per_internal * one) for one in test.amplitude) or "small"
+        peaks = (peak, shown.displacement_unit if test.amplitude else "")
         ends = (f"{end(test.frequency):g}" for end in (min, max))
-        return (name, test.mode, *preloads, str(len(test.frequency)), *ends, "Hz")
+        return (name, test.mode, *preloads, *peaks, str(len(test.frequency)), *ends, "Hz")
 
     rows = map(row, load_case_names(tests, ()), tests)
     return Table("Vibrations", heads, tuple(rows), left=3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -37,7 +37,8 @@ def dynamic_document(
     pictures : sequence of Picture
         For the page.
     """
-    count, tables = len(response.curves), [_table(curve) for curve in response.curves]
+    count = len({(curve.name, curve.preload) for curve in response.curves})
+    tables = [_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
@@ -68,7 +69,16 @@ def preload_in_words(curve: DynamicCurve) -> str:
     """Return the preload with its force."""
     shown = quantities(curve.mode)
     travel = f"{number(shown.at(curve.preload), 4)} {shown.displacement_unit}".strip()
-    return f"{travel}, {number(curve.force, 4)} {shown.force_unit}"
+    # At rest the force is rounding.
+    return f"{travel}, {number(round(curve.force, 9), 4)} {shown.force_unit}"
+
+
+def amplitude_in_words(curve: DynamicCurve) -> str:
+    """Return the amplitude, "small" where none is given."""
+    if curve.amplitude is None:
+        return "small"
+    shown = quantities(curve.mode)
+    return f"{number(shown.per_internal * curve.amplitude, 4)} {shown.displacement_unit}".strip()
 
 
 def point_in_words(curve: DynamicCurve) -> str:
@@ -95,6 +105,7 @@ def _summary(curves: Sequence[DynamicCurve]) -> Table:
         (
             ("load case", title),
             ("preload", preload_in_words),
+            ("amplitude", amplitude_in_words),
             ("static rate", lambda curve: number(curve.static, 4)),
             ("|K*| from", lambda curve: number(float(np.abs(curve.stiffness).min()), 4)),
             ("to", lambda curve: number(largest(curve), 4)),
@@ -102,25 +113,25 @@ def _summary(curves: Sequence[DynamicCurve]) -> Table:
             ("over static", lambda curve: number(largest(curve) / abs(curve.static), 3)),
             ("loss angle to", lambda curve: f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"),
         ),
-        left=2,
+        left=3,
     )
 
 
 def _table(curve: DynamicCurve) -> Table:
-    unit = stiffness_unit(curve.mode)
-    return table_of(
-        f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}",
-        zip(curve.frequency, curve.stiffness, strict=True),
-        (
-            ("frequency [Hz]", lambda at: f"{at[0]:.4g}"),
-            (f"|K*| [{unit}]", lambda at: number(abs(at[1]), 4)),
-            (f"K' [{unit}]", lambda at: number(at[1].real, 4)),
-            (f"K'' [{unit}]", lambda at: number(at[1].imag, 4)),
-            ("loss angle [deg]", lambda at: f"{math.degrees(np.angle(at[1])):.2f}"),
-        ),
-        left=0,
-        most=_ROWS,
-    )
+    unit, K = stiffness_unit(curve.mode), curve.stiffness
+    name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
+    if curve.amplitude is not None:
+        name += f", amplitude {amplitude_in_words(curve)}"
+    columns: list[tuple[str, Callable[[int], str]]] = [
+        ("frequency [Hz]", lambda i: f"{curve.frequency[i]:.4g}"),
+        (f"|K*| [{unit}]", lambda i: number(abs(K[i]), 4)),
+        (f"K' [{unit}]", lambda i: number(K[i].real, 4)),
+        (f"K'' [{unit}]", lambda i: number(K[i].imag, 4)),
+        ("loss angle [deg]", lambda i: f"{math.degrees(curve.loss_angle[i]):.2f}"),
+    ]
+    if (third := curve.third_harmonic) is not None:
+        columns.append(("third harmonic [%]", lambda i: f"{100 * third[i]:.2f}"))
+    return table_of(name, range(len(K)), columns, left=0, most=_ROWS)
 
 
 def _solved(response: DynamicResponse) -> Paragraph:
@@ -128,8 +139,11 @@ def _solved(response: DynamicResponse) -> Paragraph:
     if response.curves:
         worst = max(curve.reduction_error for curve in response.curves)
         vectors = max(curve.vectors for curve in response.curves)
+        kind = "small vibrations"
+        if any(curve.uneven for curve in response.curves):
+            kind = "harmonic balance of vibrations"
         text = (
-            f"small vibrations about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
+            f"{kind} about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
             f"reduction at most {number(worst, 2)}; {text}"
         )
     return Paragraph(text, "note")

@@ -46,7 +46,7 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
     pictures : sequence of Picture
         Pictures of the fit, for the page.
     """
-    worst = max(curve.rms_percent for curve in fit.curves)
+    worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
     return Document(
         # Rounded up, because no curve is worse.
         f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",

@@ -120,7 +120,12 @@ def answer(fit: Fit) -> IdentificationVerdict:
         # Neither the misfit nor the standard errors say anything about the rubber.
         told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
         return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
-    if not fitted:
+    if not fitted and fit.tables:
+        # `misfit_lines` say how well.
+        met = f"{len(fit.tables)} table{'s' if len(fit.tables) > 1 else ''} of dynamic stiffness fitted"
+        tone = "plain" if fit.converged else "bad"
+        met += "" if fit.converged else ", but the search did not converge"
+    elif not fitted:
         met, tone = "There is no fitted curve", "bad"
     elif not fit.converged:
         met, tone = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import number, percent, with_std
 from bushcli.runtime.condition import Condition
 
@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     from bushcli.inverse.coupon_tables import TableSpectrum
 
 
-def tables_document(case: Case, found: Sequence[TableSpectrum], problems: Sequence[Condition]) -> Document:
+def tables_document(
+    case: Case,
+    found: Sequence[TableSpectrum],
+    problems: Sequence[Condition],
+    pictures: Sequence[Picture] = (),
+) -> Document:
     """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
     Parameters
@@ -25,19 +30,26 @@ def tables_document(case: Case, found: Sequence[TableSpectrum], problems: Sequen
     case : Case
     found : sequence of TableSpectrum
     problems : sequence of Condition
+    pictures : sequence of Picture
+        Master curves, for the page.
     """
     count = f"{len(found)} table{'s' if len(found) != 1 else ''} of dynamic moduli"
     return Document(
-        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
+        f"Relaxation spectra of {count}",
+        [],
+        "plain",
+        spectra_sections(found, pictures),
+        problems,
+        conditions(case),
     )
 
 
-def spectra_sections(found: Sequence[TableSpectrum]) -> list[Section]:
-    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature."""
-    return [_section(one) for one in found]
+def spectra_sections(found: Sequence[TableSpectrum], pictures: Sequence[Picture] = ()) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
+    return [_section(one, pictures) for one in found]
 
 
-def _section(one: TableSpectrum) -> Section:
+def _section(one: TableSpectrum, pictures: Sequence[Picture]) -> Section:
     fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     symbol = one.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
@@ -73,9 +85,18 @@ def _section(one: TableSpectrum) -> Section:
         title = f"Shift of the times, from {number(fit.reference)} degrees C"
         shown.append(Table(title, ("temperature [°C]", "log10 a_T"), steps, left=0, most=12))
     lines = []
+    if fit.wlf is not None and fit.arrhenius is not None:
+        C1, C2, missed = fit.wlf
+        energy, off = fit.arrhenius
+        lines.append(
+            f"As a formula the shifts are WLF with C1 = {number(C1)} and C2 = {number(C2)} K to {number(missed)} "
+            f"decades (rms), or Arrhenius with E = {number(energy)} kJ/mol to {number(off)}: constants of the effect "
+            f"temperature with reference = {number(fit.reference)}."
+        )
     if fit.lag_error and abs(fit.lag) > 3.0 * fit.lag_error:
         lines.append(
             f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
             "the loss angle grows with frequency alike at all temperatures."
         )
-    return Section(f"Spectrum of {one.table.name}", [*shown, *paragraphs(lines)])
+    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "spectrum")
+    return Section(f"Spectrum of {one.table.name}", [*own, *shown, *paragraphs(lines)])

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit, FittedCurve
+    from bushcli.inverse.coupon_tables import TableSpectrum
     from bushcli.report.document import Document, Panels, Picture
     from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.meshes import Meshed
@@ -197,19 +198,31 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
     )
 
 
-def fit_files(case: Case, fit: Fit) -> Files:
-    """Return the files of an identified law: recorded and fitted stress of each coupon.
+def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()) -> Files:
+    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
 
     Parameters
     ----------
     case : Case
         The case with the coupon tests.
-    fit : Fit
-        The identified law.
+    fit : Fit or None
+        None where the case has no tests but tables.
+    spectra : sequence of TableSpectrum
+        Spectra of its tables of dynamic moduli.
     """
-    names = file_names([curve.name for curve in fit.curves])
-    contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in fit.curves}
-    return Files(case, contents, pictures=lambda: [_report("plots.fit").fit_panels(fit)])
+    curves = () if fit is None else fit.curves
+    names = file_names([*(curve.name for curve in curves), *(one.table.name for one in spectra)])
+    contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
+    for one in spectra:
+        columns = _report("plots.spectrum").master_columns(one)
+        contents[f"{names[one.table.name]}-master.csv"] = tables.number_table(columns)
+
+    def pictures() -> list[Panels]:
+        master = _report("plots.spectrum").master_panels
+        of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
+        return [*of_law, *(master(one, names[one.table.name]) for one in spectra)]
+
+    return Files(case, contents, pictures=pictures)
 
 
 def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:

@@ -72,11 +72,13 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
     moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
     # "preload_mm" and "preload_N", as a rig writes them; "preload_stretch".
     preloads = (f"preload_{name if kind == 'MPa' else name.split('_', 1)[1]}" for name in (travel, force))
-    names = ["frequency_Hz", *preloads, *moduli, "loss_angle_deg"]
+    peaks = [] if curves[0].amplitude is None else [f"amplitude_{travel.split('_', 1)[1]}"]
+    names = ["frequency_Hz", *peaks, *preloads, *moduli, "loss_angle_deg"]
     rows = []
     for curve in curves:
         K, preload = curve.stiffness, [shown.at(curve.preload), curve.force]
-        held = np.broadcast_to(preload, (len(K), 2))
+        peak = [] if curve.amplitude is None else [shown.per_internal * curve.amplitude]
+        held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
         rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
 

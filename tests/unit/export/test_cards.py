@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from bushcli.case import Material, load_case
+from bushcli.effects.exported import OgdenRoxburgh
 from bushcli.errors import InputError
 from bushcli.export import Order, all_writers, unit_system, writer_for
-from bushcli.export.rubber import ExportedRubber, OgdenRoxburgh, rubber_of
+from bushcli.export.rubber import ExportedRubber, rubber_of
 from bushcli.export.units import SYSTEMS
 from bushcli.simulate.dynamic import vibrate
 from cases.stability import nominal_stress
@@ -352,7 +353,9 @@ def written(program, rubber, units="N-mm-s", form="time-prony"):
 
 
 def rubber_with(name, **further):
-    return ExportedRubber(name, LAWS[name], BULK, **further)
+    called = {"series": ("viscoelasticity",), "softening": ("mullins",)}
+    effects = {part: called[part] for part in further if part in called}
+    return ExportedRubber(name, LAWS[name], BULK, effects=effects, **further)
 
 
 def allowed(program):

@@ -1,0 +1,64 @@
+"""Plot of a spectrum: the rows of a table, shifted to one temperature, over the fitted curve."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.quantity import number
+
+if TYPE_CHECKING:
+    from bushcli.inverse.coupon_tables import TableSpectrum
+
+Array = NDArray[np.float64]
+
+# Frequencies of a line, and colours of dots, after which they begin again.
+_DENSE, _COLOURS = 300, 10
+
+
+def master_columns(one: TableSpectrum) -> dict[str, Array]:
+    """Return the columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
+    table, fit = one.table, one.fit
+    fitted = fit.at(table.frequency, table.temperature)
+    names = ["temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa"]
+    columns = [table.temperature, table.frequency, fit.reduced(table.frequency, table.temperature)]
+    columns += [table.storage, table.loss, fitted.real, fitted.imag]
+    names += ["storage_fitted_MPa", "loss_fitted_MPa"]
+    return dict(zip(names, columns, strict=True))
+
+
+def master_panels(one: TableSpectrum, file: str) -> Panels:
+    """Return the master curve of a table: dots in the colour of their temperature, lines of the spectrum."""
+    fit, symbol = one.fit, one.table.quantity
+    temperature, frequency, reduced, storage, loss, *_ = master_columns(one).values()
+    line = np.geomspace(reduced.min(), reduced.max(), _DENSE)
+    curve = fit.spectrum.at(2.0 * np.pi * line)
+    # The lag of the rig, which the line is without, turns each row by its own frequency.
+    turned = (storage + 1j * loss) * np.exp(-2j * np.pi * frequency * fit.lag)
+    step = np.abs(temperature[:, None] - fit.temperatures).argmin(axis=1)
+    several = len(fit.temperatures) > 1
+    plots = []
+    for part, of in (("storage", np.real), ("loss", np.imag)):
+        series = [
+            Series(
+                f"line-{k % _COLOURS}",
+                f"{number(float(fit.temperatures[k]))} degrees C" if several else "measured",
+                np.log10(reduced[step == k]),
+                of(turned)[step == k],
+                "dots",
+            )
+            for k in np.unique(step)
+        ]
+        series.append(Series("after", f"{len(fit.spectrum.times)} branches", np.log10(line), of(curve)))
+        mark = "'" if part == "storage" else "''"
+        plots.append([Plot(part, ("", f"{symbol}{mark} [MPa]"), series, log="y")])
+    below = plots[-1][0]
+    at = f" at {number(fit.reference)} degrees C" if several else ""
+    plots[-1] = [
+        Plot(below.name, (f"log10 of the frequency{at} [Hz]", below.labels[1]), below.series, log="y")
+    ]
+    title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
+    return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)

@@ -1,0 +1,259 @@
+"""Fit the answer to its end: the values, and as many branches, with which its effects come closest to the recordings.
+
+The likelihood with the error of form chooses between effects, and it ends a fit where better values gain nothing:
+whatever formulas may err by is not worth a further branch to it. So the model of the answer is fitted once more from
+where the search left it, weighted as by `bushcli inverse`. Priors count as beside independent samples of noise as large
+as what the model leaves: they decide only what the recordings leave open. Branches of its effects are added while they
+predict better what is held out: each cycle and each hold in turn, to first order.
+
+References
+----------
+Breiman, Friedman, Olshen and Stone (1984), Classification and Regression Trees, section 3.4.3: a larger model counts
+as better only where it predicts better by more than the standard error of the difference.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from bushcli.case import Case
+from bushcli.curve.misfit import NOISE_FLOOR
+from bushcli.evidence.prior import ParameterPrior, known_parameters
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.minimum_search import search
+from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.stopping import Stopping
+from bushcli.recording import Recording, branches, force_noise
+from bushcli.selection.fit import fitted
+from bushcli.selection.model import Fitted, Model
+from bushcli.selection.model_cache import Coarse, ModelCache
+from bushcli.selection.neighbours import label
+from bushcli.selection.predict import Beside
+from bushcli.selection.queue import Search
+from bushcli.selection.state import State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# When the last fit ends: it begins near its minimum, and a hundredth of the misfit is not seen in any number reported.
+STOPPING = Stopping(tolerance=1e-3, valley=(6, 1e-2), evaluations=40)
+# Least share of the rms misfit of a channel by which the last fit has to be closer for its values to be the answer's:
+# free parameters alone remove some hundredths of noise.
+CLOSER = 0.05
+# Fewest parts of the recordings of which one can be held out.
+FEWEST = 2
+
+
+class _Closest(LeastSquaresProblem):
+    """The misfit as an identification weighs it, and the priors of effects.
+
+    Parameters
+    ----------
+    plain : LeastSquaresProblem
+        The same channels and parameters.
+    used : sequence of (n,) array of bool
+        Samples that count, by channel.
+    known : mapping of str to ParameterPrior
+        Priors of the parameters that have one.
+    start : shape (p,)
+        Solvable; the misfit that it leaves is the unit of the priors.
+    """
+
+    def __init__(
+        self,
+        plain: LeastSquaresProblem,
+        used: Sequence[Mask],
+        known: Mapping[str, ParameterPrior],
+        start: Array,
+    ) -> None:
+        super().__init__(
+            plain.channels,
+            plain.law,
+            plain.names,
+            plain.fixed,
+            plain.bounds,
+            plain.states,
+            stopping=STOPPING,
+        )
+        self._recordings = [one.recording for one in plain.channels if isinstance(one, Channel)]
+        self._used, self._known_values, self._unit = used, known, 0.0
+        size = np.linalg.norm(self._rows(start)[0])
+        self._unit = float(size / np.sqrt(sum(np.count_nonzero(mask) for mask in used)))
+
+    @property
+    def samples(self) -> int:
+        """Number of rows without those that penalise instability."""
+        return super().samples + len(self.names)
+
+    def _rows(self, x: Array) -> tuple[Array, Array]:
+        forces = self.forces(x)
+        if forces is None:
+            size = self.samples + len(self.states)
+            return np.full(size, np.nan), np.full((size, len(x)), np.nan)
+        weights = _weights(self._recordings, self._used)
+        values = [
+            (force - one.force) * w
+            for one, w, (force, _) in zip(self._recordings, weights, forces, strict=True)
+        ]
+        slopes = [slope * w[:, None] for w, (_, slope) in zip(weights, forces, strict=True)]
+        value, slope = _prior_rows(self.names, x, self._known_values)
+        unstable, steeper = self._stability(x)
+        return (
+            np.concatenate([*values, self._unit * value, unstable]),
+            np.concatenate([*slopes, self._unit * slope, steeper]),
+        )
+
+
+def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+    """Fit a model from its values until it comes closest to the recordings; None if it cannot be solved there.
+
+    Parameters
+    ----------
+    cache : ModelCache
+    case : Case
+    model : Model
+    used : tuple of (n,) array of bool
+        Samples that count, by channel.
+    """
+    task = model.task(case)
+    coarse: Coarse = "never" if model.anchor is None else "memory"
+    channels = cache.channels(task, coarse=coarse, anchor=model.anchor)
+    plain = task.pose(channels)
+    start = plain.bounds.inside(task.vectors()[0])
+    if not plain.names or plain.forces(start) is None:
+        return None
+    sound = [channel.recording.bridged(m) for channel, m in zip(channels, used, strict=True)]
+    known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
+    problem = _Closest(plain, used, known, start)
+    problem.watch(problem.reached(start), start)
+    end = search(problem, start)
+    return fitted(model, problem, end.x, end.converged)
+
+
+def closest(search: Search, state: State) -> State:
+    """Return the model of the answer at its closest to the recordings, with as many branches as they support.
+
+    Parameters
+    ----------
+    search : Search
+        Whose workers and derivatives are used.
+    state : State
+        The answer as the search has fitted it.
+    """
+
+    def refitted(model: Model) -> State | None:
+        search.progress("fit", label(model), "to the end, as bushcli inverse fits")
+        question = (problem.case, model, problem.used)
+        found: Fitted | None = search.workers.run(come_closest, [question])[0]
+        return None if found is None else State(problem, found)
+
+    problem = search.problem
+    best = refitted(state.model) or state
+    for one in search.states.values():
+        # A model with fewer branches may be closer already, where this search ended in a valley.
+        if state.model.contains(one.model) and one.model.identities == state.model.identities:
+            other = refitted(one.model) if _size(one) < _size(best) else None
+            best = best if other is None else other
+    while time.perf_counter() < search.deadline and _leaves_more_than_noise(best):
+        own = [one.effect for one in best.model.effects if one.can_branch]
+        more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
+        tried = [one for one in map(refitted, (prediction.model for prediction in more)) if one is not None]
+        better = [one for one in tried if predicts_better(one, best)]
+        if not better:
+            break
+        best = min(better, key=lambda one: float(held_out(one).sum()))
+    return best if _is_closer(best, state) else state
+
+
+def _leaves_more_than_noise(state: State) -> bool:
+    """Whether a model leaves more than noise would in one recording of forty: two standard deviations."""
+    count = sum(one.count for one in state.problem.likelihood.features)
+    return float(state.evidence.left.excess.sum()) > 2.0 * np.sqrt(2.0 * count)
+
+
+def _size(state: State) -> float:
+    """Root of the sum of squares of the weighted misfit."""
+    return float(np.linalg.norm(np.concatenate([r for r, _ in _misfits(state)])))
+
+
+def _is_closer(one: State, other: State) -> bool:
+    """Whether a model leaves visibly less than another one in any channel."""
+    mine, theirs = (np.array([np.linalg.norm(r) for r, _ in _misfits(s)]) for s in (one, other))
+    return bool((mine < (1.0 - CLOSER) * theirs).any())
+
+
+def predicts_better(one: State, other: State) -> bool:
+    """Whether a model predicts the parts of the recordings that are held out better than another one.
+
+    Parameters
+    ----------
+    one, other : State
+    """
+    gain = held_out(other) - held_out(one)
+    if len(gain) < FEWEST:
+        return False
+    return float(gain.sum()) > float(np.sqrt(len(gain)) * gain.std(ddof=1))
+
+
+def held_out(state: State) -> Array:
+    """Return the sum of squares (parts,) of the misfit of each part of the recordings, predicted from the others.
+
+    The parameters that fit the others follow to first order, within a factor of two.
+
+    Parameters
+    ----------
+    state : State
+        A model at its closest.
+    """
+    misfits = _misfits(state)
+    r, J = (np.concatenate(rows) for rows in zip(*misfits, strict=True))
+    x = state.fitted.x
+    unit = _size(state) / np.sqrt(sum(map(np.count_nonzero, state.problem.used)))
+    value, slope = _prior_rows(state.fitted.names, x, state.priors)
+    bounds = state.bounds
+    room = np.maximum(bounds.lower - x, -0.5 * np.abs(x)), np.minimum(bounds.upper - x, np.abs(x))
+    size = np.linalg.norm(J, axis=0) + 1e-300
+    low, high = np.minimum(room[0], -1e-12) * size, np.maximum(room[1], 1e-12) * size
+    found = []
+    for part in _parts(state.problem.recordings):
+        rows = np.concatenate([J[~part], unit * slope]) / size
+        step = lsq_linear(rows, -np.concatenate([r[~part], unit * value]), (low, high)).x / size
+        found.append(float(np.sum((r[part] + J[part] @ step) ** 2)))
+    return np.array(found)
+
+
+def _parts(recordings: Sequence[Recording]) -> list[Mask]:
+    """Samples of all channels, one after the other, that belong to each part: a cycle without its holds, or a hold."""
+    names: list[tuple[int, ...]] = []
+    for i, recording in enumerate(recordings):
+        for j, branch in enumerate(branches(recording)):
+            name = (i, -1, j) if branch.kind == "hold" else (i, branch.cycle)
+            names += [name] * (branch.stop - branch.start)
+    return [np.array([name == one for name in names]) for one in dict.fromkeys(names)]
+
+
+def _misfits(state: State) -> list[tuple[Array, Array]]:
+    """Weighted misfit (n,) and derivatives (n, p) of a model, by channel."""
+    weights = _weights(state.problem.recordings, state.problem.used)
+    rows = zip(state.problem.recordings, weights, state.fitted.simulated, state.fitted.jacobians, strict=True)
+    return [((force - one.force) * w, slope * w[:, None]) for one, w, force, slope in rows]
+
+
+def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Array]:
+    """Weights (n,) of the samples by channel: noise or the floor of the force range; each channel counts alike."""
+    found = []
+    for one, mask in zip(recordings, used, strict=True):
+        unit = max(force_noise(one), NOISE_FLOOR * float(np.ptp(one.force[mask])))
+        found.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
+    return found
+
+
+def _prior_rows(names: Sequence[str], x: Array, known: Mapping[str, ParameterPrior]) -> tuple[Array, Array]:
+    """Rows (p,) of the priors and their derivatives (p, p); zero for parameters without one."""
+    rows = [known[n].row(float(v)) if n in known else (0.0, 0.0) for n, v in zip(names, x, strict=True)]
+    return np.array([row for row, _ in rows]), np.diag([slope for _, slope in rows])

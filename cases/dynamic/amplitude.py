@@ -1,0 +1,214 @@
+"""Vibrations of finite amplitude about an equilibrium: harmonic balance of a rubber that amplitude thins.
+
+A branch whose relaxation the motion itself speeds up (`forms.branches.payne`) answers a sine of local shear amplitude
+gamma with a first harmonic s(gamma) that depends on it. The bushing's state and the local moduli are brought into
+balance: from the amplitude at each point follows s there, from s everywhere the state, and so on until the stiffness
+rests. Everything is done on the vectors to which the body was reduced; those vectors grow by the residuals that uneven
+moduli leave, each solved with the factorisation of K_eq that the march has left.
+
+Higher harmonics of the motion are left out: at fixed sleeves they change the first one by their square. The third one
+of the force is the work of the third harmonic of the stress on the same state.
+
+References
+----------
+Krack and Gross (2019), Harmonic Balance for Nonlinear Vibration Problems, doi:10.1007/978-3-030-14023-6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.dynamic.model import Branches, modulus
+from cases.dynamic.reduction import ReducedPencil, Sweep, VectorBasis
+from cases.ranks import summed
+from cases.sine import ThinnedSpectrum
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LocalResponse = Callable[[Array], tuple[Complex, Complex]]
+"""First and third harmonic of the stress of a sine of shear amplitudes gamma (n,), over 2 mu gamma: s and t, (n,)."""
+
+# The stiffness has settled when it moves by less than this share, and a balance that has not settled by then is left:
+# each turn shrinks the change by the share that thinning has in the stiffness, about a third in filled rubber.
+SETTLED, MOST_TURNS = 1e-4, 60
+# Share of the largest eigenvalue of a point's moduli below which a direction is rounding.
+FLAT = 1e-9
+# Vectors are added while they change the stiffness by more than this share, at most for so many rounds.
+ENOUGH, MOST_ROUNDS = 5e-4, 4
+# Local amplitudes are tabulated up to this many times the elastic body's largest: strain gathers where rubber thins.
+ABOVE = 4.0
+
+
+class UnevenModel:
+    """The reduced body with moduli that differ from point to point.
+
+    Parameters
+    ----------
+    basis
+        Vectors and matrices; vectors are added to it.
+    thinned
+        The relaxation that amplitude thins.
+    branches
+        Maxwell branches beside it.
+    motion
+        Number of the motion that vibrates.
+    transfer
+        Whether the force is taken at the held sleeve.
+    """
+
+    def __init__(
+        self, basis: VectorBasis, thinned: ThinnedSpectrum, branches: Branches, motion: int, transfer: bool
+    ) -> None:
+        self._basis, self._thinned, self._branches = basis, thinned, branches
+        self._motion, self._transfer = motion, transfer
+        pencil = basis.pencil
+        points = pencil.model.body.rubber.points
+        self._root = _roots(pencil.spring, points.rows)
+        self._weight = points.weight.reshape(-1)
+        self._mu = pencil.model.shear_modulus
+        self._strains = np.zeros((0, len(self._weight) * self._root.shape[1]))
+        self._take()
+
+    def _take(self) -> None:
+        """Compute the strains of new vectors, and the matrices over all."""
+        basis, points = self._basis, self._basis.pencil.model.body.rubber.points
+        new = basis.vectors[len(self._strains) :]
+        strains = [np.einsum("prk,pk->pr", self._root, points.gradients(one)).ravel() for one in new]
+        self._strains = np.vstack([self._strains, *strains])
+        self._reduced = basis.reduced()
+        #: Local shear amplitude of the elastic body over the sleeve's, shape (points,).
+        self._elastic = self._local(np.eye(len(self._strains))[self._motion].astype(np.complex128))
+
+    @property
+    def vectors(self) -> int:
+        """Vectors to which the body is reduced."""
+        return len(self._strains)
+
+    def stiffness(self, amplitude: Array, frequency: Array) -> tuple[Complex, Array]:
+        """Return the stiffness, and the third harmonic of the force over the first one, shape (n,) each.
+
+        Parameters
+        ----------
+        amplitude : shape (n,)
+            Of the sleeve, mm or rad.
+        frequency : shape (n,)
+            Hz.
+        """
+        found, third = np.empty(len(amplitude), dtype=np.complex128), np.empty(len(amplitude))
+        for one in np.unique(frequency):
+            own = np.flatnonzero(frequency == one)
+            response = self._response(float(one), float(amplitude[own].max()))
+            local = self._elastic
+            for i in own[np.argsort(amplitude[own])]:
+                found[i], third[i], local = self._balance(float(amplitude[i]), float(one), response, local)
+        return found, third
+
+    def enrich(self, amplitude: float, frequency: float) -> float:
+        """Add vectors until they hardly change the stiffness; return by how much the last ones did, a ratio.
+
+        Parameters
+        ----------
+        amplitude : float
+            Of the sleeve, mm or rad.
+        frequency : float
+            Hz.
+        """
+        response = self._response(frequency, amplitude)
+        found, _, local = self._balance(amplitude, frequency, response, self._elastic)
+        for _ in range(MOST_ROUNDS):
+            before = found
+            self._basis.add(self._residuals(response(amplitude * local)[0], frequency))
+            self._take()
+            found, _, local = self._balance(amplitude, frequency, response, local)
+            if abs(found - before) <= ENOUGH * abs(found):
+                break
+        return abs(found - before) / abs(found)
+
+    def _response(self, frequency: float, amplitude: float) -> LocalResponse:
+        """Return the local harmonics at a frequency up to what the largest amplitude (mm or rad) may cause."""
+        own = self._thinned.response(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        beside = modulus(np.array([frequency]), self._branches)[0]
+
+        def harmonics(local: Array) -> tuple[Complex, Complex]:
+            first, third = own(local)
+            return first + beside, third
+
+        return harmonics
+
+    def _balance(
+        self, amplitude: float, frequency: float, response: LocalResponse, local: Array
+    ) -> tuple[complex, float, Array]:
+        """Bring moduli and state into balance; return stiffness, third harmonic, and local amplitude over the sleeve's.
+
+        Parameters
+        ----------
+        amplitude, frequency
+            mm or rad, Hz.
+        response
+            At this frequency.
+        local : shape (points,)
+            Local amplitude over the sleeve's from which to begin.
+        """
+        known = 0j
+        for _ in range(MOST_TURNS):
+            s, t = response(amplitude * local)
+            found, x = self._stiffness(s, frequency)
+            local = self._local(x)
+            if abs(found - known) <= SETTLED * abs(found):
+                break
+            known = found
+        return found, float(abs(x @ self._over(t) @ x) / abs(found)), local
+
+    def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
+        """Return stiffness and coefficients of the state under the motion, at local moduli s."""
+        uneven: ReducedPencil = replace(self._reduced, viscous=self._over(s))  # type: ignore[arg-type]
+        at = Sweep(np.ones(1, dtype=np.complex128), np.array([(2.0 * np.pi * frequency) ** 2]))
+        i = self._motion
+        both = uneven.stiffness(at)[int(self._transfer)]
+        return complex(both[0, i, i]), uneven.states(at)[0, :, i]
+
+    def _over(self, s: Complex) -> Complex:
+        """Integral of a local modulus over the body, between all vectors, shape (k, k)."""
+        weights = np.repeat(self._weight * s, self._root.shape[1])
+        strains = self._strains
+        parts = np.array([(strains * part) @ strains.T for part in (weights.real, weights.imag)])
+        found = self._basis.pencil.model.multiplicity * summed(self._basis.pencil.model.comm, parts)
+        m, d = self._reduced.motions, self._reduced.driven
+        # Of rigid motions there is the mass alone.
+        found[:, d:m] = 0.0
+        found[:, :, d:m] = 0.0
+        return np.asarray(found[0] + 1j * found[1])
+
+    def _local(self, x: Complex) -> Array:
+        """Shear amplitude at each point, per unit of the sleeve's motion."""
+        parts = np.array([x.real, x.imag]) @ self._strains
+        squares = (parts**2).sum(axis=0).reshape(len(self._weight), -1).sum(axis=1)
+        return np.asarray(np.sqrt(squares / self._mu))
+
+    def _residuals(self, s: Complex, frequency: float) -> Array:
+        """Real and imaginary part of the residual, solved with K_eq, shape (2, n)."""
+        _, x = self._stiffness(s, frequency)
+        basis, pencil = self._basis, self._basis.pencil
+        points = pencil.model.body.rubber.points
+        strain = (x @ self._strains).reshape(len(self._weight), -1)
+        stress = np.einsum("prk,pr->pk", self._root, s[:, None] * strain)
+        forces = basis.forces_of(x, frequency, self._reduced.density)
+        for part, force in zip((stress.real, stress.imag), forces, strict=True):
+            points.add_forces(np.ascontiguousarray(part), force)
+        return pencil.solve(forces)
+
+
+def _roots(packed: Array, rows: int) -> Array:
+    """Return B with B^T B the moduli of each point, shape (points, rank, rows)."""
+    a, b = np.triu_indices(rows)
+    full = np.zeros((len(packed), rows, rows))
+    full[:, a, b] = full[:, b, a] = packed
+    values, vectors = np.linalg.eigh(full)
+    rank = int(np.count_nonzero(values > FLAT * values.max(), axis=1).max())
+    roots = np.sqrt(np.maximum(values[:, -rank:], 0.0))
+    return np.ascontiguousarray(roots[:, :, None] * vectors[:, :, -rank:].transpose(0, 2, 1))
