@@ -31,7 +31,7 @@ _NOTHING = 1e-3
 
 
 @dataclass(frozen=True)
-class Reaction:
+class ReactionHistory:
     """A reaction of six motions over time: s, N or N mm; its mode is one with forces of its kind."""
 
     mode: str
@@ -49,13 +49,13 @@ class ComparedResult:
         As the user gave it.
     result : mapping
         Its JSON.
-    curves : mapping of str to Curve or Reaction
+    curves : mapping of str to Curve or ReactionHistory
         Simulated or mean curves by channel: mm or rad, N or N mm; of six motions, "CHANNEL Fx" and so on.
     """
 
     name: str
     result: Mapping[str, Any]
-    curves: Mapping[str, Curve | Reaction]
+    curves: Mapping[str, Curve | ReactionHistory]
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,9 @@ def _entries(case: Mapping[str, Any], key: str) -> str | None:
     return ", ".join(names) or None
 
 
-def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | Reaction]:
+def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
     """Return the simulated curves of a result of `direct`, and the mean curves of `batch`."""
-    found: dict[str, Curve | Reaction] = {}
+    found: dict[str, Curve | ReactionHistory] = {}
     for one in (
         *result.get("load_cases", []),
         *(result.get("curves", []) if result.get("command") == "batch" else []),
@@ -167,14 +167,14 @@ def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | Reaction]:
     return found
 
 
-def _reactions(channel: Mapping[str, Any]) -> Iterator[tuple[str, Reaction]]:
+def _reactions(channel: Mapping[str, Any]) -> Iterator[tuple[str, ReactionHistory]]:
     """Yield the reactions of a path of six motions that are no rounding errors."""
     time = np.array(channel["time"], dtype=float)
     force = np.array([channel["force"][name] for name in REACTIONS], dtype=float)
     size = np.abs(force).max(axis=1, initial=0.0)
     for k, (name, mode) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
         if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
-            yield name, Reaction(mode, time, force[k])
+            yield name, ReactionHistory(mode, time, force[k])
 
 
 def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
@@ -214,7 +214,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _apart(curves: Sequence[Curve | Reaction | None]) -> tuple[float | None, ...]:
+def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
     first = curves[0]
     if first is None:
         return (None,) * len(curves)
@@ -233,9 +233,9 @@ def _apart(curves: Sequence[Curve | Reaction | None]) -> tuple[float | None, ...
     return tuple(found)
 
 
-def _over(curve: Curve | Reaction) -> tuple[Array, Array]:
+def _over(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
     """Return the growing displacements or times of a curve, and its forces."""
-    if isinstance(curve, Reaction):
+    if isinstance(curve, ReactionHistory):
         return curve.time, curve.force
     backbone = curve.backbone()
     return backbone.displacement, backbone.force

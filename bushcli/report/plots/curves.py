@@ -12,7 +12,7 @@ from bushcli.report.plots.direct import capital, rest_lines
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.study.batch import Batch
-from bushcli.study.compare import Comparison, Reaction
+from bushcli.study.compare import Comparison, ReactionHistory
 
 # Colours of lines, after which they begin again.
 _COLOURS = 10
@@ -56,9 +56,9 @@ def compare_panels(found: Comparison) -> list[Panels]:
         for i, item in drawn.items():
             curve = item.curves[channel]
             shown = quantities(curve.mode)
-            x = curve.time if isinstance(curve, Reaction) else shown.shown(curve.displacement)
+            x = curve.time if isinstance(curve, ReactionHistory) else shown.shown(curve.displacement)
             series.append(Series(f"line-{i % _COLOURS}", item.name, x, curve.force))
-        label = "time [s]" if isinstance(curve, Reaction) else shown.displacement_label
+        label = "time [s]" if isinstance(curve, ReactionHistory) else shown.displacement_label
         plot = Plot("curves", (label, shown.force_label), series, bands=rest_lines(shown))
         panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))
     return panels
