@@ -217,6 +217,7 @@ _OTHER_MEANINGS = {
     "bushcli/recording/dynamic/columns.py": {"offset"},
     "bushcli/recording/dynamic/names.py": {"offset"},
     "forms/branches/payne.py": {"payne", "offset"},
+    "bushcli/inverse/thinned.py": {"offset"},
 }
 
 
