@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt
 from cases.model import FiniteElementModel
-from cases.outcome import Outcome
+from cases.newton import Outcome
 from cases.predictor import RecentPoints
 from cases.program import Program
 from cases.settling import settle

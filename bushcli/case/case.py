@@ -409,7 +409,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": [*source.accept, *source.sound] or None,
+        "accept": [*source.accept, *source.accepted_faults] or None,
     } | _further(source)
 
 
@@ -429,6 +429,7 @@ def _further(source: Source) -> dict[str, Any]:
         "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
+        "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
         "rate": rate,
         "conditioning": source.conditioning or None,

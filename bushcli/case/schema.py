@@ -174,6 +174,9 @@ class FileTable(CaseTable):
         validation_alias=AliasChoices("group", "sheet"),
         description="sheet or group of the file, by name or by number from 1",
     )
+    rows: dict[str, str | float] | None = Field(
+        default=None, description="value, by column, of the rows that belong to the recording"
+    )
     sample_rate: float | None = Field(
         default=None, gt=0, description="Hz; samples per second of a file without a time"
     )

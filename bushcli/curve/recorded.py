@@ -156,7 +156,7 @@ class Recording(Curve):
         The whole record of which these samples were selected: its earlier cycles are their history.
     selected : (n,) array of int, optional
         Their indices in the whole record.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults that the user has looked at and that are none.
     """
 
@@ -174,7 +174,7 @@ class Recording(Curve):
     temperature: Array | None = None
     selected_from: Recording | None = None
     selected: NDArray[np.int_] | None = None
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
 
     @cached_property
     def branches(self) -> tuple[Segment, ...]:

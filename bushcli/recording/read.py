@@ -15,6 +15,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column, untak
 from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import TEMPERATURES
 from bushcli.recording.opened import open_table
+from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
 from bushcli.recording.source import WARM, Quantity, Source
@@ -65,6 +66,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     else:
         table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
+    refuse_several(table, stamps)
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
@@ -94,7 +96,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
-        sound=source.sound,
+        accepted_faults=source.accepted_faults,
         six=None if source.six is None else _path(source, time, len(force), tables),
         temperature=_warm(table, source, samples.rows[kept]),
     )

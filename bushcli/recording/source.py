@@ -109,10 +109,12 @@ class Source:
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, but were measured.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults (`bushcli.faults`) that the user has looked at and that are none.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
+    rows : mapping of str to str or float
+        Value, by column, of the rows that belong to the recording; of a file with many recordings one below the other.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional
@@ -143,8 +145,9 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
     group: str | int | None = None
+    rows: Mapping[str, str | float] = field(default_factory=dict)
     sample_rate: float | None = None
     rate: float | None = None
     conditioning: int = 0
