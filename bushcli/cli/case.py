@@ -72,6 +72,7 @@ def check(run: Run, strict: bool) -> int:
         )
         for name, one in zip(names, case.load_cases, strict=True)
     ]
+    run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)

@@ -39,11 +39,11 @@ from bushcli.simulate.dynamic import (
     unfit,
 )
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
-from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
 from cases.march import march, unsolved
+from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
@@ -121,7 +121,7 @@ class DynamicChannel:
             raise InputError(*problems)
         features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
-            case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
+            case.geometry, modes()[table.mode], rubber, case.mesh.refinement, comm, features
         )
         self._density = case.material.density
         self.faults = table_faults(case.geometry, [table])

@@ -21,7 +21,6 @@ from bushcli.simulate.channels import with_all_beside
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import path
@@ -155,6 +154,7 @@ def compare_tables(
             tuple(np.unique(preload[kept])),
             amplitude=tuple(dict.fromkeys(ends)),
             steps=_STEPS,
+            temperature=temperature,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -319,8 +319,6 @@ def _travel(
 ) -> float:
     """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
     features = features_of(in_state(case.effects, unrelaxed=False))
-    model = prepare(
-        case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
-    )
+    model = prepare(case.geometry, modes()[mode], rubber_of(material), case.mesh.refinement, comm, features)
     history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))
     return float(history.displacement[-1])

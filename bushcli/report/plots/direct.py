@@ -11,8 +11,7 @@ from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Simulated
-from bushcli.simulate.six_motions import SixCurve
+from bushcli.simulate.response import Simulated, SixCurve
 from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]
@@ -65,7 +64,8 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
     if found.within:
         return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
     if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
-        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
+        off = percent(found.peak_percent, found.tolerance.percent)
+        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {off}"
     return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
 
 
@@ -99,7 +99,7 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
         shown,
         span,
         f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
-        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
+        f"peak {percent(found.peak_percent, reach)}, noise {percent(found.noise_percent)}",
     )
     return Panels(f"{file}-curve", "curve", title, [[plot], [below]], channel.name)
 
@@ -147,7 +147,7 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
     ):
         part = range(3 * column, 3 * column + 3)
         moved = [k for k in part if k in six.free or motion[:, k].any()]
-        labels = [MOTIONS[k] + (" (free)" if k in six.free else "") for k in moved]
+        labels = [MOTIONS[k] + six.follows(k) for k in moved]
         pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest[column]]
         reactions = [REACTIONS[k] for k in pushed]
         above.append(_over_time(kind, f"{kind} [{unit}]", six.time, motion[:, moved], labels))
