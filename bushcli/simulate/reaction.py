@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.case import Case
 from bushcli.curve.recorded import RecordedPath, Recording
@@ -143,20 +144,21 @@ class Reaction(FollowedPath):
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
 
     @property
+    @override
     def path(self) -> Array:
-        """Motion at the samples without the sensor's noise, (n,), mm or rad."""
         own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
         return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
 
     @property
+    @override
     def fineness(self) -> float:
-        """Factor on the number of steps along the path."""
         return self._whole.fineness
 
+    @override
     def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
         self._whole.plan(fineness)
 
+    @override
     def solve(
         self,
         parameters: Mapping[str, float],
@@ -166,7 +168,6 @@ class Reaction(FollowedPath):
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._whole.march(inner, keep_states, progress, patience)
