@@ -149,7 +149,7 @@ class Channel:
         shape: Shape,
         rubber: Rubber,
         case: Case,
-        weighting: Weighting,
+        weighting: Weighting | None,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
         paths: Paths | None = None,
@@ -191,7 +191,7 @@ class Channel:
         # A marched path is free of the displacement's noise.
         self.noise = _noise(recording) if self.simulation is None else force_noise(recording)
         size = np.abs(recording.force)
-        if not self.coupon:
+        if weighting is None:
             self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
         elif weighting == "absolute":
             self.scale = np.full(len(q), float(size.max()))

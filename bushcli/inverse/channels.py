@@ -89,7 +89,7 @@ def bushing_channels(
             case.geometry,
             rubber,
             case,
-            "relative",
+            None,
             comm,
             prepared,
             paths,
