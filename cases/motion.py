@@ -393,7 +393,7 @@ class PoseMotion(Motion):
         return True
 
 
-def posed(motion: Motion) -> PoseMotion:
+def pose_motion_of(motion: Motion) -> PoseMotion:
     """Return the motion of a model as that of a path of six motions, which its caller knows it to be."""
     if not isinstance(motion, PoseMotion):
         raise TypeError("the model has no path of six motions")

@@ -16,7 +16,7 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.schedule import six_schedule
-from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged, with_values
+from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged_force, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import History, march
@@ -178,7 +178,7 @@ class Reaction(FollowedPath):
         count = len(history.reactions)
         force = Signal(history.reactions[:, k], columns(slopes, inner, names, count))
         q = Signal(history.motion[:, k], np.zeros((count, len(names))))
-        read = logged(active, self._whole.steps, self._clock, q, force, names)
+        read = logged_force(active, self._whole.steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
     def reached(self, patience: int | None = None) -> list[Array]:

@@ -206,7 +206,7 @@ class FollowedPath(ABC):
             coarse = fine
 
 
-def logged(
+def logged_force(
     active: Sequence[ActiveEffect],
     steps: Schedule,
     clock: Array,
@@ -405,7 +405,7 @@ class Simulation(FollowedPath):
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        read = logged(active, steps, self._clock, q, force, names)
+        read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
     def _march(
