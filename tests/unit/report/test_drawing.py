@@ -16,10 +16,10 @@ from bushcli.report.drawing.body import _Drawing, deformed_figure
 from bushcli.report.drawing.bushing_map import map_figure
 from bushcli.report.drawing.looks import LOOKS, style_sheet
 from bushcli.report.drawing.picture import plotted, style
-from bushcli.report.drawing.prepared import MOST, position, prepared, thinned
+from bushcli.report.drawing.prepared import MOST, pane, position, prepared, thinned, ticks
 from bushcli.report.drawing.results import diagnosis_pictures, direct_pictures, mesh_pictures
 from bushcli.report.drawing.results import drawn as pictures_of
-from bushcli.report.drawing.zoom import figure, svg, ticks
+from bushcli.report.drawing.zoom import figure, svg
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.plots.places import numbering
 from bushcli.report.writers.tables import map_vtu
@@ -525,3 +525,11 @@ def test_a_number_prefers_another_sample_of_its_place():
     second = replace(first, number=2, at=np.array([(0.5, 0.5), (0.9, 0.2)]))
     plot = prepared(Plot("p", ("x", "y"), regions=[first, second]))
     assert plot.regions[1].at[0] == pytest.approx((0.9, 0.2))
+
+
+def test_the_numbers_of_an_axis_have_room_beside_its_label():
+    """-400000 has seven characters of some 8 pixels; the label takes 20."""
+    line = Series("after", "", np.arange(2.0), np.array([-4e5, 4e5]))
+    wide, narrow = (prepared(Plot("p", ("x", label), [line])) for label in ("moment", ""))
+    assert pane(wide)[0] >= 7 * 7.2 + 20 + 7
+    assert pane(narrow)[0] >= 7 * 7.2 + 7
