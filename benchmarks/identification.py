@@ -100,7 +100,7 @@ def shown(fit: Fit) -> str:
 
 
 def speed(bench: Bench) -> None:
-    """Compare exact derivatives, differences and the literature's loop in identifications; cost of derivatives."""
+    """Compare exact derivatives and differences in identifications; cost of derivatives."""
     print("| channels | derivatives | sweeps | forward solves | seconds | C10, C20, C30 (MPa) | rms, % |")
     print("|---|---|---|---|---|---|---|")
     for modes in (("axial",), ("axial", "torsional"), ("radial",), ("axial", "radial")):
@@ -108,7 +108,6 @@ def speed(bench: Bench) -> None:
         runs: dict[str, Callable[[], Fit]] = {
             "exact": lambda case=case: identify(Task(case, "yeoh")),  # type: ignore[misc]
             "differences": lambda case=case: by_differences(case),  # type: ignore[misc]
-            "dogleg": lambda case=case: identify(Task(case, "yeoh", method="dogleg")),  # type: ignore[misc]
         }
         for name, act in runs.items():
             fit, seconds = timed(act)

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.six import SixPath
+
 Array = NDArray[np.float64]
+
+# Steps of a segment of a path of six motions, at least.
+FEWEST_OF_SEGMENT = 2
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,8 @@ class Program:
         Generalised displacement q, shape (n,), mm or rad; the march starts from q = 0, unloaded.
     time
         Seconds, shape (n,), or None where rate does not matter.
+    temperature
+        Degrees C at the targets, shape (n,), where it changes along the path; None where it does not.
     corners
         Numbers of targets at which a path of six motions turns.
     """
@@ -28,12 +35,21 @@ class Program:
     displacement: Array
     time: Array | None = None
     corners: frozenset[int] = frozenset()
+    temperature: Array | None = None
 
     def __post_init__(self) -> None:
         if self.displacement.ndim != 1 or len(self.displacement) < 1:
             raise ValueError("a program needs at least one displacement")
         if self.time is not None and self.time.shape != self.displacement.shape:
             raise ValueError("a program needs a time for each displacement")
+        if self.temperature is not None and self.time is None:
+            raise ValueError("a temperature that changes needs times")
+
+    def temperature_at(self, time: float) -> float | None:
+        """Return the temperature (degrees C) at a time (s); None where it does not change."""
+        if self.temperature is None or self.time is None:
+            return None
+        return float(np.interp(time, self.time, self.temperature))
 
     @property
     def from_rest(self) -> Program:
@@ -84,3 +100,26 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
     q = np.concatenate([[corners[0]], *segments])
     time = None if rate is None else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / rate
     return Program(q, time)
+
+
+def along(six: SixPath, steps: int) -> Program:
+    """Steps of a path of six motions: `steps` on its longest segment, proportionally fewer on the others.
+
+    The length of a segment is the largest change on it, each motion and load as a share of its range.
+
+    Parameters
+    ----------
+    six : SixPath
+        The path.
+    steps : int
+        Number of steps on the longest segment.
+    """
+    knots = np.hstack([six.motion, six.loads])
+    span = np.ptp(knots, axis=0)
+    lengths = np.abs(np.diff(knots, axis=0) / np.where(span > 0.0, span, 1.0)).max(axis=1)
+    shares = lengths / max(float(lengths.max()), 1e-300)
+    counts = np.maximum(FEWEST_OF_SEGMENT, np.ceil(steps * shares)).astype(int)
+    parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(six.time, six.time[1:], counts, strict=False)]
+    times = np.unique(np.concatenate([six.time[:1], *parts]))
+    corners = frozenset(int(i) for i in np.flatnonzero(np.isin(times, six.time[1:-1])))
+    return Program(times, times, corners)

@@ -21,16 +21,13 @@ CONFIDENCE = 60
 PART = re.compile(r'\bpart\([\w.]+, "([\w ]+)"\)')
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
+_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "fx", "fy", "fz", "mz")
 #: Where the path begins, name (or kind) -> who uses it.
 ALLOWED = {
     ("benchmarks/constants.py", "get_code"): "importlib",
     ("", "__getattr__"): "Python, where a module lacks a name that is loaded late",
     ("", "model_config"): "pydantic",
-    ("bushcli/case/schema.py", "ux"): "pydantic: keys of a case file",
-    ("bushcli/case/schema.py", "uy"): "pydantic: keys of a case file",
-    ("bushcli/case/schema.py", "uz"): "pydantic: keys of a case file",
-    ("bushcli/case/schema.py", "rx"): "pydantic: keys of a case file",
-    ("bushcli/case/schema.py", "ry"): "pydantic: keys of a case file",
+    **{("bushcli/case/schema.py", key): "pydantic: keys of a case file" for key in _MOTIONS},
     ("bushcli/cli/page_server.py", "log_message"): "http.server",
     ("bushcli/errors.py", "exit_code"): "click",
     ("bushcli/export/fmu/slave", "Bushing"): "PythonFMU",

@@ -21,7 +21,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from cases.mode import modes
-from cases.six import MOTIONS, SixPath
+from cases.six import MOTIONS, REACTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
@@ -379,7 +379,9 @@ def _six(path: SixPath) -> dict[str, Any]:
         if k not in path.free and path.motion[:, k].any():
             values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
             shown[name] = [float(f"{value:.12g}") for value in values]
-    return shown | ({"free": [MOTIONS[k] for k in path.free]} if path.free else {})
+    shown |= {REACTIONS[k]: path.loads[:, k].tolist() for k in path.loaded}
+    free = [MOTIONS[k] for k in path.free if k not in path.loaded]
+    return shown | ({"free": free} if free else {})
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
@@ -401,18 +403,22 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "mode": source.mode,
         "file": _relative(source.file, folder),
         "name": source.label,
-        "columns": dict(source.columns),
-        "units": dict(source.units),
+        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
+        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": [*source.accept, *source.sound] or None,
+        "accept": [*source.accept, *source.accepted_faults] or None,
     } | _further(source)
 
 
 def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
     return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
+
+
+def _given(key: str, value: str | int | None) -> dict[Any, Any]:
+    return {} if value is None else {key: value}
 
 
 def _further(source: Source) -> dict[str, Any]:
@@ -423,6 +429,7 @@ def _further(source: Source) -> dict[str, Any]:
         "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
+        "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
         "rate": rate,
         "conditioning": source.conditioning or None,

@@ -25,7 +25,7 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
-    from bushcli.inverse.local import Loss, Method
+    from bushcli.inverse.local import Loss
     from bushcli.report.document import Document, Picture
     from bushcli.runtime.executor import Pool
 
@@ -163,13 +163,6 @@ def fit_to_coupons(
     "--density", is_flag=True, help="Identify the rubber's density too, from tables of dynamic stiffness."
 )
 @click.option(
-    "--method",
-    type=click.Choice(["trf", "dogleg"]),
-    default="trf",
-    show_default=True,
-    help="Algorithm; dogleg is the unbounded method of the literature with finite differences, for comparison.",
-)
-@click.option(
     "--loss",
     type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
     default="linear",
@@ -206,7 +199,6 @@ def inverse(
     fixed: tuple[str, ...],
     bulk_modulus: bool,
     density: bool,
-    method: Method,
     loss: Loss,
     starts: int,
     globally: bool,
@@ -239,7 +231,6 @@ def inverse(
             bulk_modulus=bulk_modulus,
             density=density,
             hold_out=names_in(held_out),
-            method=method,
             loss=loss,
             starts=starts,
             globally=globally,

@@ -109,8 +109,7 @@ def search_progress(
 ) -> Callable[[Evaluation], None] | None:
     """Return a function that prints one line for each evaluation of an identification.
 
-    Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
-    scaling of the start, profiles, robust losses). Fast fits to coupons show their lines only on request (-v).
+    Fast fits to coupons show their lines only on request (-v).
     """
     if run.quiet or not is_first_rank():
         return None
@@ -131,16 +130,12 @@ def search_progress(
 
 
 def progress_line(found: Evaluation) -> str:
-    """Return one evaluation as a line: "  4  misfit  1.064  it 2  step 0.071  radius 1.2  C10 0.118"."""
+    """Return one evaluation as a line: "  4  misfit  1.064  it 2  C10 0.118"."""
     misfit = "no solution     " if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
     if found.stage == "profile":
         where = "profile"
-    elif math.isnan(found.step):
-        where = f"it {found.iteration}" if found.iteration else "start"
-    elif math.isnan(found.radius):
-        where = f"it {found.iteration}  step {found.step:.2g}"
     else:
-        where = f"it {found.iteration}  step {found.step:.2g}  radius {found.radius:.2g}"
+        where = f"it {found.iteration}" if found.iteration else "start"
     shown = "  ".join(f"{name} {value:.5g}" for name, value in found.parameters.items())
     start = f"start {found.start}  " if found.start else ""
-    return f"  {found.number:3d}  {misfit}  {start}{where:33s}  {shown}{'  best' if found.best else ''}"
+    return f"  {found.number:3d}  {misfit}  {start}{where:7s}  {shown}{'  best' if found.best else ''}"

@@ -150,11 +150,13 @@ class Recording(Curve):
     numbers : (n,) array of int, optional
         Number of the cycle of each sample, as the rig or a selection counts them; None where they are counted from the
         displacement (`bushcli.curve.segment`).
+    temperature : (n,) array, optional
+        Degrees C at each sample, where the file has it.
     selected_from : Recording, optional
         The whole record of which these samples were selected: its earlier cycles are their history.
     selected : (n,) array of int, optional
         Their indices in the whole record.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults that the user has looked at and that are none.
     """
 
@@ -169,9 +171,10 @@ class Recording(Curve):
     unused: tuple[str, ...] = ()
     six: RecordedPath | None = None
     numbers: NDArray[np.int_] | None = None
+    temperature: Array | None = None
     selected_from: Recording | None = None
     selected: NDArray[np.int_] | None = None
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
 
     @cached_property
     def branches(self) -> tuple[Segment, ...]:
@@ -179,6 +182,21 @@ class Recording(Curve):
         if self.numbers is None:
             return self.segments
         return tuple(part for branch in self.segments for part in _numbered(branch, self.numbers))
+
+    def counted(
+        self, numbers: NDArray[np.int_], columns: tuple[ReadColumn, ...], unused: tuple[str, ...]
+    ) -> Recording:
+        """Return the recording with the numbers of cycles that the rig counts; its motion is not segmented anew.
+
+        Parameters
+        ----------
+        numbers : (n,) array of int
+        columns, unused : tuple
+            As among the attributes.
+        """
+        found = replace(self, numbers=numbers, columns=columns, unused=unused)
+        found.__dict__.update(segments=self.segments, displacement_noise=self.displacement_noise)
+        return found
 
     @property
     def record(self) -> Recording:

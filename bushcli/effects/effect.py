@@ -154,6 +154,18 @@ class EffectParameter:
         most = self.within[1] * wall.size(self.within[0])
         return max(self.lower, -most), min(self.upper, most)
 
+    def grid(self, scales: Mapping[str, float]) -> list[float]:
+        """Return the values of `scan` in its unit, within the bounds.
+
+        Parameters
+        ----------
+        scales : mapping of str to float
+            Sizes of "duration" (s), "amplitude" (mm or rad) and "shear" (MPa) for the recordings and their rubber.
+        """
+        # A grid of stresses is meant for a rubber of about 1 MPa.
+        factor = scales["shear"] if self.unit == "MPa" else scales[self.scale] if self.scale else 1.0
+        return [float(np.clip(value * factor, self.lower, self.upper)) for value in self.scan]
+
     def fitted(self, shape: Shape | None, period: float | None = None) -> tuple[float, float, float]:
         """Return start, lowest and highest value of a fit.
 

@@ -1,4 +1,4 @@
-"""Models of channels that follow a path: a simulation with effects, or a reaction of six motions."""
+"""Models of channels that follow a path."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from mpi4py import MPI
 from bushcli.case import Case
 from bushcli.curve.earlier import earlier
 from bushcli.effects.active import acting, require_time
-from bushcli.recording import RecordedPath, Recording, displacement_noise
+from bushcli.recording import Recording, displacement_noise
 from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber
 from geometry.shape import Shape
@@ -48,30 +47,5 @@ def with_effects(
         comm,
         prepared,
         earlier(path),
+        path.temperature,
     )
-
-
-def with_others(
-    recording: Recording,
-    path: RecordedPath,
-    paths: dict[str, SixSimulation],
-    shape: Shape,
-    rubber: Rubber,
-    case: Case,
-    comm: MPI.Comm,
-    prepared: Prepare,
-) -> Reaction:
-    """Return the model of one channel of a path of six motions; the channels of a path share one march.
-
-    Raises
-    ------
-    InputError
-        The path has no time, which an effect needs.
-    """
-    if path.name not in paths:
-        on_it = on_path(case.effects, recording.name)
-        paths[path.name] = SixSimulation(shape, rubber, case.mesh.refinement, on_it, path, comm, prepared)
-    active = acting(case.effects, recording.name, recording.mode)
-    if path.time is None:
-        require_time(case.effects, recording.name, recording.mode, str(recording.source))
-    return Reaction(paths[path.name], path.number, active)

@@ -31,3 +31,7 @@ class Bounds:
         """Return the nearest point slightly off the bounds, on which interior methods cannot start."""
         off = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
         return np.clip(x, self.lower + off, self.upper - off)
+
+    def of(self, free: NDArray[np.bool_]) -> Bounds:
+        """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
+        return Bounds(self.lower[free], self.upper[free])

@@ -23,15 +23,15 @@ from bushcli.curve.odd import swept_range, unfolded
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
-from bushcli.inverse.answering import with_effects, with_others
+from bushcli.inverse.answering import with_effects
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
     displacement_noise,
     force_noise,
 )
-from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation
+from bushcli.simulate.reaction import Paths, Reaction, reaction
+from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
@@ -149,22 +149,31 @@ class Channel:
         shape: Shape,
         rubber: Rubber,
         case: Case,
-        weighting: Weighting,
+        weighting: Weighting | None,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
-        paths: dict[str, SixSimulation] | None = None,
+        paths: Paths | None = None,
         corrected: Corrected | None = None,
         bad: NDArray[np.bool_] | None = None,
         branch: str = "",
     ) -> None:
         self.recording, self.comm, self.branch = recording, comm, branch
         mode = modes()[recording.mode]
-        body = (shape, rubber, case, comm, prepared)
-        self.simulation: Simulation | Reaction | None
-        if recording.six is not None:
-            self.simulation = with_others(recording, recording.six, {} if paths is None else paths, *body)
-        else:
-            self.simulation = with_effects(recording, *body)
+        self.simulation: FollowedPath | None = (
+            with_effects(recording, shape, rubber, case, comm, prepared)
+            if recording.six is None
+            else reaction(
+                recording,
+                recording.six,
+                {} if paths is None else paths,
+                shape,
+                rubber,
+                case,
+                case.mesh.refinement,
+                comm,
+                prepared,
+            )
+        )
         self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
@@ -182,7 +191,7 @@ class Channel:
         # A marched path is free of the displacement's noise.
         self.noise = _noise(recording) if self.simulation is None else force_noise(recording)
         size = np.abs(recording.force)
-        if not self.coupon:
+        if weighting is None:
             self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
         elif weighting == "absolute":
             self.scale = np.full(len(q), float(size.max()))
@@ -209,7 +218,7 @@ class Channel:
     @property
     def before(self) -> Earlier | None:
         """The path before the recording that is assumed, where the rubber remembers it."""
-        return self.simulation.remembered if isinstance(self.simulation, Simulation) else None
+        return None if self.simulation is None else self.simulation.remembered
 
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None

@@ -34,7 +34,7 @@ POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     """Continue a search that the law's stability held back, to a minimum within the edge of stability."""
-    x, radius, steps, rejected = ended.x, np.inf, 0, 0
+    x, radius, steps, rejected, predicted = ended.x, np.inf, 0, 0, np.inf
     value, slope = problem.residual(x), problem.jacobian(x)
     enough = min(STATIONARY, problem.stopping.tolerance)
     settled = False
@@ -62,6 +62,8 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
             radius = SHRINK * length
         elif fell > GOOD * predicted:
             radius = GROW * max(radius, length)
+    # Where trials no longer fall by what is predicted, which is next to nothing, the march's own error hides the rest.
+    settled = settled or predicted <= STATIONARY * max(float(value @ value), NOTHING * len(problem.channels))
     if not steps or not float(value @ value) < ended.cost * len(problem.channels):
         return ended
     return replace(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel, FitChannel
 from bushcli.inverse.comparison import compared_curves, compared_tables
-from bushcli.inverse.dogleg import minimise_by_dogleg
+from bushcli.inverse.contained import additions, from_contained
 from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
@@ -69,6 +69,8 @@ def fit_coupons(
         coupons, or that have nothing else to act on, are identified too.
     fixed
         Parameters that keep their start value.
+    hold_out
+        Coupons that are predicted instead of fitted.
     model
         Law to use instead of the case's.
     weighting
@@ -280,12 +282,8 @@ class _Searches:
             The start cannot be solved at all.
         """
         task, problem = self.task, self.problem
-        if task.method == "dogleg":
-            if not np.isfinite(problem.residual(self.start)).all():
-                raise InputError(unsolvable(task, self.start, self.faults))
-            self.minima.append(minimise_by_dogleg(problem, self.start))
-            return
-        first = first_minimum(problem, self.start, task.loss)
+        every = additions(task, [c.recording for c in problem.channels if isinstance(c, Channel)])
+        first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first is None:
             raise InputError(unsolvable(task, self.start, self.faults))
         self.minima.append(first.minimum)
@@ -311,7 +309,7 @@ class _Searches:
         best, profiles, cut = _profiled(task, problem, best, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x)
+        tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
@@ -330,7 +328,6 @@ class _Searches:
             undetermined=undetermined,
             seconds=time.perf_counter() - begin,
             conditions=(),
-            method=task.method,
             message=best.message,
             cost=best.cost,
             evaluations=tuple(problem.evaluations),
@@ -414,7 +411,7 @@ def _profiled(
     """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
     found: dict[int, Profile] = {}
     cut = False
-    if skipped or task.source != "recordings" or task.method == "dogleg":
+    if skipped or task.source != "recordings":
         return best, [], False
     try:
         with unwrapped_interrupts():

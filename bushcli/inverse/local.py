@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
 from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.radius import Follower, Trial
 from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.stopping import MOST_EVALUATIONS
 
 Array = NDArray[np.float64]
-Method = Literal["trf", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 # Largest relative step that may end a search: steps are short beside a failure, too, where it must not end.
@@ -102,13 +100,13 @@ unstable in any trial.
 
 
 class Watched:
-    """The misfit function for an optimiser; it follows the trials, counts failures and keeps the best point.
+    """The misfit function for an optimiser; it counts iterations and failures, and keeps the best point.
 
     Parameters
     ----------
     problem
-    follower
-        Gives iteration, step and radius of each trial; None for robust losses, which it cannot follow.
+    squares
+        Whether the optimiser minimises the sum of squares, as that of a robust loss does not.
     patience
         Failed trials in a row that end the search.
     explained
@@ -121,15 +119,13 @@ class Watched:
     def __init__(
         self,
         problem: LeastSquaresProblem,
-        follower: Follower | None,
+        squares: bool,
         patience: int,
         explained: Callable[[Array], bool] | None = None,
         ends: Ends | None = None,
     ) -> None:
-        self.problem, self.follower, self.patience = problem, follower, patience
+        self.problem, self.squares, self.patience = problem, squares, patience
         self.explained, self.ends = explained, ends
-        # The current trial, which is recorded with its evaluation.
-        self._trial: Trial | None = None
         self.failed = self.row = self.iterations = self.rejected = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
         self._falling: list[float] = []
@@ -138,17 +134,11 @@ class Watched:
 
     def residual(self, x: Array) -> Array:
         """`Problem.residual`."""
-        unknown = Trial(self.iterations, float("nan"), float("nan"))
-        self._trial = self.follower.asks(x) if self.follower else unknown
-        if self.follower and self._is_surely_rejected(x):
-            rejected: Array = np.full(self.problem.samples + len(self.problem.states), np.nan)
-            self.follower.gets(rejected)
+        if self.squares and self._is_surely_rejected(x):
             self.rejected += 1
-            return rejected
-        self.problem.answers(x, self._trial)
+            return np.full(self.problem.samples + len(self.problem.states), np.nan)
+        self.problem.answers(x, self.iterations)
         found = self.problem.residual(x)
-        if self.follower:
-            self.follower.gets(found)
         if not np.isfinite(found).all():
             self.failed, self.row, self._met_failure = self.failed + 1, self.row + 1, True
             if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
@@ -164,7 +154,7 @@ class Watched:
         evaluations, share = self.problem.stopping.valley
         # A robust loss may fall while the sum of squares rises, so that a valley cannot be recognised here.
         if (
-            self.follower
+            self.squares
             and len(self._falling) > evaluations
             and self.best[0] > (1 - share) * self._falling[-1 - evaluations]
         ):
@@ -183,11 +173,9 @@ class Watched:
     def jacobian(self, x: Array) -> Array:
         """`Problem.jacobian`."""
         # The optimiser may have moved a trial onto a bound, by rounding.
-        self.problem.answers(x, self._trial)
+        self.problem.answers(x, self.iterations)
         found = self.problem.jacobian(x)
         self.iterations += 1
-        if self.follower:
-            self.follower.derives(x, found)
         ended = None if self.ends is None else self.ends(x, self._met_failure, self.rejected > 0)
         self._met_failure = False
         if ended is not None:
@@ -217,8 +205,7 @@ def minimise(
     patience, explained, ends
         As in `Watched`; points have the shape (parameters,).
     """
-    follower = Follower(problem.bounds) if loss == "linear" else None
-    watched = Watched(problem, follower, patience, explained, ends)
+    watched = Watched(problem, loss == "linear", patience, explained, ends)
     try:
         result = least_squares(
             watched.residual,
@@ -237,26 +224,21 @@ def minimise(
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
     linear = loss == "linear"
-    beside = linear and watched.failed > 0 and predicted_decrease(problem, x) > STATIONARY
+    is_minimum = linear and predicted_decrease(problem, x) <= STATIONARY
+    beside = linear and watched.failed > 0 and not is_minimum
     return Minimum(
         start,
         x,
         problem.cost(x),
         watched.iterations,
-        ended and not beside,
+        (ended or is_minimum) and not beside,
         message,
         beside,
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        linear and _is_minimum_already(problem, start, x),
+        is_minimum and bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12))),
         watched.rejected > 0,
         watched.hopeless,
     )
-
-
-def _is_minimum_already(problem: LeastSquaresProblem, start: Array, x: Array) -> bool:
-    """Whether a search ended where it began because no step lowers the misfit."""
-    stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
-    return stayed and predicted_decrease(problem, x) <= STATIONARY
 
 
 def predicted_decrease(problem: LeastSquaresProblem, x: Array) -> float:

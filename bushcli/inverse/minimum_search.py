@@ -12,6 +12,7 @@ Along a wall that stability does not explain, the search is guided by the known 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -122,6 +123,7 @@ def first_minimum(
     problem: LeastSquaresProblem,
     start: Array,
     loss: Loss = "linear",
+    searched: Callable[[LeastSquaresProblem, Array, Loss], Minimum] = search,
 ) -> First | None:
     """Search from the start, or from the nearest point that can be solved; return None if there is none.
 
@@ -135,10 +137,12 @@ def first_minimum(
         Where the search begins, shape (parameters,), in the units of the law.
     loss : Loss
         Loss function, as in `scipy.optimize.least_squares`.
+    searched : callable
+        Search from a solvable start: `search`, or `bushcli.inverse.contained.from_contained`.
     """
     initial, instead = first_point(problem, start)
     if not np.isfinite(problem.residual(initial)).all():
         return None
     problem.watch(problem.reached(initial), initial)
     states = problem.states
-    return First(search(problem, initial, loss), initial, instead, states)
+    return First(searched(problem, initial, loss), initial, instead, states)

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
 from bushcli.inverse.stopping import STOPPING, Stopping
@@ -238,15 +237,15 @@ class LeastSquaresProblem:
         """
         self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
 
-    def answers(self, x: Array, trial: Trial | None = None) -> list[ChannelForces] | None:
+    def answers(self, x: Array, iteration: int = 0) -> list[ChannelForces] | None:
         """Solved curves of all channels; None where a march did not converge, or where a number is not finite.
 
         Parameters
         ----------
         x : Array
             Parameters, shape (parameters,), in the units of the law.
-        trial : Trial | None
-            The optimiser's trial, which is recorded with a new evaluation.
+        iteration : int
+            The optimiser's, which is recorded with a new evaluation.
         """
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if key not in self._known:
@@ -260,7 +259,7 @@ class LeastSquaresProblem:
                 kept = []
             self._known[key] = kept if kept else None
             self.forward_solves += len(kept) if kept else 1
-            self._report(x, trial)
+            self._report(x, iteration)
         return self._known[key]
 
     def _solve(self, x: Array) -> list[ChannelForces]:
@@ -273,16 +272,16 @@ class LeastSquaresProblem:
                 return []
         return answers
 
-    def _report(self, x: Array, trial: Trial | None) -> None:
+    def _report(self, x: Array, iteration: int) -> None:
         cost = self.cost(x)
         if not np.isfinite(cost):
             self.failed_solves += 1
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        found = Evaluation(self.sweeps + 1, self.parameters(x), cost, best, self._stage, self._start)
-        if trial is not None:
-            found = replace(found, iteration=trial.iteration, step=trial.step, radius=trial.radius)
+        found = Evaluation(
+            self.sweeps + 1, self.parameters(x), cost, best, self._stage, self._start, iteration
+        )
         self.evaluations.append(found)
         if self.progress is not None:
             self.progress(found)

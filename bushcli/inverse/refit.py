@@ -123,7 +123,7 @@ class Refit:
             full[rest] = y
             return full
 
-        watched = Watched(self.problem, None, patience=2)
+        watched = Watched(self.problem, False, patience=2)
         with suppress(Stopped):
             least_squares(
                 lambda y: watched.residual(whole(y)),

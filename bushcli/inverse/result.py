@@ -131,9 +131,6 @@ class Evaluation:
         Number of the start whose search it belongs to, from 0.
     iteration : int
         Iteration of the trust region: trials of the same iteration start from the same point. 0 without trust region.
-    step, radius : float
-        Length of the trial step and radius of the trust region that bounded it, in units of the parameters' scales
-        (`bushcli.inverse.radius`). NaN without trust region, and for robust losses.
     """
 
     number: int
@@ -143,8 +140,6 @@ class Evaluation:
     stage: Literal["search", "profile"] = "search"
     start: int = 0
     iteration: int = 0
-    step: float = float("nan")
-    radius: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
 from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels, dynamic_tables
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Loss, Method
+from bushcli.inverse.local import Loss
 from bushcli.inverse.problem import LeastSquaresProblem, Progress, coupon_states
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
@@ -74,7 +74,6 @@ class Task:
     density: bool = False
     hold_out: tuple[str, ...] = ()
     weighting: Weighting = "relative"
-    method: Method = "trf"
     loss: Loss = "linear"
     starts: int = 1
     globally: bool = False
@@ -354,7 +353,6 @@ class Task:
                 "density",
                 "hold_out",
                 "weighting",
-                "method",
                 "loss",
             )
         }

@@ -14,7 +14,7 @@ from bushcli.runtime.digits import beside
 from cases.mode import modes
 
 if TYPE_CHECKING:
-    from bushcli.simulate.six_motions import SixCurve
+    from bushcli.simulate.response import SixCurve
 
 Array = NDArray[np.float64]
 

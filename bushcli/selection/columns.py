@@ -156,7 +156,7 @@ def _grid(
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
-    factors = {"": 1.0, "duration": scales["duration"], "amplitude": scales["travel"]}
+    sizes_of = {"shear": shear, "duration": scales["duration"], "amplitude": scales["travel"]}
 
     def values(parameter: EffectParameter) -> list[float]:
         if parameter.choices:
@@ -164,10 +164,7 @@ def _grid(
             return [float(parameter.choices.index(word)) for word in words]
         if not parameter.scan:
             return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
-        # A grid of stresses is meant for a rubber of about 1 MPa.
-        factor = shear if parameter.unit == "MPa" else factors[parameter.scale]
-        grid = [float(np.clip(v * factor, parameter.lower, parameter.upper)) for v in parameter.scan]
-        return [v for v in grid if not _taken(parameter, v, present)]
+        return [v for v in parameter.grid(sizes_of) if not _taken(parameter, v, present)]
 
     found = []
     sizes: list[float | None] = [None]

@@ -8,6 +8,7 @@ assembly or of the rig, has its exact derivative.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,7 +23,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
-from bushcli.simulate.schedule import prescribed, schedule
+from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, PLANE, SOLID
 from cases.march import History, march
 from cases.mode import Mode
@@ -89,88 +90,43 @@ def with_values(
     return tuple(found)
 
 
-class Simulation:
-    """A channel that can be solved for any values of its parameters.
+class FollowedPath(ABC):
+    """A recorded path with the effects that act on it, which can be solved for any values of its parameters.
 
-    Parameters
+    Attributes
     ----------
-    shape, mode, rubber, refinement, comm
-        Arguments of the finite-element model.
-    active
-        Effects on this channel, with values.
+    model : FiniteElementModel
+    active : tuple of ActiveEffect
+        Effects on the channel, with values.
     time : shape (n,) or None
-        Times of the recorded samples, s.
+        Times of the samples, s.
     displacement : shape (n,)
-        mm or rad, as recorded; the whole path, from the virgin bushing on unless `before` is given.
-    noise
-        Standard deviation of the displacement's noise; None if the samples are a prescribed program, which is followed
-        exactly.
-    prepared
-        Makes the finite-element model.
-    before
-        Path before the first sample, which rubber with memory remembers; None if the samples begin at rest.
+        mm or rad, as recorded.
+    step_error : float or None
+        Root mean square error of the steps over the force's range, once they have been chosen.
     """
 
-    def __init__(
-        self,
-        shape: Shape,
-        mode: Mode,
-        rubber: Rubber,
-        refinement: Refinement,
-        active: Sequence[ActiveEffect],
-        time: Array | None,
-        displacement: Array,
-        noise: float | None,
-        comm: MPI.Comm = MPI.COMM_WORLD,
-        prepared: Prepare = prepare,
-        before: Earlier | None = None,
-    ) -> None:
-        self.active = tuple(one.started() for one in active)
-        features = features_of(self.active)
-        self.model = prepared(shape, mode, rubber, refinement, comm, features)
-        self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
-        self.before = before
-        self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
-        solid = self.model.mesh.dimension == 3
-        contact = getattr(shape, "snubber", None) is not None
-        self._count = CONTACT if contact else SOLID if solid else PLANE
-        self.fineness = 1.0
-        self.step_error: float | None = None
-        self.plan(1.0)
+    model: FiniteElementModel
+    active: tuple[ActiveEffect, ...]
+    time: Array | None
+    displacement: Array
+    step_error: float | None = None
 
+    @property
+    @abstractmethod
+    def fineness(self) -> float:
+        """Factor on the number of steps along the path."""
+
+    @property
+    @abstractmethod
+    def path(self) -> Array:
+        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
+
+    @abstractmethod
     def plan(self, fineness: float) -> None:
         """Choose the steps along the path, `fineness` times as many as by default."""
-        self.fineness = fineness
-        if self.noise is None:
-            self.steps = prescribed(self.time, self.displacement)
-        else:
-            self.steps = schedule(*self._whole_path(), self.noise, fineness)
-        earlier = 0 if self.before is None else len(self.before.time)
-        samples = np.arange(earlier, earlier + len(self.displacement), dtype=float)
-        self._clock = samples if self.time is None else self.time
-        self.path = self.steps.path(self._clock)
 
-    def _whole_path(self) -> tuple[Array | None, Array]:
-        """Return time and displacement from rest on: of the samples, and of what was before them."""
-        if self.before is None:
-            return self.time, self.displacement
-        q = np.concatenate([self.before.displacement, self.displacement])
-        if self.time is None:
-            return None, q
-        return np.concatenate([self.time[0] + self.before.time, self.time]), q
-
-    @property
-    def remembered(self) -> Earlier | None:
-        """The assumed path before the first sample, if the rubber remembers it."""
-        return self.before if self.path_dependent else None
-
-    @property
-    def path_dependent(self) -> bool:
-        """Whether the recorded path has to be marched."""
-        return self.model.path_dependent
-
-    # -- solving -------------------------------------------------------------------------------------------------
-
+    @abstractmethod
     def solve(
         self,
         parameters: Mapping[str, float],
@@ -203,6 +159,184 @@ class Simulation:
         NoEquilibrium
             The displacement could not be shared with a spring in series.
         """
+
+    @property
+    def remembered(self) -> Earlier | None:
+        """The assumed path before the first sample, if the rubber remembers it."""
+        return None
+
+    @property
+    def path_dependent(self) -> bool:
+        """Whether the recorded path has to be marched because the rubber has memory."""
+        return self.model.path_dependent
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether its steps are those of a prescribed program, which are not refined."""
+        return False
+
+    def refine(self, parameters: Mapping[str, float]) -> float:
+        """Choose steps fine enough for the recorded path, and return the error that remains.
+
+        Returns
+        -------
+        float
+            Root mean square change of the force when the steps are halved, over the force's range; zero where
+            nothing is marched.
+
+        Raises
+        ------
+        NotConverged
+        """
+        if not self.path_dependent or self.is_exact:
+            self.step_error = 0.0
+            return 0.0
+        coarse = self.solve(parameters).force
+        while True:
+            fineness = self.fineness
+            self.plan(2.0 * fineness)
+            fine = self.solve(parameters).force
+            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
+            if error <= ACCURATE or fineness >= FINEST:
+                # Return to the steps that were judged: twice as many take twice the time.
+                self.plan(fineness)
+                self.step_error = error
+                return error
+            coarse = fine
+
+
+def logged(
+    active: Sequence[ActiveEffect],
+    steps: Schedule,
+    clock: Array,
+    q: Signal,
+    force: Signal,
+    names: Sequence[str],
+) -> Signal:
+    """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the channel, with values.
+    steps : Schedule
+        Nodes of the march.
+    clock : shape (samples,)
+        Times of the samples, s, or their numbers.
+    q, force : Signal
+        Displacement and force of the bushing at the nodes: mm or rad, N or N mm.
+    names : sequence of str
+        Parameters of the derivatives.
+    """
+    total = rig.parallel(active, q, force, names, np.maximum(steps.time - clock[0], 0.0))
+    return rig.sampled(active, steps.interpolation, clock, total, names)
+
+
+class Simulation(FollowedPath):
+    """A channel of one motion that can be solved for any values of its parameters.
+
+    Parameters
+    ----------
+    shape, mode, rubber, refinement, comm
+        Arguments of the finite-element model.
+    active
+        Effects on this channel, with values.
+    time : shape (n,) or None
+        Times of the recorded samples, s.
+    displacement : shape (n,)
+        mm or rad, as recorded; the whole path, from the virgin bushing on unless `before` is given.
+    noise
+        Standard deviation of the displacement's noise; None if the samples are a prescribed program, which is followed
+        exactly.
+    prepared
+        Makes the finite-element model.
+    before
+        Path before the first sample, which rubber with memory remembers; None if the samples begin at rest.
+    temperature : shape (n,) or None
+        Degrees C at the samples, where it changes; rubber without memory has its mean.
+    """
+
+    def __init__(
+        self,
+        shape: Shape,
+        mode: Mode,
+        rubber: Rubber,
+        refinement: Refinement,
+        active: Sequence[ActiveEffect],
+        time: Array | None,
+        displacement: Array,
+        noise: float | None,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+        prepared: Prepare = prepare,
+        before: Earlier | None = None,
+        temperature: Array | None = None,
+    ) -> None:
+        self.temperature = temperature
+        mean = None if temperature is None else float(np.mean(temperature))
+        self.active = tuple(one.started() if mean is None else one.started().at(mean) for one in active)
+        features = features_of(self.active)
+        self.model = prepared(shape, mode, rubber, refinement, comm, features)
+        self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
+        self.before = before
+        self.odd = is_odd(shape, mode) and not any(mode.reversed_by in item.breaks for item in features)
+        solid = self.model.mesh.dimension == 3
+        contact = getattr(shape, "snubber", None) is not None
+        self._count = CONTACT if contact else SOLID if solid else PLANE
+        self.plan(1.0)
+
+    @property
+    def fineness(self) -> float:
+        """Factor on the number of steps along the path."""
+        return self._fineness
+
+    @property
+    def path(self) -> Array:
+        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
+        return self._path
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether its steps are those of a prescribed program, which are not refined."""
+        return self.noise is None
+
+    def plan(self, fineness: float) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default."""
+        self._fineness = fineness
+        if self.noise is None:
+            self.steps = prescribed(self.time, self.displacement)
+        else:
+            self.steps = schedule(*self._whole_path(), self.noise, fineness)
+        earlier = 0 if self.before is None else len(self.before.time)
+        samples = np.arange(earlier, earlier + len(self.displacement), dtype=float)
+        self._clock = samples if self.time is None else self.time
+        self._path = self.steps.path(self._clock)
+
+    def _whole_path(self) -> tuple[Array | None, Array]:
+        """Return time and displacement from rest on: of the samples, and of what was before them."""
+        if self.before is None:
+            return self.time, self.displacement
+        q = np.concatenate([self.before.displacement, self.displacement])
+        if self.time is None:
+            return None, q
+        return np.concatenate([self.time[0] + self.before.time, self.time]), q
+
+    @property
+    def remembered(self) -> Earlier | None:
+        """The assumed path before the first sample, if the rubber remembers it."""
+        return self.before if self.path_dependent else None
+
+    # -- solving -------------------------------------------------------------------------------------------------
+
+    def solve(
+        self,
+        parameters: Mapping[str, float],
+        names: Sequence[str] = (),
+        *,
+        keep_states: bool = False,
+        progress: Steps | None = None,
+        patience: int | None = None,
+    ) -> Answer:
+        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress, patience)
@@ -225,8 +359,8 @@ class Simulation:
         targets = even_targets(low, high, self._count)
         history = self._sweep(targets, inner, keep_states, progress, patience)
         response = elastic_curve(history, self.odd, inner, names)
-        logged = rig.elastic_response(active, travel, response, names)
-        return Answer(logged.value, logged.slope, history)
+        read = rig.elastic_response(active, travel, response, names)
+        return Answer(read.value, read.slope, history)
 
     def _sweep(
         self,
@@ -271,14 +405,15 @@ class Simulation:
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
-        program = Program(driven.value, steps.time if steps.timed else None)
+        warm = None
+        if self.temperature is not None and self.time is not None:
+            warm = np.interp(steps.time, self.time, self.temperature)
+        program = Program(driven.value, steps.time if steps.timed else None, temperature=warm)
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        start = self._clock[0]
-        total = rig.parallel(active, q, force, names, np.maximum(steps.time - start, 0.0))
-        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
-        return Answer(logged.value, logged.slope, history)
+        read = logged(active, steps, self._clock, q, force, names)
+        return Answer(read.value, read.slope, history)
 
     def _march(
         self,
@@ -319,34 +454,3 @@ class Simulation:
     def _shape(self) -> Shape:
         # A model may have been moved to another shape since (`bushcli.simulate.bodies`).
         return self.model.mesh.shape
-
-    # -- accuracy ------------------------------------------------------------------------------------------------
-
-    def refine(self, parameters: Mapping[str, float]) -> float:
-        """Choose steps fine enough for the recorded path, and return the error that remains.
-
-        Returns
-        -------
-        float
-            Root mean square change of the force when the steps are halved, over the force's range; zero where
-            nothing is marched.
-
-        Raises
-        ------
-        NotConverged
-        """
-        if not self.path_dependent or self.noise is None:
-            self.step_error = 0.0
-            return 0.0
-        coarse = self.solve(parameters).force
-        while True:
-            fineness = self.fineness
-            self.plan(2.0 * fineness)
-            fine = self.solve(parameters).force
-            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
-            if error <= ACCURATE or fineness >= FINEST:
-                # Return to the steps that were judged: twice as many take twice the time.
-                self.plan(fineness)
-                self.step_error = error
-                return error
-            coarse = fine

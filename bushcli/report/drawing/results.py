@@ -18,6 +18,7 @@ from bushcli.report.quantity import listed, quantities
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -35,12 +36,17 @@ def drawn(found: Iterable[Panels | Picture]) -> list[Picture]:
 
 
 def direct_pictures(
-    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
+    response: Response,
+    misfits: Mapping[str, Misfit],
+    fit: Fit | None,
+    names: Mapping[str, str],
+    tables: Sequence[ComparedTable] = (),
 ) -> Iterator[Panels | Picture]:
-    """Yield curves, coupons, deformed shapes and meshes of a direct prediction."""
+    """Yield curves, tables, coupons, deformed shapes and meshes of a direct prediction."""
     from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
+    from bushcli.report.plots.dynamic_tables import table_panels
     from bushcli.report.plots.fit import fit_panels
 
     for channel in response.channels:
@@ -49,6 +55,7 @@ def direct_pictures(
             yield six_panels(channel.name, channel.six, file)
         yield curve_panels(channel, misfits.get(channel.name), file)
     yield from history_panels(response_histories(response, misfits), names)
+    yield from (table_panels(one, names[one.table.name]) for one in tables)
     if fit is not None:
         yield fit_panels(fit)
     yield from _interpretation(response.case.geometry)

@@ -57,7 +57,8 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
     document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
     document["evaluations"] = [
-        part(one, "number parameters cost best stage start iteration step radius") for one in best.evaluations
+        part(one, "number parameters cost best stage start iteration") | {"step": None, "radius": None}
+        for one in best.evaluations
     ]
     if len(fits) > 1:
         document["models"] = [_model(fit) for fit in fits]

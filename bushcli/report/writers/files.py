@@ -36,9 +36,10 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit, FittedCurve
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.report.document import Document, Panels, Picture
     from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
@@ -168,16 +169,26 @@ def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
     )
 
 
-def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Files:
+def direct_files(
+    response: Response,
+    misfits: Mapping[str, Misfit],
+    fit: Fit | None,
+    vibrations: Sequence[ComparedTable] = (),
+) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields.
 
     Parameters
     ----------
     response, misfits, fit
         As given to `direct_json`.
+    vibrations : sequence of ComparedTable
+        Tables of dynamic stiffness beside their simulation.
     """
-    names = file_names([channel.name for channel in response.channels])
-    contents: dict[str, Content] = {}
+    curves = [channel.name for channel in response.channels]
+    names = file_names([*curves, *(one.table.name for one in vibrations)])
+    contents: dict[str, Content] = {
+        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in vibrations
+    }
     for channel in response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = (
@@ -193,12 +204,12 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
     return Files(
         response.case,
         contents,
-        [f"{name}{end}" for name in names.values() for end in FIELDS],
-        lambda: _report("drawing.results").direct_pictures(response, misfits, fit, names),
+        [f"{names[name]}{end}" for name in curves for end in FIELDS],
+        lambda: _report("drawing.results").direct_pictures(response, misfits, fit, names, vibrations),
     )
 
 
-def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()) -> Files:
+def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | TableSweep] = ()) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
 
     Parameters
@@ -207,20 +218,23 @@ def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()
         The case with the coupon tests.
     fit : Fit or None
         None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum
-        Spectra of its tables of dynamic moduli.
+    spectra : sequence of TableSpectrum or TableSweep
+        What its tables of dynamic moduli say.
     """
+    from bushcli.inverse.coupon_tables import TableSpectrum
+
     curves = () if fit is None else fit.curves
-    names = file_names([*(curve.name for curve in curves), *(one.table.name for one in spectra)])
+    names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
     contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
     for one in spectra:
-        columns = _report("plots.spectrum").master_columns(one)
-        contents[f"{names[one.table.name]}-master.csv"] = tables.number_table(columns)
+        if isinstance(one, TableSpectrum):
+            columns = _report("plots.spectrum").master_columns(one)
+            contents[f"{names[one.table.name]}-master.csv"] = tables.number_table(columns)
 
     def pictures() -> list[Panels]:
-        master = _report("plots.spectrum").master_panels
+        of_table = _report("plots.spectrum").table_panels
         of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
-        return [*of_law, *(master(one, names[one.table.name]) for one in spectra)]
+        return [*of_law, *(of_table(one, names[one.table.name]) for one in spectra)]
 
     return Files(case, contents, pictures=pictures)
 
@@ -238,12 +252,14 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
     from bushcli.inverse.file_units import in_file_units
 
     fits = [in_file_units(fit) for fit in fits]
-    names = file_names([curve.name for curve in fits[0].curves])
-    contents = {
+    best = fits[0]
+    names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
+    contents = {f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in best.tables}
+    contents |= {
         f"{names[curve.name]}-identified.csv": _fitted(
             curve, "predicted" if curve.held_out else "fitted", start=True
         )
-        for curve in fits[0].curves
+        for curve in best.curves
     }
     return Files(case, contents, pictures=lambda: _report("plots.fit").inverse_panels(fits, names))
 

@@ -16,7 +16,8 @@ from cases.six import MOTIONS, REACTIONS
 if TYPE_CHECKING:
     from bushcli.mismatch.maps import LocalMap
     from bushcli.simulate.dynamic import DynamicCurve
-    from bushcli.simulate.six_motions import SixCurve
+    from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.response import SixCurve
     from bushcli.study.batch import Batch, BatchCurve
     from bushcli.study.compare import Comparison
 
@@ -81,6 +82,26 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
         held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
         rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
     return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
+
+
+def compared_table(one: ComparedTable) -> str:
+    """Return a measured table beside its simulation, a row for each of its rows."""
+    table, shown = one.table, quantities(one.table.mode)
+    travel, force = (name.split("_", 1)[1] for name in shown.csv_names)
+    kind = "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    columns = {
+        "frequency_Hz": table.frequency,
+        f"amplitude_peak_{travel}": shown.per_internal * table.amplitude,
+        f"preload_{travel}": shown.per_internal * one.preload,
+        f"preload_{force}": table.preload_force,
+        "temperature_C": table.temperature,
+        f"stiffness_{kind}": table.stiffness,
+        "loss_angle_deg": np.degrees(table.loss_angle),
+        f"simulated_stiffness_{kind}": np.abs(one.simulated),
+        "simulated_loss_angle_deg": np.degrees(np.angle(one.simulated)),
+    }
+    known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+    return number_table(known)
 
 
 def part_table(found: Batch) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -133,6 +135,28 @@ def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
     problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
     ended = minimise(problem, best_on(problem, normal, level))
     assert along_the_edge(problem, ended) is ended
+
+
+def test_steps_along_the_edge_that_promise_next_to_nothing_end_in_a_minimum(linear, monkeypatch):
+    """Where the march's own error hides what is left to gain, a good fit does not end as "not converged"."""
+    problem = linear()
+    least, _ = problem.minimum()
+    away = least + np.array([0.1, 0.0])
+    steps = iter([least, *[least + 1e-2] * 20])
+    left = iter([problem.cost(least), *[problem.cost(least) * (1 - 1e-5)] * 20])
+    monkeypatch.setattr("bushcli.inverse.edge._step", lambda at, radius: (next(steps), next(left)))
+    ended = minimise(problem, away, patience=1)
+    found = along_the_edge(problem, replace(ended, x=away, cost=problem.cost(away), converged=False))
+    assert found.cost == pytest.approx(problem.cost(least))
+    assert found.converged, found.message
+
+
+def test_a_search_that_used_up_its_evaluations_in_a_minimum_has_converged(linear):
+    problem = linear()
+    problem.stopping = Stopping(1e-15, (100, 0.0), evaluations=3)
+    found = search(problem, np.array([1.0, 1.0]))
+    assert found.message == "The maximum number of function evaluations is exceeded."
+    assert found.converged
 
 
 def test_nothing_is_promised_at_a_minimum(linear):

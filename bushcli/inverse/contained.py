@@ -1,0 +1,236 @@
+"""Begin a model from the optima of models that it contains: its effects, their branches and the law's terms in turn.
+
+A search from one start may end where two branches share one relaxation time, or where one is spent within a sample: a
+model then misfits more than a simpler one that it contains. Here the smallest model is fitted first. Each addition is
+tried at all times, slips or gaps of its grid: with the amplitude off a single solution gives the derivative by it. The
+addition that promises most to first order joins the model at the size that the full step gives it.
+
+References
+----------
+Friedman and Stuetzle (1981), Projection pursuit regression, J. Am. Stat. Assoc. 76:817-823,
+doi:10.1080/01621459.1981.10477729: terms are added one at a time, and all are refitted after each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.channel import ChannelForces
+from bushcli.inverse.local import Loss, Minimum, full_step
+from bushcli.inverse.minimum_search import search
+from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.task import Task
+from bushcli.recording import Recording
+
+Array = NDArray[np.float64]
+
+# Shares of the full step to an addition's first size, of which the one with the lowest misfit is the start.
+SHARES = (1.0, 0.25, 0.0625, 0.015625)
+# An addition that promises less than this share of the misfit stays off: no search moves by it.
+NOTHING_PROMISED = 1e-4
+# Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own.
+APART = 3.0
+
+
+@dataclass(frozen=True)
+class Addition:
+    """An effect, one branch more of it, or one term more of the law.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Its identified parameters.
+    off : mapping of str to float
+        Values of its amplitudes with which it is absent.
+    grid : tuple of mapping of str to float
+        Values of its other parameters that are tried, at least one set.
+    after : str
+        The effect or law whose earlier branches or terms come first.
+    earlier : mapping of str to str
+        The same parameters of the branch or term before it; empty for the first.
+    """
+
+    names: tuple[str, ...]
+    off: Mapping[str, float]
+    grid: tuple[Mapping[str, float], ...]
+    after: str
+    earlier: Mapping[str, str]
+
+
+def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
+    """Return what can be taken out of a task's model, in the order in which it can be added again.
+
+    Parameters
+    ----------
+    task : Task
+    recordings : sequence of Recording
+        They give the scales of the grids.
+    """
+    start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
+    times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
+    scales = {
+        "duration": max(times, default=1.0),
+        "amplitude": max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0),
+        "shear": float(task.law.shear_modulus(**task.material.parameters)),
+    }
+    found: list[Addition] = []
+    terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
+    for number in dict.fromkeys(name[-1] for name in terms):
+        names = tuple(name for name in terms if name[-1] == number)
+        off = {name: 0.0 for name in names if name in task.law.linear}
+        shape = {name: start[name] for name in names if name not in off}
+        earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
+        found.append(Addition(names, off, (shape,), "law", earlier))
+    for active in task.effects:
+        free = {active.full_name(p): p for p in active.parameters if active.full_name(p) in start}
+        latest: dict[str, str] = {}
+        for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
+            own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
+            off = {name: p.off for name, p in own.items() if p.off is not None}
+            tried = {name: (start[name], *p.grid(scales)) for name, p in own.items() if p.off is None}
+            grid = tuple(dict(zip(tried, point, strict=True)) for point in product(*tried.values()))
+            earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
+            latest |= {p.stem: name for name, p in own.items()}
+            if off:
+                found.append(Addition(tuple(own), off, grid, active.name, earlier))
+    return found
+
+
+class Contained(LeastSquaresProblem):
+    """A problem with some parameters held: its vectors have the others only, all solutions are those of the whole."""
+
+    def __init__(self, whole: LeastSquaresProblem, at: Array, free: Sequence[str]) -> None:
+        self.whole, self.at = whole, at.copy()
+        self.free = np.array([name in free for name in whole.names])
+        held = {n: float(v) for n, v, f in zip(whole.names, at, self.free, strict=True) if not f}
+        names = [name for name in whole.names if name in free]
+        super().__init__(
+            whole.channels, whole.law, names, whole.fixed | held, whole.bounds.of(self.free), whole.states
+        )
+        self.stopping, self.patience, self.evaluations = whole.stopping, whole.patience, whole.evaluations
+
+    def all_of(self, x: Array) -> Array:
+        """Return the parameters of the whole problem, shape (p,), for those that are free."""
+        found = self.at.copy()
+        found[self.free] = x
+        return found
+
+    def answers(self, x: Array, iteration: int = 0) -> list[ChannelForces] | None:
+        """Solved curves, with derivatives by all parameters of the whole problem."""
+        return self.whole.answers(self.all_of(x), iteration)
+
+    def forces(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Force and derivatives by the free parameters at the samples of each channel."""
+        forces = self.whole.forces(self.all_of(x))
+        return None if forces is None else [(force, slope[:, self.free]) for force, slope in forces]
+
+    def watch(self, states: Array, best: Array | None = None) -> None:
+        """Also require the law's stability in further states, in the whole problem too."""
+        self.whole.watch(states, None if best is None else self.all_of(best))
+        self.states = self.whole.states
+
+
+def from_contained(
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[Addition] = ()
+) -> Minimum:
+    """Search from the smallest model on, one addition after the other.
+
+    Parameters
+    ----------
+    problem : LeastSquaresProblem
+    start : (p,) array
+        Solvable; it is searched from, too, where it misfits less than what was reached from the contained models.
+    loss : str
+        As in `scipy.optimize.least_squares`.
+    every : sequence of Addition
+        All that can be taken out of the model.
+    """
+    index = {name: i for i, name in enumerate(problem.names)}
+    x = problem.bounds.inside(start)
+    for one in every:
+        x[[index[name] for name in one.off]] = list(one.off.values())
+    free = [name for name in problem.names if not any(name in one.names for one in every)]
+    found, left = _searched(problem, x, free, loss) if every else None, list(every)
+    while found is not None and left:
+        x = found.x
+        first = {one.after: one for one in reversed(left)}
+        sizes = [name for name in free if name in problem.law.linear or any(name in one.off for one in every)]
+        tried = [(*_begun(problem, x, sizes, one), one) for one in first.values()]
+        gain, point, chosen = max(tried, key=lambda trial: trial[0])
+        left.remove(chosen)
+        free += chosen.names
+        starts = []
+        if point is not None and gain > NOTHING_PROMISED * found.cost * len(problem.channels):
+            starts.append(
+                min(
+                    (x + share * (point - x) for share in SHARES),
+                    key=lambda p: np.nan_to_num(problem.cost(p), nan=np.inf),
+                )
+            )
+        else:
+            # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
+            starts.append(np.where([name in chosen.names for name in problem.names], start, x))
+        if set(chosen.earlier) == set(chosen.names):
+            starts.append(_split(problem, x, chosen))
+        for begin in starts:
+            further = _searched(problem, begin, free, loss)
+            if further is not None and further.cost < (1.0 - problem.stopping.tolerance) * found.cost:
+                found = replace(further, iterations=found.iterations + further.iterations)
+    if found is not None and problem.cost(start) >= found.cost:
+        return replace(found, start=start)
+    direct = search(problem, start, loss)
+    return direct if found is None or direct.cost < found.cost else replace(found, start=start)
+
+
+def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
+    """Search among the free parameters from a point, shape (p,); None where it cannot be solved."""
+    x = np.where([name in free for name in problem.names], problem.bounds.inside(x), x)
+    if not np.isfinite(problem.cost(x)):
+        return None
+    if not free:
+        return Minimum(x, x, problem.cost(x), 0, True, "no parameter is free")
+    part = Contained(problem, x, free)
+    found = search(part, x[part.free], loss)
+    return replace(found, start=x, x=part.all_of(found.x))
+
+
+def _begun(
+    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: Addition
+) -> tuple[float, Array | None]:
+    """Return the largest fall of the sum of squares that an addition promises, and where it would begin, shape (p,).
+
+    Its amplitude and the `sizes` of what is in the model change together: the misfit is nearly linear in them.
+    """
+    best: tuple[float, Array | None] = (0.0, None)
+    index = {name: i for i, name in enumerate(problem.names)}
+    for shape in one.grid:
+        at = x.copy()
+        at[[index[name] for name in shape]] = list(shape.values())
+        part = Contained(problem, at, [*sizes, *one.off])
+        value = part.residual(at[part.free])
+        if not np.isfinite(value).all():
+            continue
+        step, left = full_step(part, at[part.free])
+        gain = float(value @ value) - left
+        if gain > best[0]:
+            best = gain, part.all_of(at[part.free] + step)
+    return best
+
+
+def _split(problem: LeastSquaresProblem, x: Array, one: Addition) -> Array:
+    """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
+
+    Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
+    """
+    index = {name: i for i, name in enumerate(problem.names)}
+    found = x.copy()
+    for name, before in one.earlier.items():
+        value = x[index[before]]
+        pair = (0.5 * value, 0.5 * value) if name in one.off else (value * APART, value / APART)
+        found[[index[before], index[name]]] = pair
+    return problem.bounds.inside(found)

@@ -1,0 +1,118 @@
+"""A model begins from the optimum of each model that it contains, and never ends above it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from bushcli.inverse.bounds import Bounds
+from bushcli.inverse.channel import ChannelForces, Patience
+from bushcli.inverse.contained import Addition, Contained, from_contained
+from bushcli.inverse.minimum_search import search
+from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
+from forms.law import law
+
+TIMES = np.geomspace(0.1, 100.0, 120)
+
+
+class Relaxation:
+    """A stress that relaxes after a step: C10 (1 + sum of g exp(-t / tau))."""
+
+    name, coupon, comm = "relaxation", True, MPI.COMM_SELF
+
+    def __init__(self, branches, noise=1e-3):
+        self.measured = 0.3 * (1.0 + sum(g * np.exp(-TIMES / tau) for g, tau in branches))
+        self.measured += noise * np.random.default_rng(2).standard_normal(len(TIMES))
+        self.scale = np.full(len(TIMES), noise)
+
+    def solve(self, parameters, names, patience=None):
+        c = parameters["C10"]
+        force, slopes = np.full(len(TIMES), c), {"C10": np.ones(len(TIMES))}
+        for i in (n.removeprefix("g") for n in parameters if n.startswith("g")):
+            g, tau = parameters[f"g{i}"], parameters[f"tau{i}"]
+            gone = np.exp(-TIMES / tau)
+            force += c * g * gone
+            slopes[f"g{i}"], slopes[f"tau{i}"] = c * gone, c * g * gone * TIMES / tau**2
+            slopes["C10"] += g * gone
+        return ChannelForces(TIMES, force, np.column_stack([slopes[name] for name in names]))
+
+    def at_samples(self, answer):
+        return answer.force, answer.slope
+
+    def reached(self, parameters, patience):
+        return np.zeros((0, 3))
+
+
+def posed(count, branches):
+    names = ["C10", *(f"{stem}{i}" for i in range(1, count + 1) for stem in ("g", "tau"))]
+    bounds = Bounds(
+        np.array([1e-6 if n == "C10" else 0.0 if n.startswith("g") else 1e-3 for n in names]),
+        np.array([1e3 if n == "C10" else 10.0 if n.startswith("g") else 1e6 for n in names]),
+    )
+    states = coupon_states((0.8, 1.2))
+    problem = LeastSquaresProblem(
+        [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, patience=[Patience()]
+    )
+    every = [
+        Addition(
+            (f"g{i}", f"tau{i}"),
+            {f"g{i}": 0.0},
+            tuple({f"tau{i}": tau} for tau in (0.3, 3.0, 30.0)),
+            "viscoelasticity",
+            {f"{stem}{i}": f"{stem}{i - 1}" for stem in ("g", "tau")} if i > 1 else {},
+        )
+        for i in range(1, count + 1)
+    ]
+    start = np.array([0.5, *[0.1, 1.0] * count])
+    return problem, every, start
+
+
+def test_a_part_of_a_problem_has_the_rows_and_derivatives_of_the_whole():
+    problem, _, start = posed(2, [(0.5, 1.0), (0.4, 30.0)])
+    x = start * 1.1
+    part = Contained(problem, x, ["C10", "tau2"])
+    y = x[part.free]
+    assert part.names == ("C10", "tau2")
+    assert part.residual(y) == pytest.approx(problem.residual(x))
+    assert part.jacobian(y) == pytest.approx(problem.jacobian(x)[:, part.free])
+    assert part.parameters(y) == problem.parameters(x)
+    assert part.cost(y + np.array([0.1, 0.0])) == problem.cost(
+        x + part.all_of(np.array([0.1, 0.0])) * part.free
+    )
+
+
+@pytest.mark.parametrize(
+    "branches", [[(0.5, 1.0)], [(0.5, 1.0), (0.4, 30.0)], [(0.3, 0.5), (0.3, 4.0), (0.3, 40.0)]]
+)
+def test_a_branch_more_never_fits_worse(branches):
+    """From equal branches a search from one start does not find what tells them apart."""
+    reached = []
+    for count in (1, 2, 3):
+        problem, every, start = posed(count, branches)
+        found = from_contained(problem, start, every=every)
+        assert found.converged
+        reached.append(found.cost)
+    assert reached == sorted(reached, reverse=True)
+    # The true number of branches leaves the noise.
+    assert reached[len(branches) - 1] == pytest.approx(1.0, abs=0.25)
+
+
+def test_no_start_of_ten_is_better():
+    branches = [(0.5, 1.0), (0.4, 30.0)]
+    problem, every, start = posed(2, branches)
+    found = from_contained(problem, start, every=every)
+    rng = np.random.default_rng(7)
+    for _ in range(10):
+        other = np.array(
+            [0.5, *np.ravel([(rng.uniform(0.05, 1.0), 10 ** rng.uniform(-1, 2)) for _ in range(2)])]
+        )
+        assert found.cost <= search(posed(2, branches)[0], other).cost * (1 + 1e-6)
+
+
+def test_an_addition_that_promises_nothing_where_it_is_absent_begins_at_its_start_value():
+    problem, _, start = posed(1, [(0.5, 1.0)])
+    # A grid whose only time is spent before the first sample.
+    every = [Addition(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
+    found = from_contained(problem, start, every=every)
+    assert found.cost == pytest.approx(1.0, abs=0.25)
