@@ -24,19 +24,14 @@ _STEPS, _GOES_ON = 3.0, 0.8
 def updates(values: Array, other: Array) -> Mask | None:
     """Return whether each row (n,) has a new value of a channel that is updated every k-th row; None for others."""
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    runs = np.diff(changes)
     if len(changes) < _FEWEST:
         return None
-    runs = np.diff(changes)
     stride = int(np.bincount(runs).argmax())
-    if stride < 2 or np.mean(runs == stride) < _MOST_K or np.mean(runs % stride == 0) < _MULTIPLE:
-        return None
-    gaps = np.diff(np.unique(values))
-    if np.median(np.abs(np.diff(values)[changes - 1])) < _STEPS * float(gaps.min()):
-        return None
-    went_on = [np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]
-    if np.mean(went_on) < _GOES_ON:
-        return None
-    kept = np.zeros(len(values), dtype=bool)
-    phase = int(np.bincount(changes % stride).argmax())
-    kept[phase::stride] = True
-    return kept
+    regular = stride > 1 and np.mean(runs == stride) >= _MOST_K and np.mean(runs % stride == 0) >= _MULTIPLE
+    steps = np.median(np.abs(np.diff(values)[changes - 1])) >= _STEPS * np.diff(np.unique(values)).min()
+    kept = np.arange(len(values)) % stride == np.bincount(changes % stride).argmax()
+    found = (
+        regular and steps and np.mean([np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]) >= _GOES_ON
+    )
+    return kept if found else None
