@@ -15,12 +15,7 @@ _FEWEST, _REVERSALS, _STEP = 8, 0.9, 0.3
 
 
 def extremes(recording: Recording) -> Iterator[DataFault]:
-    """Yield a fault if a recording consists of the extremes of its cycles.
-
-    Parameters
-    ----------
-    recording : Recording
-    """
+    """Yield a fault if a recording consists of the extremes of its cycles."""
     steps = np.diff(recording.displacement)
     if len(steps) + 1 < _FEWEST or not np.ptp(recording.displacement) > 0.0:
         return

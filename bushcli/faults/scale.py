@@ -102,17 +102,7 @@ class _Change:
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
-    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit.
-
-    Parameters
-    ----------
-    shape : Shape
-        Shape of the bushing, from which the stiffness for a shear modulus of 1 MPa follows.
-    recordings : sequence of Recording
-        All recordings of the case, bushing or coupon.
-    bad : sequence of (n,) array of bool
-        Samples to leave out, by recording.
-    """
+    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit."""
     known = [
         one
         for recording, mask in zip(recordings, bad, strict=True)

@@ -40,15 +40,7 @@ _FAR = 3.0
 
 
 def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force falls while the displacement rises."""
     used = ~bad & moving(recording)
     q, force = recording.displacement[used], recording.force[used]
     if not _moves(q, force):
@@ -67,15 +59,7 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 
 
 def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force lacks the sign that the displacement has.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force lacks the sign that the displacement has."""
     q, force = recording.displacement[~bad], recording.force[~bad]
     if not _moves(q, force):
         return
@@ -97,15 +81,7 @@ def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 
 
 def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force is noise, as of a load cell that is not connected.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force is noise, as of a load cell that is not connected."""
     q, force = recording.displacement[~bad], recording.force[~bad]
     if len(q) < _FEWEST or not _moves(q, force):
         return
@@ -133,16 +109,7 @@ def _roughness(values: NDArray[np.float64]) -> float:
 
 
 def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the displacement stays so far from zero that it is a position of the rig.
-
-    Parameters
-    ----------
-    shape : Shape
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the displacement stays so far from zero that it is a position of the rig."""
     mode = modes()[recording.mode]
     kind = dimension("displacement", mode.specimen, mode.rotational)
     if kind != "length" or shape.annulus is None or bad.all():

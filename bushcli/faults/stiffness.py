@@ -10,19 +10,7 @@ _VOIDED = 0.2
 
 
 def unit_stiffness(shape: Shape, mode: str) -> tuple[float, float] | None:
-    """Return bounds of the stiffness over the shear modulus.
-
-    Parameters
-    ----------
-    shape : Shape
-        Shape of the bushing; it is not used for the modes of a coupon.
-    mode : str
-
-    Returns
-    -------
-    (float, float) or None
-        mm (axial, radial), mm^3 per rad (torsional, conical) or 1 (coupon); None where no formula applies.
-    """
+    """Return bounds of the stiffness over the shear modulus."""
     kind, annulus = modes()[mode], shape.annulus
     if kind.specimen == "coupon":
         return None if kind.unit_slope is None else (kind.unit_slope, kind.unit_slope)

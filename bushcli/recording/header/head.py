@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 
-from bushcli.recording.header.name import factor_in, heading, is_units_row, match_quality, named_columns
+from bushcli.recording.header.name import heading, is_units_row, match_quality, named_columns
+from bushcli.recording.header.numbers import factor_in
 from bushcli.recording.header.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
 from bushcli.recording.text.lines import Line, Sheet, numbers_in, split_line, trimmed
 from bushcli.recording.text.table import SHOWN
