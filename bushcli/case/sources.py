@@ -43,6 +43,8 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         group=table.group,
         rows=table.rows or {},
         sample_rate=table.sample_rate,
+        temperature_column=table.columns.temperature,
+        temperature_unit=table.units.temperature or "",
     )
 
 

@@ -47,4 +47,5 @@ def with_effects(
         comm,
         prepared,
         earlier(path),
+        path.temperature,
     )

@@ -13,6 +13,9 @@ from typing import Literal
 
 #: What a case file writes as the column of a time that is not to be read.
 NO_TIME = "none"
+#: Degrees C between which rubber is tested: from below its glass transition to what silicone and fluorine rubber stand.
+#: Room temperature in kelvins is beyond it.
+WARM = (-150.0, 250.0)
 #: Quantities of a column, as in the ``columns`` and ``units`` keys of a case file.
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
@@ -126,6 +129,8 @@ class Source:
         The path of six motions to which it belongs.
     temperature : float, optional
         Degrees C.
+    temperature_column, temperature_unit : str or int, str
+        Column of a temperature that changes along the recording, and its unit where the case gives it.
     """
 
     mode: str
@@ -150,6 +155,8 @@ class Source:
     standard: str | None = None
     six: SixColumns | None = None
     temperature: float | None = None
+    temperature_column: str | int | None = None
+    temperature_unit: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))
