@@ -10,8 +10,8 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
-from bushcli.recording.dynamic.part import TablePart
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
+from bushcli.recording.dynamic.table import TablePart
 from bushcli.recording.opened import opened
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
