@@ -142,7 +142,6 @@ def patches() -> dict[str, list[Any]]:
     return {
         "-": [],
         "search along the edge of stability": [patch.object(searching, "along_the_edge", stays)],
-        "search along the wall of failures": [patch.object(searching, "along_the_wall", stays)],
         "stability where the search goes": [patch.object(searching, "watch", lambda problem, x: False)],
         "unstable trials are not solved": [
             patch.object(Watched, "_is_surely_rejected", lambda self, x: False)

@@ -5,9 +5,6 @@ at one Gauss point the tangent moduli lose their positive definiteness and the s
 march finds no equilibrium. At that wall there is no misfit to guide a search, but the law's stability in the states
 that the rubber reaches can guide it. These states are therefore checked wherever a search ends or meets failures, not
 only at its start; if the law is unstable in any of them, they are added to the problem, and the search continues.
-
-Along a wall that stability does not explain, the search is guided by the known points on either side of it
-(`bushcli.inverse.unsolvable_region`).
 """
 
 from __future__ import annotations
@@ -23,7 +20,6 @@ from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.start_values import first_point
-from bushcli.inverse.unsolvable_region import along_the_wall
 
 Array = NDArray[np.float64]
 
@@ -66,8 +62,6 @@ def search(
             break
     if loss == "linear" and (found.rejected or found.at_edge):
         found = along_the_edge(problem, found)
-    if found.beside_failure and problem.stopping.walls:
-        found = along_the_wall(problem, found, loss)
     return replace(found, start=start, iterations=iterations)
 
 

@@ -29,8 +29,6 @@ class Stopping:
         Searches after which the stability in the states reached is required once more.
     evaluations, failures : int
         Largest numbers of evaluations, and of those that fail.
-    walls : bool
-        Whether a search follows a wall of parameters that cannot be solved.
     """
 
     tolerance: float = TOLERANCE
@@ -38,7 +36,6 @@ class Stopping:
     rounds: int = ROUNDS
     evaluations: int = MOST_EVALUATIONS
     failures: int = MOST_EVALUATIONS
-    walls: bool = True
 
 
 STOPPING = Stopping()

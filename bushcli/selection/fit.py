@@ -52,7 +52,7 @@ TURNS, SETTLED = 3, 1.3
 MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
-STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS, walls=False)
+STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS)
 # A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a
 # nat.
 WORSE = 0.2
