@@ -33,7 +33,7 @@ from bushcli.inverse import Task, identify
 from bushcli.inverse.channel import Patience
 from bushcli.inverse.contained import Addition
 from bushcli.inverse.local import Watched
-from bushcli.inverse.stopping import STOPPING
+from bushcli.inverse.problem import STOPPING
 from bushcli.recording import write_curve_csv
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes

@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.curve import Curve
-from bushcli.curve.earlier import Earlier
+from bushcli.curve.earlier import Earlier, earlier
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.curve.odd import swept_range, unfolded
-from bushcli.effects.active import ActiveEffect
+from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
-from bushcli.inverse.answering import with_effects, with_others
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
+    RecordedPath,
     Recording,
     displacement_noise,
     force_noise,
 )
 from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation
+from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
@@ -162,9 +162,9 @@ class Channel:
         body = (shape, rubber, case, comm, prepared)
         self.simulation: Simulation | Reaction | None
         if recording.six is not None:
-            self.simulation = with_others(recording, recording.six, {} if paths is None else paths, *body)
+            self.simulation = _with_others(recording, recording.six, {} if paths is None else paths, *body)
         else:
-            self.simulation = with_effects(recording, *body)
+            self.simulation = _with_effects(recording, *body)
         self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
@@ -326,6 +326,68 @@ class Channel:
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
+
+
+def _with_effects(
+    recording: Recording,
+    shape: Shape,
+    rubber: Rubber,
+    case: Case,
+    comm: MPI.Comm,
+    prepared: Prepare,
+) -> Simulation | None:
+    """Return the simulation of a channel with its effects along the whole record; None where no effect acts on it.
+
+    Raises
+    ------
+    InputError
+        The recording has no time, which an effect needs.
+    """
+    active = acting(case.effects, recording.name, recording.mode)
+    if not active:
+        return None
+    path = recording.record
+    if path.time is None:
+        require_time(active, recording.name, recording.mode, str(recording.source))
+    return Simulation(
+        shape,
+        modes()[recording.mode],
+        rubber,
+        case.mesh.refinement,
+        active,
+        path.time,
+        path.displacement,
+        displacement_noise(path),
+        comm,
+        prepared,
+        earlier(path),
+    )
+
+
+def _with_others(
+    recording: Recording,
+    path: RecordedPath,
+    paths: dict[str, SixSimulation],
+    shape: Shape,
+    rubber: Rubber,
+    case: Case,
+    comm: MPI.Comm,
+    prepared: Prepare,
+) -> Reaction:
+    """Return the model of one channel of a path of six motions; the channels of a path share one march.
+
+    Raises
+    ------
+    InputError
+        The path has no time, which an effect needs.
+    """
+    if path.name not in paths:
+        on_it = on_path(case.effects, recording.name)
+        paths[path.name] = SixSimulation(shape, rubber, case.mesh.refinement, on_it, path, comm, prepared)
+    active = acting(case.effects, recording.name, recording.mode)
+    if path.time is None:
+        require_time(case.effects, recording.name, recording.mode, str(recording.source))
+    return Reaction(paths[path.name], path.number, active)
 
 
 def isochoric_sample(comm: MPI.Comm, found: Sequence[Array]) -> Array:

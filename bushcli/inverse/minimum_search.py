@@ -66,15 +66,7 @@ def search(
 
 
 def watch(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem."""
     states = problem.reached(x)
     if not is_unstable(problem, x, states):
         return False
@@ -93,7 +85,7 @@ def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
 
 
 @dataclass(frozen=True)
-class First:
+class FirstSearch:
     """The first search of an identification.
 
     Attributes
@@ -118,7 +110,7 @@ def first_minimum(
     start: Array,
     loss: Loss = "linear",
     searched: Callable[[LeastSquaresProblem, Array, Loss], Minimum] = search,
-) -> First | None:
+) -> FirstSearch | None:
     """Search from the start, or from the nearest point that can be solved; return None if there is none.
 
     This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
@@ -139,4 +131,4 @@ def first_minimum(
         return None
     problem.watch(problem.reached(initial), initial)
     states = problem.states
-    return First(searched(problem, initial, loss), initial, instead, states)
+    return FirstSearch(searched(problem, initial, loss), initial, instead, states)

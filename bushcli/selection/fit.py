@@ -25,9 +25,8 @@ from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.channel import Patience
 from bushcli.inverse.local import Ends
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.start_values import own_start, scaled, sized
-from bushcli.inverse.stopping import Stopping
 from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood

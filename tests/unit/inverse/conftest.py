@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.stopping import Stopping
+from bushcli.inverse.problem import Bounds, Stopping
 
 
 class Linear:

@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from bushcli.evidence.promise import Promise
-from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import differences
+from bushcli.inverse.problem import Bounds, Stopping, differences
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
-from bushcli.inverse.stopping import Stopping
 
 
 def best_on(problem, normal, level):
