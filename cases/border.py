@@ -1,9 +1,9 @@
 """Free motions of the inner sleeve as unknowns beside those of the mesh: a bordered tangent.
 
-A motion that no force holds is one more unknown, and its reaction one more equation. Both use the entry of a
-constrained unknown in PETSc's vectors, which is otherwise unused. A rotation is expressed as the length of an arc and a
-moment as a force along it, so that all entries are in mm and N. The bordered tangent is solved by its Schur complement
-on the sleeve's rigid motions (`cases.rigid`), with the factorisation of the rest.
+A motion that is not prescribed is one more unknown, and its reaction, which is the load, one more equation. Both use
+the entry of a constrained unknown in PETSc's vectors, which is otherwise unused. A rotation is expressed as the length
+of an arc and a moment as a force along it, so that all entries are in mm and N. The bordered tangent is solved by its
+Schur complement on the sleeve's rigid motions (`cases.rigid`), with the factorisation of the rest.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Border:
         x.array_w[self._slots] = (motions * self._length)[: len(self._slots)]
 
     def write_forces(self, b: PETSc.Vec, reactions: Array) -> None:
-        """Put the reactions (6,) of the free motions, of the whole bushing, into a residual of the part modelled.
+        """Put what the reactions (6,) of the whole bushing exceed the load by into a residual of the part modelled.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Border:
 
     # -- along the path ------------------------------------------------------------------------------------------
 
-    def rate(self, ksp: PETSc.KSP, rate: Array) -> tuple[Array, Array]:
+    def rate(self, ksp: PETSc.KSP, rate: Array, ahead: bool = False) -> tuple[Array, Array]:
         """Return the rates of all local unknowns and of the free motions by q, from the tangent assembled last.
 
         Parameters
@@ -154,6 +154,8 @@ class Border:
             Solver whose preconditioner is this object.
         rate
             Rate of the constrained unknowns with the free motions at rest, shape (n,), mm per unit of q.
+        ahead
+            At a corner of the path: take the rate of the load after it.
         """
         model, found = self._model, self._tangent
         assert found is not None
@@ -167,7 +169,7 @@ class Border:
         change = np.asarray(summed(model.comm, work)) * model.multiplicity
         change[3:] += found.arms @ twist[3:]
         b.array_w[model.system.owned_constrained] = 0.0
-        self.write_forces(b, change)
+        self.write_forces(b, change - self._motion.path.load_rate(self._q, ahead))
         b.scale(-1.0)
         ksp.solve(b, x)
         free, answer = self.read(x), ghosted(x)

@@ -191,14 +191,17 @@ class Equilibrium:
         """
         self.model.put(at)
         self.q, self.rate = q, self.model.rate(q, ahead=True)
-        return np.concatenate([self.tangent_rate(), self.free_rate])
+        return np.concatenate([self.tangent_rate(ahead=True), self.free_rate])
 
-    def tangent_rate(self, factorised: bool = False) -> Array:
-        """Return dx/dq of this rank's unknowns at the last solution; `factorised`: factorise the tangent there."""
+    def tangent_rate(self, factorised: bool = False, ahead: bool = False) -> Array:
+        """Return dx/dq of this rank's unknowns at the last solution; `factorised`: factorise the tangent there.
+
+        ``ahead``: at a corner of the path, on the segment after it.
+        """
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:
             self.factorise()
-            moved, self.free_rate = self.border.rate(self.ksp, self.rate)
+            moved, self.free_rate = self.border.rate(self.ksp, self.rate, ahead)
             return moved
         if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
@@ -306,13 +309,14 @@ class Equilibrium:
             if self.border is not None:
                 self.rate = self.model.rate(self.q)
             self.force = reaction(self.model, b, self.rate)
-            if isinstance(self.model.motion, PoseMotion):
+            motion = self.model.motion
+            if isinstance(motion, PoseMotion):
                 self.six = reactions(self.model, b, self.q)
             self.reactions = self.model.system.clear_constrained(b)
             if self._drag is not None:
                 self._drag.add_forces(x, b)
-            if self.border is not None and self.six is not None:
-                self.border.write_forces(b, self.six)
+            if self.border is not None and isinstance(motion, PoseMotion) and self.six is not None:
+                self.border.write_forces(b, self.six - motion.path.load_at(self.q))
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, _: PETSc.Mat) -> None:
         if self._factorised:

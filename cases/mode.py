@@ -153,6 +153,20 @@ class Mode:
         return False
 
 
+def mode_of(name: str, six: SixPath | None) -> Mode:
+    """Return a mode by name or, of a path of six motions, the mode along that path.
+
+    Parameters
+    ----------
+    name : str
+        Name of the mode.
+    six : SixPath or None
+        The path.
+    """
+    follow = modes()["path"].follow
+    return modes()[name] if six is None or follow is None else follow(six)
+
+
 def setting_for(mode: Mode, dimension: int) -> Setting:
     """Return the mode's setting in the half-plane or in three dimensions.
 

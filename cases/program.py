@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.six import SixPath
+
 Array = NDArray[np.float64]
+
+# Steps of a segment of a path of six motions, at least.
+FEWEST_OF_SEGMENT = 2
 
 
 @dataclass(frozen=True)
@@ -84,3 +89,26 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
     q = np.concatenate([[corners[0]], *segments])
     time = None if rate is None else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / rate
     return Program(q, time)
+
+
+def along(six: SixPath, steps: int) -> Program:
+    """Steps of a path of six motions: `steps` on its longest segment, proportionally fewer on the others.
+
+    The length of a segment is the largest change on it, each motion and load as a share of its range.
+
+    Parameters
+    ----------
+    six : SixPath
+        The path.
+    steps : int
+        Number of steps on the longest segment.
+    """
+    knots = np.hstack([six.motion, six.loads])
+    span = np.ptp(knots, axis=0)
+    lengths = np.abs(np.diff(knots, axis=0) / np.where(span > 0.0, span, 1.0)).max(axis=1)
+    shares = lengths / max(float(lengths.max()), 1e-300)
+    counts = np.maximum(FEWEST_OF_SEGMENT, np.ceil(steps * shares)).astype(int)
+    parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(six.time, six.time[1:], counts, strict=False)]
+    times = np.unique(np.concatenate([six.time[:1], *parts]))
+    corners = frozenset(int(i) for i in np.flatnonzero(np.isin(times, six.time[1:-1])))
+    return Program(times, times, corners)

@@ -52,7 +52,8 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
     found, close = guess.copy(), max(LOOSER * at.tolerance, SMALLEST)
     left = solved(at.model, at.ksp, loads - _pulls(at, found))
     known: list[tuple[Array, Array]] = []
-    before, pushed = np.ones(len(loads)), np.ones(len(loads), dtype=bool)
+    before: Array = np.ones(len(loads))
+    pushed: NDArray[np.bool_] = np.ones(len(loads), dtype=bool)
     while True:
         errors = _shares(at, left, found + left)
         error = float(np.max(errors, initial=0.0))

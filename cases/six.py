@@ -17,7 +17,7 @@ vector and its tangent T.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,30 +109,54 @@ class SixPath:
     motion : shape (k, 6)
         Poses at the knots, mm and rad; the first is rest, zero. Columns of free motions are ignored.
     free : tuple of int
-        Motions that no force holds: they follow from equilibrium. The reaction with the same number is zero.
+        Motions that are not prescribed: they follow from equilibrium with the load.
     whole : bool
         Whether all six motions are possible: no plane of symmetry is used.
+    load : shape (k, 6), optional
+        Reactions at the knots, N and N mm, in axes that do not turn; those of free motions are prescribed, the others
+        ignored. None = no load.
     """
 
     time: Array
     motion: Array
     free: tuple[int, ...] = ()
     whole: bool = False
+    load: Array | None = None
 
     def __post_init__(self) -> None:
         if self.motion.shape != (len(self.time), 6) or len(self.time) < 2:
             raise ValueError("a path needs a time for each of at least two poses")
         if np.any(np.diff(self.time) <= 0.0) or self.motion[0].any():
             raise ValueError("a path needs times that increase, and begins at rest")
-        if self.free:
-            held = self.motion.copy()
-            held[:, list(self.free)] = 0.0
-            object.__setattr__(self, "motion", held)
+        free, held = list(self.free), self.motion.copy()
+        held[:, free] = 0.0
+        load = np.zeros_like(held)
+        if self.load is not None:
+            load[:, free] = self.load[:, free]
+        if load[0].any():
+            raise ValueError("a path begins without load")
+        object.__setattr__(self, "motion", held)
+        object.__setattr__(self, "load", load)
 
     @property
-    def identity(self) -> tuple[bytes, bytes, tuple[int, ...], bool]:
+    def loaded(self) -> tuple[int, ...]:
+        """Free motions that follow from a load other than zero."""
+        return tuple(k for k in self.free if self.loads[:, k].any())
+
+    @property
+    def loads(self) -> Array:
+        """The load at the knots, (k, 6), zero where there is none."""
+        return np.zeros_like(self.motion) if self.load is None else self.load
+
+    @property
+    def whole_body(self) -> SixPath:
+        """The same path where no plane of symmetry is used, so that all six motions are possible."""
+        return replace(self, whole=True)
+
+    @property
+    def identity(self) -> tuple[object, ...]:
         """Values that are equal for equal paths."""
-        return self.time.tobytes(), self.motion.tobytes(), self.free, self.whole
+        return self.time.tobytes(), self.motion.tobytes(), self.free, self.whole, self.loads.tobytes()
 
     def _segment(self, q: float, ahead: bool) -> int:
         knots = self.time <= q if ahead else self.time < q
@@ -153,8 +177,20 @@ class SixPath:
         ahead
             At a knot: take the derivative along the line after it.
         """
+        return self._rate(self.motion, q, ahead)
+
+    def _rate(self, knots: Array, q: float, ahead: bool) -> Array:
         i = self._segment(q, ahead)
-        return np.asarray((self.motion[i + 1] - self.motion[i]) / (self.time[i + 1] - self.time[i]))
+        return np.asarray((knots[i + 1] - knots[i]) / (self.time[i + 1] - self.time[i]))
+
+    def load_at(self, q: float) -> Array:
+        """Prescribed reactions, shape (6,), N and N mm, at the path's parameter (s); zero in prescribed motions."""
+        i = self._segment(q, False)
+        return np.asarray(self.loads[i] + (q - self.time[i]) * self.load_rate(q))
+
+    def load_rate(self, q: float, ahead: bool = False) -> Array:
+        """Derivative of `load_at` by q, shape (6,); `ahead` as for `rate`."""
+        return self._rate(self.loads, q, ahead)
 
     @property
     def moving(self) -> tuple[int, ...]:

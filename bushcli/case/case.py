@@ -21,7 +21,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.source import Source
 from cases.mode import modes
-from cases.six import MOTIONS, SixPath
+from cases.six import MOTIONS, REACTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
@@ -379,7 +379,9 @@ def _six(path: SixPath) -> dict[str, Any]:
         if k not in path.free and path.motion[:, k].any():
             values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
             shown[name] = [float(f"{value:.12g}") for value in values]
-    return shown | ({"free": [MOTIONS[k] for k in path.free]} if path.free else {})
+    shown |= {REACTIONS[k]: path.loads[:, k].tolist() for k in path.loaded}
+    free = [MOTIONS[k] for k in path.free if k not in path.loaded]
+    return shown | ({"free": free} if free else {})
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:

@@ -17,8 +17,8 @@ from pathlib import Path
 from bushcli.errors import CaseError, InputError, Problem, RecordingError, printable
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.guess import modes_of_name
-from bushcli.recording.header.doubts import says_compression
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns
+from bushcli.recording.header.meaning import says_compression
 from bushcli.recording.opened import format_of
 from bushcli.recording.reader import numbered, readers
 from bushcli.recording.six import columns_of

@@ -85,36 +85,47 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
     """
     findings = []
     time = np.array(table.time)
-    motion = np.zeros((len(time), 6))
-    free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
-    for k, name in enumerate(MOTIONS):
-        values = getattr(table, name)
-        if values is None:
-            continue
-        at = (*keys, name)
-        if k in free:
-            what = f"{dotted(at)} is given, and {name} is in {dotted((*keys, 'free'))}"
-            findings.append(
-                Finding(at, what, expected="give one of the two: a free motion follows from equilibrium")
-            )
-        elif len(values) != len(time):
-            what = f"{dotted(at)} has {len(values)} values, {dotted((*keys, 'time'))} has {len(time)}"
-            findings.append(Finding(at, what, expected="give a value for each time"))
-        else:
-            motion[:, k] = np.array(values) * (math.pi / 180.0 if k >= 3 else 1.0)
-            if values[0] != 0.0:
-                what = f"{dotted(at)} begins at {values[0]:g}"
-                findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
+    motion, load = np.zeros((2, len(time), 6))
+    named = set(table.free or ())
+    unit = np.repeat([1.0, math.pi / 180.0], 3)
+    given = {name: values for name in (*MOTIONS, *REACTIONS) if (values := getattr(table, name)) is not None}
+    for k, (name, force) in enumerate(zip(MOTIONS, REACTIONS, strict=True)):
+        twice = [f'"{name}" in {dotted((*keys, "free"))}'] if name in named else []
+        twice += [dotted((*keys, key)) for key in (name, force) if key in given]
+        if len(twice) > 1:
+            expected = "one of them: a motion is prescribed, or its force is, or it is free of force"
+            what = f"{' and '.join(twice)} are given"
+            findings.append(Finding((*keys, name if name in given else force), what, expected=expected))
+        motion[:, k] = unit[k] * _at_knots(given.get(name), (*keys, name), len(time), findings)
+        load[:, k] = _at_knots(given.get(force), (*keys, force), len(time), findings)
+    free = tuple(k for k in range(6) if MOTIONS[k] in named or REACTIONS[k] in given)
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
         findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
     if findings:
         return None, findings
-    if np.abs(motion).max() < SMALLEST:
+    if np.abs(motion).max() < SMALLEST and not load.any():
         what = f"{dotted(keys)} moves nothing"
-        return None, [Finding(keys, what, expected=f"give values of at least one of {', '.join(MOTIONS)}")]
+        known = ", ".join((*MOTIONS, *REACTIONS))
+        return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
     findings = _too_far(keys, motion, shape)
-    return (None if findings else SixPath(time, motion, free)), findings
+    return (None if findings else SixPath(time, motion, free, load=load)), findings
+
+
+def _at_knots(
+    values: Sequence[float] | None, at: Keys, count: int, findings: list[Finding]
+) -> NDArray[np.float64]:
+    """Return the values of a motion or a force at the times of a path; zeros without any, or with a finding."""
+    if values is None:
+        return np.zeros(count)
+    if len(values) != count:
+        what = f"{dotted(at)} has {len(values)} values, {dotted((*at[:-1], 'time'))} has {count}"
+        findings.append(Finding(at, what, expected="give a value for each time"))
+        return np.zeros(count)
+    if values[0] != 0.0:
+        what = f"{dotted(at)} begins at {values[0]:g}"
+        findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
+    return np.array(values)
 
 
 def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> list[Finding]:

@@ -119,6 +119,12 @@ class PathTable(CaseTable):
     rx: Times | None = Field(default=None, description="degrees")
     ry: Times | None = Field(default=None, description="degrees")
     rz: Times | None = Field(default=None, description="degrees, about the axis")
+    fx: Times | None = Field(default=None, description="N, in place of ux: the motion follows from the force")
+    fy: Times | None = Field(default=None, description="N, in place of uy")
+    fz: Times | None = Field(default=None, description="N, in place of uz")
+    mx: Times | None = Field(default=None, description="N mm, in place of rx, about the sleeve's centre")
+    my: Times | None = Field(default=None, description="N mm, in place of ry")
+    mz: Times | None = Field(default=None, description="N mm, in place of rz")
     free: list[Motion] | None = Field(default=None, description="motions that are free of force")
 
 

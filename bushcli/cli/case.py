@@ -72,6 +72,7 @@ def check(run: Run, strict: bool) -> int:
         )
         for name, one in zip(names, case.load_cases, strict=True)
     ]
+    run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
@@ -214,7 +215,7 @@ def direct(
             return static
         from bushcli.report.views.dynamic_tables import with_tables
 
-        return with_tables(static, vibrations, doubts, alone=not response.channels)
+        return with_tables(static, vibrations, doubts, not response.channels, pictures)
 
     def result() -> dict[str, Any]:
         static = report.direct_json(response, compared, found, run.timings())
@@ -225,7 +226,7 @@ def direct(
         static["problems"] += [vars(one) for one in doubts]
         return static | {"dynamic": compared_json(vibrations)}
 
-    run.deliver(result, document, lambda: report.direct_files(response, compared, found))
+    run.deliver(result, document, lambda: report.direct_files(response, compared, found, vibrations))
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, tables)):

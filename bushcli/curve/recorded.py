@@ -180,6 +180,21 @@ class Recording(Curve):
             return self.segments
         return tuple(part for branch in self.segments for part in _numbered(branch, self.numbers))
 
+    def counted(
+        self, numbers: NDArray[np.int_], columns: tuple[ReadColumn, ...], unused: tuple[str, ...]
+    ) -> Recording:
+        """Return the recording with the numbers of cycles that the rig counts; its motion is not segmented anew.
+
+        Parameters
+        ----------
+        numbers : (n,) array of int
+        columns, unused : tuple
+            As among the attributes.
+        """
+        found = replace(self, numbers=numbers, columns=columns, unused=unused)
+        found.__dict__.update(segments=self.segments, displacement_noise=self.displacement_noise)
+        return found
+
     @property
     def record(self) -> Recording:
         """All samples of the file, those of cycles that are not compared included."""

@@ -322,7 +322,7 @@ def _finished(
             # What is printed of the law alone are the numbers of `bushcli inverse`.
             best = replace(best, state=State(problem, plain))
         else:
-            best = replace(best, state=closest(search, best.state))
+            best = replace(best, state=closest(search, best.state), searched=best.state)
             if best.state.model.anchor is not None:
                 found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
                 best = best if found is None else replace(best, state=State(problem, found))

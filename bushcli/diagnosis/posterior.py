@@ -46,6 +46,8 @@ class Weighed:
         Whether the law is identified from the recordings although coupons give one.
     predicted : Model, optional
         The model if it is not fitted; the state is then that of the model beside which it was predicted.
+    searched : State, optional
+        The model as the search has fitted it, with the error of form, if the answer was fitted further.
     """
 
     state: State
@@ -54,6 +56,7 @@ class Weighed:
     log_evidence: float
     freed: bool = False
     predicted: Model | None = None
+    searched: State | None = None
 
     @property
     def model(self) -> Model:

@@ -49,6 +49,9 @@ class Quantity:
     prior_source : str
     word : str
         Value of a choice in words ("outer_top").
+    with_form_error : float, optional
+        Value of the fit that allows for the error of form and for the prior, if that is another one than `value`, with
+        which the model comes closest to the recordings.
     """
 
     value: float
@@ -63,6 +66,7 @@ class Quantity:
     prior_tail: float = 1.0
     prior_source: str = ""
     word: str = ""
+    with_form_error: float | None = None
 
 
 @dataclass(frozen=True)

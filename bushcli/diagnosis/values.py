@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from bushcli.case import Material
 from bushcli.diagnosis.intervals import components, interval, scanned
@@ -15,7 +16,6 @@ from bushcli.evidence.laplace import standard_errors
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.likelihood.calibration import UNREMARKABLE
 from bushcli.mismatch.missing import constant_factor
-from bushcli.selection.model import Model
 from bushcli.selection.queue import Search
 from forms.law import law
 
@@ -34,8 +34,9 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
     material : Material
         The case's; an effect may add to one of its values.
     """
-    state = models[0].state
+    state, searched = models[0].state, models[0].searched
     fitted = state.fitted
+    before = {} if searched is None or searched is state else searched.fitted.values
     errors = standard_errors(fitted.names, state.evidence)
     of_law = {p.name: p for p in law(fitted.model.law).parameters}
     of_effects: dict[str, tuple[ActiveEffect, EffectParameter]] = {
@@ -46,7 +47,8 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
         std = errors[name]
         if name in of_law:
             low, high = interval(components(name, models, law=fitted.model.law))
-            found[name] = Quantity(value, std, of_law[name].unit, of_law[name].meaning, low, high)
+            unit, meaning = of_law[name].unit, of_law[name].meaning
+            found[name] = Quantity(value, std, unit, meaning, low, high, with_form_error=before.get(name))
             continue
         active, parameter = of_effects[name]
         low, high = interval(components(parameter.name, models, effect=active.identity))
@@ -63,6 +65,7 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
             None if known is None else known.prior.range(known.scales),
             1.0 if known is None else known.prior.tail(value, known.scales),
             "" if known is None else known.prior.source,
+            with_form_error=before.get(name),
         )
     return found
 
@@ -142,16 +145,11 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
         for p in one.parameters:
             name = one.full_name(p)
             own[p.name] = values[name] if name in values else held(one, p, state.priors.get(name), models)
-        less = Model(
-            state.model.law,
-            state.model.start,
-            state.model.fixed,
-            tuple(other for other in state.model.effects if other is not one),
-            state.model.terms,
-        )
-        without = search.states.get(less.structure)
-        # Both with the mesh of the search; `state` may have been solved again with the default mesh.
-        searched = search.states.get(state.model.structure, state)
+        # Both as the search has fitted them.
+        model = (models[0].searched or state).model
+        others = tuple(other for other in model.effects if other.identity != one.identity)
+        without = search.states.get(replace(model, effects=others).structure)
+        searched = search.states.get(model.structure, state)
         bayes = float("nan") if without is None else 2.0 * (searched.evidence.log - without.evidence.log)
         far = [name for name, quantity in own.items() if quantity.prior_tail < IMPLAUSIBLE]
         remark = f"few bushings have such a value of {' and '.join(far)}" if far else ""

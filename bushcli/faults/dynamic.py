@@ -94,14 +94,17 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
     """Return which rows (n,) miss what their neighbours on the same curve predict; the worst is taken first."""
     off = np.zeros(len(table), dtype=bool)
     curves = [rows for rows in table.conditions() if len(rows) >= 6]
-    over = np.log(table.frequency if table.over_frequency else table.amplitude)
+    over = [np.log(table.frequency if table.over_frequency else table.amplitude)]
+    if table.over_frequency:
+        # Inertia, of the rubber or of a fixture, changes the stiffness with the square of the frequency.
+        over.append(table.frequency**2)
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
     while True:
         misses = np.zeros(len(table))
         for rows in curves:
             used = rows[~off[rows]]
             if len(used) >= 5:
-                misses[used] = _misses(over[used], values[used])
+                misses[used] = np.min([_misses(one[used], values[used]) for one in over], axis=0)
         scatter = float(np.median(misses[misses > 0.0])) if (misses > 0.0).any() else 0.0
         worst = int(np.argmax(misses))
         if misses[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 0.1 * len(table):
@@ -110,7 +113,10 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
 
 
 def _misses(over: Array, values: Array) -> Array:
-    """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad."""
+    """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad.
+
+    At the ends, where a line would leave a curve, it may be the parabola through four neighbours on one side.
+    """
     order = np.argsort(over, kind="stable")
     x, y = over[order], values[order]
     found = np.zeros(len(x))
@@ -119,8 +125,11 @@ def _misses(over: Array, values: Array) -> Array:
         design = np.column_stack([np.ones(len(near)), x[near] - x[i]])
         if np.ptp(x[near]) < 1e-9:
             continue
-        fitted = np.linalg.lstsq(design, y[near], rcond=None)[0][0]
-        found[i] = float(np.hypot(*(y[i] - fitted)))
+        designs = [design]
+        if i in (0, len(x) - 1):
+            designs.append(np.column_stack([design, (x[near] - x[i]) ** 2]))
+        fitted = [np.linalg.lstsq(one, y[near], rcond=None)[0][0] for one in designs]
+        found[i] = min(float(np.hypot(*(y[i] - value))) for value in fitted)
     back = np.empty(len(x))
     back[order] = found
     return back

@@ -25,13 +25,12 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
-    RecordedPath,
     Recording,
     displacement_noise,
     force_noise,
 )
-from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
+from bushcli.simulate.reaction import Paths, Reaction, reaction
+from bushcli.simulate.simulation import FollowedPath, Simulation
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
@@ -152,19 +151,28 @@ class Channel:
         weighting: Weighting | None,
         comm: MPI.Comm,
         prepared: Prepare = prepare,
-        paths: dict[str, SixSimulation] | None = None,
+        paths: Paths | None = None,
         corrected: Corrected | None = None,
         bad: NDArray[np.bool_] | None = None,
         branch: str = "",
     ) -> None:
         self.recording, self.comm, self.branch = recording, comm, branch
         mode = modes()[recording.mode]
-        body = (shape, rubber, case, comm, prepared)
-        self.simulation: Simulation | Reaction | None
-        if recording.six is not None:
-            self.simulation = _with_others(recording, recording.six, {} if paths is None else paths, *body)
-        else:
-            self.simulation = _with_effects(recording, *body)
+        self.simulation: FollowedPath | None = (
+            _with_effects(recording, shape, rubber, case, comm, prepared)
+            if recording.six is None
+            else reaction(
+                recording,
+                recording.six,
+                {} if paths is None else paths,
+                shape,
+                rubber,
+                case,
+                case.mesh.refinement,
+                comm,
+                prepared,
+            )
+        )
         self.model: FiniteElementModel = (
             prepared(shape, mode, rubber, case.mesh.refinement, comm)
             if self.simulation is None
@@ -209,7 +217,7 @@ class Channel:
     @property
     def before(self) -> Earlier | None:
         """The path before the recording that is assumed, where the rubber remembers it."""
-        return self.simulation.remembered if isinstance(self.simulation, Simulation) else None
+        return None if self.simulation is None else self.simulation.remembered
 
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
@@ -362,32 +370,6 @@ def _with_effects(
         prepared,
         earlier(path),
     )
-
-
-def _with_others(
-    recording: Recording,
-    path: RecordedPath,
-    paths: dict[str, SixSimulation],
-    shape: Shape,
-    rubber: Rubber,
-    case: Case,
-    comm: MPI.Comm,
-    prepared: Prepare,
-) -> Reaction:
-    """Return the model of one channel of a path of six motions; the channels of a path share one march.
-
-    Raises
-    ------
-    InputError
-        The path has no time, which an effect needs.
-    """
-    if path.name not in paths:
-        on_it = on_path(case.effects, recording.name)
-        paths[path.name] = SixSimulation(shape, rubber, case.mesh.refinement, on_it, path, comm, prepared)
-    active = acting(case.effects, recording.name, recording.mode)
-    if path.time is None:
-        require_time(case.effects, recording.name, recording.mode, str(recording.source))
-    return Reaction(paths[path.name], path.number, active)
 
 
 def isochoric_sample(comm: MPI.Comm, found: Sequence[Array]) -> Array:

@@ -17,7 +17,7 @@ from bushcli.recording import Recording, on_branch, read_coupon
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
-from bushcli.simulate.six_simulation import SixSimulation
+from bushcli.simulate.reaction import Paths
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import shapes
@@ -80,7 +80,7 @@ def bushing_channels(
 ) -> list[Channel]:
     """Return the channels of the case's recordings; `prepared` makes their finite-element models."""
     measured = Measured() if measured is None else measured
-    paths: dict[str, SixSimulation] = {}
+    paths: Paths = {}
     found = []
     for source in case.recordings:
         recording = measured.recording(source)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
+from bushcli.inverse.certainty import Uncertainty, uncertainty
 from bushcli.inverse.channel import Channel, ChannelForces, FitChannel
 from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -47,21 +49,36 @@ def compared_curves(
 
 
 def compared_tables(
-    problem: LeastSquaresProblem, channels: Sequence[DynamicChannel], x: Array
+    problem: LeastSquaresProblem, channels: Sequence[DynamicChannel], x: Array, start: Array
 ) -> tuple[tuple[ComparedTable, ...], tuple[Condition, ...]]:
     """Return each table of dynamic stiffness beside the simulation at `x`, and what has to be known about it.
 
-    What cannot be solved is left out.
+    With the intervals of the simulation, and K* at `start` where that has been solved. What cannot be solved is left
+    out.
     """
     found: list[ComparedTable] = []
     conditions: list[Condition] = []
+    before = problem.answers(start) if problem.knows(start) else None
+    deviations = _deviations(uncertainty(problem, x)) if channels else None
     for channel in channels:
+        fitted = channel in problem.channels
         try:
-            found.append(channel.compared(problem.parameters(x)))
+            one = channel.compared(problem.parameters(x), problem.names, deviations)
             conditions += channel.conditions(problem.parameters(x))
         except NotConverged:
             continue
+        if before and fitted:
+            one = replace(one, started=channel.simulated(before[problem.channels.index(channel)]))
+        found.append(replace(one, held_out=not fitted))
     return tuple(found), tuple(conditions)
+
+
+def _deviations(found: Uncertainty) -> Array | None:
+    """Return a root (p, p) of the covariance, times the quantile of 95 %; None if the curves leave a parameter open."""
+    if not np.isfinite(found.covariance).all():
+        return None
+    values, axes = np.linalg.eigh(found.covariance)
+    return np.asarray(found.quantile * axes * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _compared(

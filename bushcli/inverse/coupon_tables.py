@@ -1,4 +1,4 @@
-"""Spectra of the coupons' tables of dynamic moduli that a case has."""
+"""Spectra of the coupons' tables of dynamic moduli that a case has, and how amplitude thins them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,24 @@ from bushcli.case import Case
 from bushcli.faults import condition
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.spectrum import SpectrumFit, fit_spectrum
+from bushcli.inverse.thinned import ThinnedFit, fit_thinned
 from bushcli.recording.dynamic.read import read_dynamic
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
 
-#: Frequencies of a sweep below which it does not show a spectrum: two terms have four values.
-_FEWEST = 4
+#: Frequencies of a sweep below which it does not show a spectrum: two terms have four values. Amplitudes below which
+#: storage and loss are fewer than the eight constants of a spectrum that amplitude thins.
+_FEWEST, _AMPLITUDES = 4, 5
+#: Temperatures closer together are one step of the chamber, K (judgement).
+_KELVINS = 3.0
 #: Misfit of storage or loss, rms relative in %, from which a spectrum does not describe a table.
 _POOR = 10.0
+
+
+#: Shear strain sqrt(2 dev eps : dev eps) per unit of a coupon's strain.
+_SHEAR = {"uniaxial": np.sqrt(3.0), "equibiaxial": 2.0 * np.sqrt(3.0), "planar": 2.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +38,18 @@ class TableSpectrum:
     fit: SpectrumFit
 
 
+@dataclass(frozen=True, eq=False)
+class TableSweep:
+    """A table over amplitude, and what was identified at each temperature."""
+
+    table: DynamicTable
+    fits: tuple[ThinnedFit, ...]
+
+
 def fit_tables(
     case: Case, tables: TableCache | None = None
-) -> tuple[tuple[TableSpectrum, ...], tuple[Condition, ...]]:
-    """Return the spectra of the tables of coupons, and what prevented others.
+) -> tuple[tuple[TableSpectrum | TableSweep, ...], tuple[Condition, ...]]:
+    """Return the spectra of the tables of coupons, how amplitude thins them, and what prevented others.
 
     Rows that belong to no curve are left out. Of several amplitudes or preloads those rows are fitted that have the
     smallest ones: a spectrum is linear.
@@ -44,7 +60,8 @@ def fit_tables(
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
     """
-    found, conditions = [], []
+    found: list[TableSpectrum | TableSweep] = []
+    conditions: list[Condition] = []
     for source in case.dynamic:
         if modes()[source.mode].specimen != "coupon":
             continue
@@ -54,8 +71,13 @@ def fit_tables(
         off = np.zeros(len(table), dtype=bool)
         for fault in faults:
             off |= fault.samples & (not fault.fatal)
-        table = _linear(table.rows(~off))
+        table = table.rows(~off)
+        if swept := _sweeps(table):
+            found.append(TableSweep(table, swept))
+        table = _linear(table)
         count = len(np.unique(np.round(np.log(table.frequency), 2)))
+        if count < _FEWEST and swept:
+            continue
         if count < _FEWEST:
             what = f"{source.label}: {count} frequenc{'ies' if count > 1 else 'y'} at the smallest amplitude"
             remedy = f"a spectrum of relaxation times needs a sweep over at least {_FEWEST} frequencies"
@@ -69,6 +91,17 @@ def fit_tables(
             conditions.append(Condition("poor_spectrum", what, remedy))
         found.append(TableSpectrum(table, fit))
     return tuple(found), tuple(conditions)
+
+
+def _sweeps(table: DynamicTable) -> tuple[ThinnedFit, ...]:
+    """Return what the amplitudes of each temperature tell; none where there are too few."""
+    if np.isnan(table.amplitude).any() or not ((table.storage > 0.0) & (table.loss > 0.0)).all():
+        return ()
+    shear = 1.0 if table.quantity == "G" else _SHEAR.get(table.mode, 1.0)
+    step = np.round(np.nan_to_num(table.temperature) / _KELVINS)
+    parts = [table.rows(step == one) for one in np.unique(step)]
+    parts = [one for one in parts if len(np.unique(np.round(np.log(one.amplitude), 1))) >= _AMPLITUDES]
+    return tuple(fit_thinned(one, float(shear)) for one in parts)
 
 
 def _linear(table: DynamicTable) -> DynamicTable:

@@ -38,10 +38,10 @@ from bushcli.simulate.dynamic import (
     unfit,
 )
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
-from bushcli.simulate.six_motions import mode_of
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
 from cases.march import march, unsolved
+from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
 
@@ -113,7 +113,7 @@ class DynamicChannel:
             raise InputError(*problems)
         features = features_of(in_state(self.active, unrelaxed=False))
         self.model = prepared(
-            case.geometry, mode_of(table.mode, None), rubber, case.mesh.refinement, comm, features
+            case.geometry, modes()[table.mode], rubber, case.mesh.refinement, comm, features
         )
         self._density = case.material.density
         self.faults = table_faults(case.geometry, [table])
@@ -181,22 +181,45 @@ class DynamicChannel:
         assert states is not None
         return states
 
-    def compared(self, parameters: Mapping[str, float]) -> ComparedTable:
+    def compared(
+        self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
+    ) -> ComparedTable:
         """Return the rows that are used beside their simulation.
 
         Parameters
         ----------
         parameters : Mapping[str, float]
             All parameters by name, in their units.
+        names : Sequence[str]
+            Parameters that were identified.
+        deviations : Array | None
+            Half widths of their intervals as a matrix, (p, p), whose product with its transpose is their covariance
+            times the square of the quantile; None = no intervals.
 
         Raises
         ------
         NotConverged
         """
-        reached, used = self._reached(parameters, (), Patience()), self.used
-        simulated, _ = self._simulated(reached, parameters, ())
-        error = self._error(reached, parameters)
-        return ComparedTable(self.table.rows(used), simulated[used], self._travels(reached)[used], error)
+        reached, used = self._reached(parameters, names, Patience()), self.used
+        simulated, slope = self._simulated(reached, parameters, names)
+        found = ComparedTable(
+            self.table.rows(used),
+            simulated[used],
+            self._travels(reached)[used],
+            self._error(reached, parameters),
+            self.scale.reshape(2, -1)[:, used] / [np.ones(used.sum()), self.table.stiffness[used]],
+        )
+        if deviations is None:
+            return found
+        # d ln K* = d ln |K*| + i d delta.
+        relative = slope[used] / simulated[used, None] @ deviations
+        spread = np.array([np.linalg.norm(relative.real, axis=1), np.linalg.norm(relative.imag, axis=1)])
+        return replace(found, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
+
+    def simulated(self, answer: ChannelForces) -> Complex:
+        """Return K* of the rows that are used from an answer, N/mm or N mm/rad."""
+        along, across = answer.force.reshape(2, -1)[:, self.used]
+        return np.asarray((along + 1j * across) / self._turned[self.used])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
         """Return what has to be known about the table and its simulation.

@@ -69,6 +69,8 @@ def fit_coupons(
         coupons, or that have nothing else to act on, are identified too.
     fixed
         Parameters that keep their start value.
+    hold_out
+        Coupons that are predicted instead of fitted.
     model
         Law to use instead of the case's.
     weighting
@@ -309,7 +311,7 @@ class _Searches:
         best, profiles, cut = _profiled(task, problem, best, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x)
+        tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,

@@ -63,7 +63,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
         )
     found += _stuck(fit, best, task)
     found += _poor(fit) if task.source == "recordings" else _poor_coupons(fit, task)
-    found += _above_noise(fit, task)
+    found += _above_noise(fit, task) + _tables(fit)
     found += _bounds(in_file_units(fit))
     found += _tests(fit, task)
     found += _stability(fit) + _moduli(fit)
@@ -217,6 +217,22 @@ def _above_noise(fit: Fit, task: Task) -> list[Condition]:
             "refine the mesh (bushcli direct --mesh-check), check dimensions and load cells (`leverage` says what an "
             "error of 1 % does), or let `bushcli diagnose` look for what is missing",
         )
+    ]
+
+
+def _tables(fit: Fit) -> list[Condition]:
+    """Report fitted tables that are missed by more than their standard errors explain."""
+    rig = "fixture_mass, rig_resonance, time_lag, rig_compliance"
+    return [
+        Condition(
+            "table_above_errors",
+            f"{one.table.name}: the table is missed by {one.stiffness_percent:.2g} % and {one.loss_angle_deg:.2g} "
+            f"degrees (rms), its standard errors being {one.errors_in_words}",
+            f'add an effect of its rig ({rig}) with channels = ["{one.table.name}"], or a branch of viscoelasticity: '
+            "the plot of the table on the page shows where it is missed",
+        )
+        for one in fit.tables
+        if not one.held_out and one.over_errors > ABOVE_NOISE
     ]
 
 

@@ -27,7 +27,8 @@ from bushcli.likelihood.noise import Compared
 from bushcli.mismatch.field import covariance, estimate, uniform, zoned
 from bushcli.mismatch.maps import LocalMap
 from bushcli.mismatch.places import onto, thickness, zones
-from bushcli.simulate.six_simulation import Reaction
+from bushcli.simulate.reaction import Reaction
+from bushcli.simulate.simulation import Simulation
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program
@@ -146,7 +147,7 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     if isinstance(simulation, Reaction):
         return simulation.local()
-    if simulation is None or not simulation.path_dependent:
+    if not isinstance(simulation, Simulation) or not simulation.path_dependent:
         found = local.swept(model, channel.targets)
         return _interpolated(found, channel), found.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.header import heading, named_columns
+from bushcli.recording.header.name import heading, named_columns
 from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.reader import FilePart, Reader, readers
 from bushcli.recording.text.clock_times import Instant
@@ -57,8 +57,8 @@ class FileContents:
     failed: Mapping[str, RecordingError]
 
     @property
-    def numbers(self) -> int:
-        """Number of numbers in all tables."""
+    def size(self) -> int:
+        """Memory that it takes, in numbers of 8 bytes."""
         return sum(len(table) * len(table.names) for table in self.tables)
 
 

@@ -13,7 +13,6 @@ from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
-from bushcli.recording.text_file import read_table
 from bushcli.recording.time.rasters import clock_columns, joined, on_one_raster, own_clocks
 from bushcli.runtime.bounded import Endless, TooLarge, read_beginning
 from cases.mode import Mode
@@ -41,9 +40,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
         return table
     at: dict[Quantity, int] = {}
     for quantity in quantities:
-        index = found_index(table, source, mode, quantity)
-        assert index is not None  # a quantity that is missing is refused
-        at[quantity] = index
+        at[quantity] = found_index(table, source, mode, quantity)
     forced = [at["force"]] if "force" in at else []
     moved = [at["displacement"]] if "displacement" in at else []
     return own_clocks(table, forced, moved, source, mode)
@@ -58,7 +55,7 @@ def opened(
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
-        return read_table(source.file, source.delimiter, source.decimal, single)
+        return tables.text(source, single)
     found = tables.tables(source.file, name, wanted)
     return found if source.group is None else _named(source, found)
 

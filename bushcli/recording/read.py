@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, column, untaken_time
-from bushcli.recording.header.stated_factors import factor_remarks
 from bushcli.recording.opened import open_table
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
@@ -22,7 +22,6 @@ from bushcli.recording.text.table import Table
 from bushcli.recording.time.clock import increasing
 from bushcli.recording.time.counted import counted
 from bushcli.recording.time.samples import timed, updated
-from bushcli.recording.time.stated_rate import rate_remarks
 from cases.mode import Mode, modes
 from cases.six import MOTIONS, REACTIONS
 
@@ -79,13 +78,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
     there |= _other_motions(table, source, moved)
-    count = counted(table, samples.rows[kept], displacement, time)
-    numbers = None if count is None else count[1]
     columns, unused, remarks = _used_columns(table, there, source)
-    if count is not None:
-        name = table.names[count[0]]
-        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
-        unused = tuple(one for one in unused if one != name)
     recording = Recording(
         mode.name,
         displacement,
@@ -99,10 +92,14 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
-        numbers=numbers,
         sound=source.sound,
         six=None if source.six is None else _path(source, time, len(force), tables),
     )
+    count = counted(table, samples.rows[kept], recording)
+    if count is not None:
+        name = table.names[count[0]]
+        columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
+        recording = recording.counted(count[1], columns, tuple(one for one in unused if one != name))
     return _used(recording, source)
 
 

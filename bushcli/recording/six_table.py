@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache

@@ -1,28 +1,51 @@
-"""Cache of the tables of binary files: channels of one file are read one after the other.
+"""Cache of the tables of files: channels of one file are read one after the other, its contents once.
 
-The process that reads a file (`isolated`) takes a second to load the library. Text files are read quickly, and anew
-each time. The modules that read files are loaded by the first of them.
+The modules that read files are loaded by the first of them.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, cast
+
+from bushcli.recording.source import Source
 
 if TYPE_CHECKING:
     from bushcli.recording.isolated import FileContents
+    from bushcli.recording.text.table import TextTable
 
-# Numbers in all tables that are cached, 40 MB.
+Contents = TypeVar("Contents", "FileContents", "TextTable")
+
+#: Numbers in all tables that are cached, 40 MB.
 MOST_NUMBERS = 5_000_000
 
 
 class TableCache:
-    """Tables of the binary files that were read last; a file that was changed is read again."""
+    """Tables of the files that were read last; a file that was changed is read again."""
 
     def __init__(self) -> None:
-        self._found: OrderedDict[tuple[str | int, ...], FileContents] = OrderedDict()
+        self._found: OrderedDict[tuple[object, ...], FileContents | TextTable] = OrderedDict()
+
+    def text(self, source: Source, single: bool = False) -> TextTable:
+        """Return the table of a text file.
+
+        Parameters
+        ----------
+        source : Source
+        single : bool
+            Whether a single column is enough.
+
+        Raises
+        ------
+        RecordingError
+            As `bushcli.recording.text_file.read_table` does.
+        """
+        from bushcli.recording.text_file import read_table
+
+        how = (source.delimiter, source.decimal, single)
+        return self._kept(source.file, how, lambda: read_table(source.file, *how))
 
     def tables(self, path: Path, format_name: str, wanted: Collection[str | int]) -> FileContents:
         """Return the tables of a binary file.
@@ -42,14 +65,22 @@ class TableCache:
         """
         from bushcli.recording.isolated import read_tables
 
-        key = (*_state(path), format_name, *wanted)
-        if key in self._found:
-            self._found.move_to_end(key)
-            return self._found[key]
-        found = self._found[key] = read_tables(path, format_name, wanted)
-        while sum(one.numbers for one in self._found.values()) > MOST_NUMBERS:
+        return self._kept(path, (format_name, *wanted), lambda: read_tables(path, format_name, wanted))
+
+    def clear(self) -> None:
+        """Forget all tables: nothing is read any more."""
+        self._found.clear()
+
+    def _kept(self, path: Path, how: tuple[object, ...], read: Callable[[], Contents]) -> Contents:
+        """Return what is kept of the present contents of a file, or else what is read."""
+        key = (*_state(path), *how)
+        found = self._found.get(key)
+        if found is None:
+            found = self._found[key] = read()
+        self._found.move_to_end(key)
+        while sum(one.size for one in self._found.values()) > MOST_NUMBERS:
             self._found.popitem(last=False)
-        return found
+        return cast("Contents", found)
 
 
 def _state(path: Path) -> tuple[str, int, int, int]:

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.blocks import in_one_order
-from bushcli.recording.header.header import named_columns
 from bushcli.recording.header.header_lines import header
+from bushcli.recording.header.name import named_columns
 from bushcli.recording.text.decode import decoded
 from bushcli.recording.text.fields import (
     ambiguous_thousands,
@@ -31,7 +31,7 @@ from bushcli.recording.text.table import CALCULATE, SHOWN, TextTable
 #: Most columns of a table.
 MOST_COLUMNS = 1_000
 #: Number of lines, spread over the file, by which delimiter and decimal sign are recognised.
-_SAMPLE = 4_000
+_SAMPLE = 1_000
 _EXAMPLE = "e.g. time_s,displacement_mm,force_N"
 #: Numbers, dates and times of day in a line above the names.
 _NUMBERS = re.compile(r"\d[\d.,:/]*")

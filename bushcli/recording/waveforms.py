@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.header.header import match_quality
+from bushcli.recording.header.name import match_quality
 from bushcli.recording.header.units import tabulated_unit
 from bushcli.recording.reader import FilePart, numbered, unit_of
 from bushcli.recording.text.clock_times import UTC, Instant, clock_times, times_of

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cases.mode import modes
 
 if TYPE_CHECKING:
-    from bushcli.simulate.six_motions import SixCurve
+    from bushcli.simulate.response import SixCurve
 
 Array = NDArray[np.float64]
 

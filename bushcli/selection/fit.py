@@ -12,7 +12,7 @@ further effect switched off.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -123,6 +123,7 @@ def fit(
     contained: Sequence[Model] = (),
     least: float = float("inf"),
     needed: Needed | None = None,
+    beside: Mapping[str, float] | None = None,
 ) -> Fitted | None:
     """Fit a model; None where it cannot be solved from any start.
 
@@ -139,6 +140,9 @@ def fit(
         `Posterior.objective` of the best of these, dimensionless, which this model should not exceed.
     needed : Needed, optional
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
+    beside : mapping of str to float, optional
+        Parameters of the law beside effects that explain the recordings. The fit begins there, with its own effects at
+        the size that mends most of the misfit, if that is better than its start values.
     """
     task, problem = pose(cache, case, model, measured)
     start = task.vectors()[0]
@@ -150,6 +154,8 @@ def fit(
             else None
         )
     initial = _first_solved(problem, model, start)
+    if beside is not None:
+        initial = _better_start(problem, initial, start, beside)
     best = None if initial is None else _searched(problem, initial, promise.ends)
     if best is not None and best.is_stuck and promise.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
@@ -252,6 +258,18 @@ def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | Non
         if np.isfinite(problem.residual(initial)).all():
             return initial
     return _own(problem, start)
+
+
+def _better_start(
+    problem: Posterior, initial: Array | None, start: Array, beside: Mapping[str, float]
+) -> Array | None:
+    """Return the better of a start and one with the law's parameters `beside` other effects, its own effects sized."""
+    point = [beside.get(name, value) for name, value in zip(problem.names, start, strict=True)]
+    at = problem.bounds.inside(np.array(point))
+    if not np.isfinite(problem.residual(at)).all():
+        return initial
+    at = sized(problem, at)
+    return at if initial is None or problem.objective(at) < problem.objective(initial) else initial
 
 
 def _own(problem: Posterior, start: Array) -> Array | None:

@@ -32,7 +32,7 @@ from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
-from bushcli.selection.queued import Queued, Waiting, slack_of
+from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
 from bushcli.selection.searched import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
 
@@ -193,7 +193,8 @@ class Search:
             odds = self.odds(one.model), self.odds(one.model, unknown=True)
             # Other models are predicted beside a law alone, which always matters.
             needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
-            questions.append((self.problem.case, one.model, measured, inner, least, needed))
+            start = self._start_beside_effects(one.model)
+            questions.append((self.problem.case, one.model, measured, inner, least, needed, start))
 
         known: dict[int, Fitted | None] = {}
 
@@ -211,7 +212,24 @@ class Search:
             self.workers.run(fit, questions, notify, self.deadline)
         finally:
             # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
-            self._receive([(one, questions[i][-1], known.get(i, one)) for i, one in enumerate(chosen)])
+            self._receive([(one, questions[i][5], known.get(i, one)) for i, one in enumerate(chosen)])
+
+    def _start_beside_effects(self, model: Model) -> Mapping[str, float] | None:
+        """Return parameters of the law beside effects that explain the recordings, if the plain law is far from them.
+
+        That law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
+        """
+        same = [
+            one
+            for one in self.states.values()
+            if one.model.effects
+            and one.model.start.keys() == model.start.keys()
+            and one.model.law == model.law
+        ]
+        best = max(same, key=lambda one: one.evidence.coarse, default=None)
+        if best is None or model.fixed or best.evidence.coarse < self.plain.evidence.coarse + FAR:
+            return None
+        return best.model.start
 
     def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
         """Enter fits with what they needed to matter; those that were not made (`Queued`) wait again."""
@@ -291,7 +309,9 @@ class Search:
             predictions += beside.pairs()
         for one in predictions:
             silent = len(one.model.identities) > len(state.model.identities) and one.gain < FAINT
-            self._queue(one, state, 0.0 if silent else slack_of(one.reach), is_silent=silent)
+            far = state is self.plain and len(one.model.effects) == 1 and one.reach > FAR
+            slack = slack_of(BORROWED * one.reach if far else one.reach)
+            self._queue(one, state, 0.0 if silent else slack, is_silent=silent)
         for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))

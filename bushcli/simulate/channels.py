@@ -19,15 +19,14 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.admissible import check_travel
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
-from bushcli.simulate.six_motions import program_of
-from bushcli.simulate.six_schedule import six_schedule
+from bushcli.simulate.schedule import six_schedule
 from bushcli.simulate.steps import RECORDED
 from cases.load import PrescribedForce
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import FiniteElementModel
-from cases.program import Program, path
+from cases.program import Program, along, path
 from cases.simulate import even_targets, is_odd, sweep
 from cases.six import SixPath
 
@@ -94,7 +93,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     tables : TableCache
     """
     if load.six is not None:
-        program = program_of(load.six, load.steps)
+        program = along(load.six, load.steps)
     elif load.source is not None:
         from bushcli.recording import read_program  # with the readers, which few load cases need
 

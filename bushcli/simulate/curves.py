@@ -9,10 +9,12 @@ from bushcli.case import Case
 from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.odd import unfolded
 from bushcli.simulate.channels import SimulatedChannel
+from bushcli.simulate.response import SixCurve
 from bushcli.simulate.simulation import Answer
 from cases.march import History
 from cases.mode import modes
 from cases.simulate import is_odd
+from cases.six import SixPath
 
 Array = NDArray[np.float64]
 
@@ -57,6 +59,16 @@ def _curve(case: Case, channel: SimulatedChannel, history: History) -> Curve:
         in_range = (q >= low - step) & (q <= high + step)
         q, force = q[in_range], force[in_range]
     return Curve(channel.mode, q, force)
+
+
+def six_curve(history: History, six: SixPath) -> SixCurve:
+    """Return the motions and reactions of a march along a path."""
+    motion = np.zeros((0, 6)) if history.motion is None else history.motion
+    force = np.zeros((0, 6)) if history.reactions is None else history.reactions
+    work = np.zeros(6)
+    if len(motion) > 1:
+        work = np.abs(0.5 * (force[1:] + force[:-1]) * np.diff(motion, axis=0)).sum(axis=0)
+    return SixCurve(history.displacement, motion, force, six.free, int(np.argmax(work)), six.loaded)
 
 
 def change(force: Array, fine: Array) -> float:

@@ -23,7 +23,6 @@ from bushcli.simulate.admissible import check_material
 from bushcli.simulate.extent import Extent, of_test, outside
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of, program_of, whole
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
 from cases.dynamic.amplitude import UnevenModel
@@ -35,9 +34,9 @@ from cases.equilibrium import Equilibrium
 from cases.history import Interrupted
 from cases.load import PrescribedForce
 from cases.march import NotConverged, march
-from cases.mode import modes
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
-from cases.program import Program, path
+from cases.program import Program, along, path
 from cases.ranks import summed
 from cases.simulate import prepare
 from cases.sine import ThinnedSpectrum
@@ -310,7 +309,7 @@ class _Run:
         active = acting(self._case.effects, name, test.mode, "dynamic", test.temperature)
         self._conditions += outside(name, of_test(test), tested, active)
         self._conditions += effects_left_out(name, active)
-        six = None if test.six is None else whole(test.six)
+        six = test.six and test.six.whole_body
         features = features_of(in_state(active, unrelaxed=False))
         mesh = self._case.mesh.refinement
         rubber = rubber_of(self._material)
@@ -382,7 +381,7 @@ class Vibrations:
     def programs(self) -> Iterator[Program]:
         """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
         if self.test.six is not None:
-            yield program_of(self.test.six, self.test.steps)
+            yield along(self.test.six, self.test.steps)
             return
         sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
         for side in sides:

@@ -21,7 +21,6 @@ from bushcli.simulate.channels import with_all_beside
 from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
-from bushcli.simulate.six_motions import mode_of
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import path
@@ -53,12 +52,24 @@ class ComparedTable:
         mm or rad, as it was simulated.
     reduction_error : float
         Bound of the relative error of the simulated stiffness by its reduction.
+    errors : shape (2, n), optional
+        Standard errors of the measured |K*| (N/mm or N mm/rad) and of the loss angle (rad), of a fit.
+    started : shape (n,), optional
+        K* where the fit began.
+    spread : shape (2, n), optional
+        Standard errors of the simulated |K*| and loss angle, from those of the parameters.
+    held_out : bool
+        Whether the table was predicted and not fitted.
     """
 
     table: DynamicTable
     simulated: Complex
     preload: Array
     reduction_error: float
+    errors: Array | None = None
+    started: Complex | None = None
+    spread: Array | None = None
+    held_out: bool = False
 
     @property
     def stiffness_percent(self) -> float:
@@ -69,6 +80,27 @@ class ComparedTable:
     def loss_angle_deg(self) -> float:
         """Root mean square of the misfit of the loss angle, degrees."""
         return float(np.degrees(np.sqrt(np.mean((np.angle(self.simulated) - self.table.loss_angle) ** 2))))
+
+    @property
+    def over_errors(self) -> float:
+        """Root mean square of the misfit over the standard errors of the rows; nan where there are none."""
+        if self.errors is None:
+            return float("nan")
+        missed = (
+            np.abs(self.simulated) - self.table.stiffness,
+            np.angle(self.simulated) - self.table.loss_angle,
+        )
+        return float(np.sqrt(np.mean((np.array(missed) / self.errors) ** 2)))
+
+    @property
+    def errors_in_words(self) -> str:
+        """The root mean squares of the rows' standard errors: "1 % and 0.3 degrees"."""
+        if self.errors is None:
+            return ""
+        size, angle = np.sqrt(
+            np.mean((self.errors / [self.table.stiffness, np.ones(len(self.table))]) ** 2, axis=1)
+        )
+        return f"{100.0 * size:.2g} % and {np.degrees(angle):.2g} degrees"
 
 
 def compare_tables(
@@ -122,6 +154,7 @@ def compare_tables(
             tuple(np.unique(preload[kept])),
             amplitude=tuple(dict.fromkeys(ends)),
             steps=_STEPS,
+            temperature=temperature,
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
@@ -286,8 +319,6 @@ def _travel(
 ) -> float:
     """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
     features = features_of(in_state(case.effects, unrelaxed=False))
-    model = prepare(
-        case.geometry, mode_of(mode, None), rubber_of(material), case.mesh.refinement, comm, features
-    )
+    model = prepare(case.geometry, modes()[mode], rubber_of(material), case.mesh.refinement, comm, features)
     history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))
     return float(history.displacement[-1])

@@ -10,9 +10,8 @@ from mpi4py import MPI
 
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
-from bushcli.simulate.six_motions import mode_of, whole
 from cases.fields import write_mesh
-from cases.mode import modes, setting_for
+from cases.mode import mode_of, modes, setting_for
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
 
@@ -59,10 +58,7 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
         Ranks that share each mesh.
     """
     asked = {load.mode: mode_of(load.mode, load.six) for load in case.load_cases}
-    asked |= {
-        test.mode: mode_of(test.mode, None if test.six is None else whole(test.six))
-        for test in case.vibrations
-    }
+    asked |= {test.mode: mode_of(test.mode, test.six and test.six.whole_body) for test in case.vibrations}
     asked |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
     alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}

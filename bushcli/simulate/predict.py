@@ -21,13 +21,13 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
-from bushcli.recording import RecordedPath, displacement_noise
+from bushcli.recording import displacement_noise
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
-from bushcli.simulate.curves import change, changed, curve_of
+from bushcli.simulate.curves import change, changed, curve_of, six_curve
 from bushcli.simulate.extent import Extent, measured, of_path, outside
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.prediction_cache import PredictionCache
@@ -40,20 +40,19 @@ from bushcli.simulate.response import (
     Simulated,
     conditions,
 )
-from bushcli.simulate.simulation import Answer, Simulation
-from bushcli.simulate.six_motions import mode_of, six_curve
+from bushcli.simulate.simulation import Answer, FollowedPath, Simulation
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import met_unnoticed, not_shared, sharing, touched
 from cases.history import Interrupted
 from cases.march import History, NotConverged, unsolved
-from cases.mode import Mode, modes
+from cases.mode import Mode, mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Rubber
 from forms.law import law
 
 if TYPE_CHECKING:
-    from bushcli.simulate.six_simulation import Reaction, SixSimulation
+    from bushcli.simulate.reaction import Paths
 
 Array = NDArray[np.float64]
 
@@ -214,7 +213,7 @@ class _Prediction:
     stiffness: bool = False
     stiffness_at: float | None = None
     unrelaxed: bool = False
-    paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
+    paths: Paths = field(default_factory=dict)
 
     def shared_by(self, comm: MPI.Comm) -> _Prediction:
         """Return the run with meshes that these processes share; of several runs alone only the first writes files."""
@@ -317,38 +316,28 @@ class _Prediction:
             unrelaxed=self.unrelaxed,
             state=state_in_words(self.case.effects, self.unrelaxed),
             touched=touched(model, history),
-            before=simulation.remembered if isinstance(simulation, Simulation) else None,
+            before=None if simulation is None else simulation.remembered,
             by_force=channel.by_force,
             largest=largest,
         )
 
-    def _steps(self, channel: SimulatedChannel, simulation: Simulation | Reaction) -> float | None:
+    def _steps(self, channel: SimulatedChannel, simulation: FollowedPath) -> float | None:
         """Choose the steps along a recorded path, and return their error if it was requested."""
         if channel.name in self.kept.fineness:
             simulation.plan(self.kept.fineness[channel.name])
             return None
         return 100.0 * simulation.refine({}) if simulation.path_dependent else None
 
-    def _reaction(self, channel: SimulatedChannel, path: RecordedPath, factor: float) -> Reaction:
-        """Return the model of one channel of a recorded path of six motions; its channels share one simulation."""
-        # Few recordings are such a path: what simulates it is loaded with the first one.
-        from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
-
-        key = (path.name, factor)
-        if key not in self.paths:
-            refinement = replace(self.case.mesh.refinement, factor=factor)
-            active = on_path(self.case.effects, channel.name)
-            self.paths[key] = SixSimulation(
-                self.case.geometry, self.rubber, refinement, active, path, self.comm
-            )
-        active = acting(self.case.effects, channel.name, channel.mode)
-        return Reaction(self.paths[key], path.number, active)
-
-    def simulation(self, channel: SimulatedChannel, factor: float = 1.0) -> Simulation | Reaction | None:
+    def simulation(self, channel: SimulatedChannel, factor: float = 1.0) -> FollowedPath | None:
         """Return the channel with the effects that act on it; None if no effect does."""
         recording = channel.recording
+        refinement = replace(self.case.mesh.refinement, factor=factor)
         if recording is not None and recording.six is not None:
-            return self._reaction(channel, recording.six, factor)
+            # Few recordings are such a path: what simulates it is loaded with the first one.
+            from bushcli.simulate.reaction import reaction
+
+            shape, path = self.case.geometry, recording.six
+            return reaction(recording, path, self.paths, shape, self.rubber, self.case, refinement, self.comm)
         active = acting(self.case.effects, channel.name, channel.mode)
         if not active or channel.six is not None or channel.by_force:
             return None
@@ -359,7 +348,7 @@ class _Prediction:
             self.case.geometry,
             modes()[channel.mode],
             self.rubber,
-            replace(self.case.mesh.refinement, factor=factor),
+            refinement,
             active,
             channel.time,
             channel.displacement,

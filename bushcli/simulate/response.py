@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.curve import Curve, ExactCurve
 from bushcli.curve.earlier import not_from_rest
 from bushcli.effects.names import readable_name
 from bushcli.runtime.condition import Condition
 from cases.history import Interrupted
 from cases.load import LIMIT_POINT
 from cases.mode import modes
+from cases.six import PAIR_MODES
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
-    from bushcli.curve.curve import Curve
     from bushcli.curve.earlier import Earlier
     from bushcli.effects.active import ActiveEffect
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
-    from bushcli.simulate.six_motions import SixCurve
     from bushcli.simulate.stretched import Stretched
     from bushcli.simulate.touching import Touched
     from cases.march import Attempt
@@ -53,6 +53,49 @@ OVERHANGING = (
 
 Progress = Callable[[str, int, int, int, float], None]
 """Called with channel, step, number of steps, Newton iterations, displacement (mm or rad)."""
+
+
+@dataclass(frozen=True)
+class SixCurve:
+    """Motions and reactions of the inner sleeve along a path.
+
+    Attributes
+    ----------
+    time : shape (n,)
+        s.
+    motion, force : shape (n, 6)
+        mm and rad; N and N mm, on the sleeve, about its centre, in axes that do not turn.
+    free : tuple of int
+        Motions that are not prescribed.
+    loaded : tuple of int
+        Those of them whose force is prescribed.
+    lead : int
+        The motion that does most of the work.
+    """
+
+    time: Array
+    motion: Array
+    force: Array
+    free: tuple[int, ...]
+    lead: int
+    loaded: tuple[int, ...] = ()
+
+    def follows(self, k: int) -> str:
+        """Return in words how a motion follows, where it is not prescribed."""
+        return "" if k not in self.free else " (by force)" if k in self.loaded else " (free)"
+
+    @property
+    def mode(self) -> str:
+        """The mode whose displacement and force are the leading motion and its reaction."""
+        return PAIR_MODES[self.lead]
+
+    @property
+    def curve(self) -> Curve:
+        """Reaction of the leading motion over that motion, with at least two points."""
+        k = self.lead
+        if len(self.time) < 2:
+            return Curve(self.mode, np.array([0.0, 1e-9]), np.zeros(2))
+        return ExactCurve(self.mode, self.motion[:, k], self.force[:, k], self.time)
 
 
 @dataclass(frozen=True)

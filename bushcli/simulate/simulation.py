@@ -8,6 +8,7 @@ assembly or of the rig, has its exact derivative.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,7 +23,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
-from bushcli.simulate.schedule import prescribed, schedule
+from bushcli.simulate.schedule import Schedule, prescribed, schedule
 from bushcli.simulate.steps import CONTACT, PLANE, SOLID
 from cases.march import History, march
 from cases.mode import Mode
@@ -89,8 +90,150 @@ def with_values(
     return tuple(found)
 
 
-class Simulation:
-    """A channel that can be solved for any values of its parameters.
+class FollowedPath(ABC):
+    """A recorded path with the effects that act on it, which can be solved for any values of its parameters.
+
+    Attributes
+    ----------
+    model : FiniteElementModel
+    active : tuple of ActiveEffect
+        Effects on the channel, with values.
+    time : shape (n,) or None
+        Times of the samples, s.
+    displacement : shape (n,)
+        mm or rad, as recorded.
+    step_error : float or None
+        Root mean square error of the steps over the force's range, once they have been chosen.
+    """
+
+    model: FiniteElementModel
+    active: tuple[ActiveEffect, ...]
+    time: Array | None
+    displacement: Array
+    step_error: float | None = None
+
+    @property
+    @abstractmethod
+    def fineness(self) -> float:
+        """Factor on the number of steps along the path."""
+
+    @property
+    @abstractmethod
+    def path(self) -> Array:
+        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
+
+    @abstractmethod
+    def plan(self, fineness: float) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default."""
+
+    @abstractmethod
+    def solve(
+        self,
+        parameters: Mapping[str, float],
+        names: Sequence[str] = (),
+        *,
+        keep_states: bool = False,
+        progress: Steps | None = None,
+        patience: int | None = None,
+    ) -> Answer:
+        """Return the force at the samples and its derivatives.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            Values by name, N, mm, MPa, s, rad: those of the law, "compliance" (1/MPa) and "effect.parameter". What is
+            not given keeps the value that the model has; an effect's parameter then has the value of the case.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+        keep_states : bool
+            Whether the history holds the displacement field of each step.
+        progress : Steps or None
+            Called after each step of the march.
+        patience : int or None
+            Failed steps after which a march is given up (`cases.march`).
+
+        Raises
+        ------
+        NotConverged
+            The march could not go on.
+        NoEquilibrium
+            The displacement could not be shared with a spring in series.
+        """
+
+    @property
+    def remembered(self) -> Earlier | None:
+        """The assumed path before the first sample, if the rubber remembers it."""
+        return None
+
+    @property
+    def path_dependent(self) -> bool:
+        """Whether the recorded path has to be marched because the rubber has memory."""
+        return self.model.path_dependent
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether its steps are those of a prescribed program, which are not refined."""
+        return False
+
+    def refine(self, parameters: Mapping[str, float]) -> float:
+        """Choose steps fine enough for the recorded path, and return the error that remains.
+
+        Returns
+        -------
+        float
+            Root mean square change of the force when the steps are halved, over the force's range; zero where
+            nothing is marched.
+
+        Raises
+        ------
+        NotConverged
+        """
+        if not self.path_dependent or self.is_exact:
+            self.step_error = 0.0
+            return 0.0
+        coarse = self.solve(parameters).force
+        while True:
+            fineness = self.fineness
+            self.plan(2.0 * fineness)
+            fine = self.solve(parameters).force
+            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
+            if error <= ACCURATE or fineness >= FINEST:
+                # Return to the steps that were judged: twice as many take twice the time.
+                self.plan(fineness)
+                self.step_error = error
+                return error
+            coarse = fine
+
+
+def logged(
+    active: Sequence[ActiveEffect],
+    steps: Schedule,
+    clock: Array,
+    q: Signal,
+    force: Signal,
+    names: Sequence[str],
+) -> Signal:
+    """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the channel, with values.
+    steps : Schedule
+        Nodes of the march.
+    clock : shape (samples,)
+        Times of the samples, s, or their numbers.
+    q, force : Signal
+        Displacement and force of the bushing at the nodes: mm or rad, N or N mm.
+    names : sequence of str
+        Parameters of the derivatives.
+    """
+    total = rig.parallel(active, q, force, names, np.maximum(steps.time - clock[0], 0.0))
+    return rig.sampled(active, steps.interpolation, clock, total, names)
+
+
+class Simulation(FollowedPath):
+    """A channel of one motion that can be solved for any values of its parameters.
 
     Parameters
     ----------
@@ -134,13 +277,26 @@ class Simulation:
         solid = self.model.mesh.dimension == 3
         contact = getattr(shape, "snubber", None) is not None
         self._count = CONTACT if contact else SOLID if solid else PLANE
-        self.fineness = 1.0
-        self.step_error: float | None = None
         self.plan(1.0)
+
+    @property
+    def fineness(self) -> float:
+        """Factor on the number of steps along the path."""
+        return self._fineness
+
+    @property
+    def path(self) -> Array:
+        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
+        return self._path
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether its steps are those of a prescribed program, which are not refined."""
+        return self.noise is None
 
     def plan(self, fineness: float) -> None:
         """Choose the steps along the path, `fineness` times as many as by default."""
-        self.fineness = fineness
+        self._fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
         else:
@@ -148,7 +304,7 @@ class Simulation:
         earlier = 0 if self.before is None else len(self.before.time)
         samples = np.arange(earlier, earlier + len(self.displacement), dtype=float)
         self._clock = samples if self.time is None else self.time
-        self.path = self.steps.path(self._clock)
+        self._path = self.steps.path(self._clock)
 
     def _whole_path(self) -> tuple[Array | None, Array]:
         """Return time and displacement from rest on: of the samples, and of what was before them."""
@@ -164,11 +320,6 @@ class Simulation:
         """The assumed path before the first sample, if the rubber remembers it."""
         return self.before if self.path_dependent else None
 
-    @property
-    def path_dependent(self) -> bool:
-        """Whether the recorded path has to be marched."""
-        return self.model.path_dependent
-
     # -- solving -------------------------------------------------------------------------------------------------
 
     def solve(
@@ -180,29 +331,7 @@ class Simulation:
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives.
-
-        Parameters
-        ----------
-        parameters : mapping of str to float
-            Values by name, N, mm, MPa, s, rad: those of the law, "compliance" (1/MPa) and "effect.parameter". What is
-            not given keeps the value that the model has; an effect's parameter then has the value of the case.
-        names : sequence of str
-            Parameters by which derivatives are wanted.
-        keep_states : bool
-            Whether the history holds the displacement field of each step.
-        progress : Steps or None
-            Called after each step of the march.
-        patience : int or None
-            Failed steps after which a march is given up (`cases.march`).
-
-        Raises
-        ------
-        NotConverged
-            The march could not go on.
-        NoEquilibrium
-            The displacement could not be shared with a spring in series.
-        """
+        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress, patience)
@@ -225,8 +354,8 @@ class Simulation:
         targets = even_targets(low, high, self._count)
         history = self._sweep(targets, inner, keep_states, progress, patience)
         response = elastic_curve(history, self.odd, inner, names)
-        logged = rig.elastic_response(active, travel, response, names)
-        return Answer(logged.value, logged.slope, history)
+        read = rig.elastic_response(active, travel, response, names)
+        return Answer(read.value, read.slope, history)
 
     def _sweep(
         self,
@@ -275,10 +404,8 @@ class Simulation:
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        start = self._clock[0]
-        total = rig.parallel(active, q, force, names, np.maximum(steps.time - start, 0.0))
-        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
-        return Answer(logged.value, logged.slope, history)
+        read = logged(active, steps, self._clock, q, force, names)
+        return Answer(read.value, read.slope, history)
 
     def _march(
         self,
@@ -319,34 +446,3 @@ class Simulation:
     def _shape(self) -> Shape:
         # A model may have been moved to another shape since (`bushcli.simulate.bodies`).
         return self.model.mesh.shape
-
-    # -- accuracy ------------------------------------------------------------------------------------------------
-
-    def refine(self, parameters: Mapping[str, float]) -> float:
-        """Choose steps fine enough for the recorded path, and return the error that remains.
-
-        Returns
-        -------
-        float
-            Root mean square change of the force when the steps are halved, over the force's range; zero where
-            nothing is marched.
-
-        Raises
-        ------
-        NotConverged
-        """
-        if not self.path_dependent or self.noise is None:
-            self.step_error = 0.0
-            return 0.0
-        coarse = self.solve(parameters).force
-        while True:
-            fineness = self.fineness
-            self.plan(2.0 * fineness)
-            fine = self.solve(parameters).force
-            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
-            if error <= ACCURATE or fineness >= FINEST:
-                # Return to the steps that were judged: twice as many take twice the time.
-                self.plan(fineness)
-                self.step_error = error
-                return error
-            coarse = fine

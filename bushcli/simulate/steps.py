@@ -13,7 +13,5 @@ PLANE, SOLID, CONTACT = 8, 6, 16
 # Of a leg of rubber with memory, or of a line of a path, that goes over the whole range; a shorter one gets
 # proportionally fewer, but no fewer than the second numbers.
 LEG, FEWEST_OF_LEG, FEWEST_OF_LINE = 12, 4, 3
-# Of a segment of a path that `direct` simulates, at least.
-FEWEST_OF_SEGMENT = 2
 # Of a hold, even in the logarithm of time.
 HOLD = 10

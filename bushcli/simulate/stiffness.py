@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
 from bushcli.simulate.channels import SimulatedChannel
-from bushcli.simulate.six_motions import as_path, followed, mode_of, whole
-from cases.mode import Mode, modes
+from cases.equilibrium import Equilibrium
+from cases.march import march
+from cases.mode import Mode, mode_of, modes
 from cases.model import FiniteElementModel
 from cases.program import Program
+from cases.rigid import tangent
+from cases.six import SixPath
 
 Array = NDArray[np.float64]
 
@@ -78,7 +81,7 @@ def matrices(
     """
     program, chosen = with_state(channel, at)
     if channel.path is not None:
-        path, steps, q = whole(channel.path), program, program.displacement
+        path, steps, q = channel.path.whole_body, program, program.displacement
     else:
         path, steps = as_path(modes()[channel.mode], program)
         q = program.from_rest.displacement
@@ -86,5 +89,54 @@ def matrices(
     wanted = {"start": float(steps.displacement[0]), "end": float(steps.displacement[-1])}
     if chosen is not None:
         wanted["at"] = next(time for time, one in reached.items() if one == chosen)
-    _, found = followed(made(mode_of("path", path)), steps, False, lambda *_: None, tuple(wanted.values()))
-    return {state: (reached[time], found.matrices[time]) for state, time in wanted.items()}
+    found = matrices_along(made(mode_of("path", path)), steps, tuple(wanted.values()))
+    return {state: (reached[time], found[time]) for state, time in wanted.items()}
+
+
+def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
+    """March along a path of six motions, and return the stiffness matrix at some of its targets.
+
+    Parameters
+    ----------
+    model : FiniteElementModel
+        Model of the path.
+    program : Program
+        Steps.
+    at : sequence of float
+        Targets with a stiffness matrix, in the unit of the program.
+    """
+    found: dict[float, Array] = {}
+
+    def observe(solver: Equilibrium) -> None:
+        if solver.q in at and solver.q not in found:
+            solver.factorise()
+            found[solver.q] = tangent(model, solver.factor, solver.q).symmetric
+
+    march(model, program, observer=observe)
+    return found
+
+
+def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
+    """Return a mode's program as a path of six motions, without symmetry, and the steps along it from rest on.
+
+    The path's parameter is the distance that the sleeve has travelled.
+    """
+    program = program.from_rest
+    q, time = program.displacement, program.time
+    moves = np.diff(q)
+    # A hold gets a short distance, over which the pose does not change.
+    way = np.where(moves == 0.0, 1e-3 * np.abs(moves).max(), np.abs(moves))
+    along = np.concatenate([[0.0], np.cumsum(way)])
+    turns = np.flatnonzero(np.sign(moves[1:]) != np.sign(moves[:-1])) + 1
+    poses = np.array([pose_of(mode, float(one)) for one in q])
+    return SixPath(along, poses, whole=True), Program(along, time, frozenset(map(int, turns)))
+
+
+def pose_of(mode: Mode, q: float) -> Array:
+    """Return where a mode takes the inner sleeve, (6,) in mm and rad."""
+    from scipy.spatial.transform import Rotation
+
+    corners = np.column_stack([np.zeros(3), np.eye(3)])
+    moved = corners + mode.solid.motion(corners, q)
+    turned = moved[:, 1:] - moved[:, :1]
+    return np.concatenate([moved[:, 0], Rotation.from_matrix(turned).as_rotvec()])

@@ -1,4 +1,4 @@
-"""Path: any of the six motions of the inner sleeve together, prescribed or free of force; q is the path's time.
+"""Path: any of the six motions of the inner sleeve together, prescribed, or moved by a force; q is the path's time.
 
 The mode listed by name moves along a line in all six motions at once; `follow` returns the mode of any other path. Q is
 the power, N mm/s; the reactions are in the history.
@@ -39,7 +39,7 @@ def follow(six: SixPath) -> Mode:
 
 MODE = Mode(
     name="path",
-    summary="six motions of the inner sleeve, each prescribed in time or free of force",
+    summary="six motions of the inner sleeve, each prescribed in time, moved by a prescribed force, or free of force",
     specimen="bushing",
     rotational=False,
     solid=setting(LINE),

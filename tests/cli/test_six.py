@@ -92,6 +92,22 @@ def test_a_path_has_six_motions_and_reactions(cli: Cli, case: Path, tmp_path: Pa
     assert "stiffness matrix at the end" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_a_force_is_prescribed_in_place_of_a_motion(cli: Cli, case: Path) -> None:
+    case.write_text(CASE + PATH.replace("uz = [0.0, 0.0, 3.0]", "fz = [0.0, 0.0, 800.0]"))
+    checked = cli("check", case)
+    assert "3 poses: ux, rz moved; fz prescribed; ry free" in checked.stdout
+    done = cli("direct", case, "--json")
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    (found,) = result["load_cases"]
+    assert (found["by_force"], found["free"]) == (["uz"], ["ry"])
+    assert found["force"]["fz"][-1] == pytest.approx(800.0, rel=1e-6)
+    assert 1.5 < found["motion"]["uz"][-1] < 3.0
+    assert result["case"]["load_cases"][0]["path"]["fz"] == [0.0, 0.0, 800.0]
+    assert result["case"]["load_cases"][0]["path"]["free"] == ["ry"]
+    assert "uz (by force), mm" in cli("direct", case).stdout
+
+
 @pytest.mark.slow
 def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "case.toml"
@@ -115,7 +131,11 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ('path.free=["ux"]', "is in load_cases[0].path.free"),
+        ('path.free=["ux"]', '"ux" in load_cases[0].path.free and load_cases[0].path.ux are given'),
+        ("path.fx=[0.0, 9.0, 9.0]", "load_cases[0].path.ux and load_cases[0].path.fx are given"),
+        ("path.my=[0.0, 9.0, 9.0]", '"ry" in load_cases[0].path.free and load_cases[0].path.my are given'),
+        ("path.fy=[5.0, 9.0, 9.0]", "path.fy begins at 5"),
+        ("path.fy=[0.0, 9.0]", "path.fy has 2 values"),
         ("path.ux=[0.0, 1.0]", "has 2 values"),
         ("path.time=[0.0, 2.0, 1.0]", "does not increase"),
         ("path.time=[1.0, 2.0, 3.0]", "does not begin at 0"),

@@ -104,7 +104,7 @@ def test_direct_loads_what_it_solves_with(tmp_path, plain):
         "rich",
         "pint",
         "bushcli.inverse.identify",
-        "bushcli.simulate.six_simulation",
+        "bushcli.simulate.reaction",
         *REPORTS,
         *STATISTICS,
     )

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from bushcli.inverse.thinned import fit_thinned
+from bushcli.recording.dynamic.table import DynamicTable
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import modulus, sweep
 from cases.dynamic.pencil import Pencil
@@ -18,6 +20,7 @@ from cases.mode import modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
 from cases.sine import ThinnedSpectrum
+from forms.branches.payne import spectrum
 from forms.law import law
 from geometry.shape import Refinement, shapes
 
@@ -114,3 +117,32 @@ def test_vectors_are_added_until_the_balance_is_that_of_the_whole_body(mode: str
         assert_allclose(model.stiffness(np.array([0.5]), np.array([1.0]))[0], coarse, rtol=5e-4)
 
     bushing(mode, q, see=see)
+
+
+def test_constants_are_found_from_a_noisy_sweep() -> None:
+    truth = {"tau": 500.0, "decades": 4.5, "slope": -0.2, "path": 2e4, "offset": 0.05, "exponent": 1.8}
+    moduli, times = spectrum(4.0, truth["tau"], truth["decades"], truth["slope"])
+    thinned = ThinnedSpectrum(moduli, times, truth["path"], truth["offset"], truth["exponent"])
+    strain = np.geomspace(1e-4, 0.2, 25)
+    exact = 2.0 * (1.0 + thinned.harmonics(np.sqrt(3.0) * strain, 1.0)[0])
+    noise = 1.0 + 0.005 * np.random.default_rng(1).standard_normal((2, len(strain)))
+    nothing = np.full(len(strain), np.nan)
+    table = DynamicTable(
+        "sweep",
+        "uniaxial",
+        "E",
+        frequency=np.ones(len(strain)),
+        amplitude=strain,
+        storage=exact.real * noise[0],
+        loss=exact.imag * noise[1],
+        **dict.fromkeys(
+            ("preload", "preload_force", "temperature", "storage_error", "loss_error", "third_harmonic"),
+            nothing,
+        ),
+    )
+    found = fit_thinned(table, float(np.sqrt(3.0)))
+    assert max(found.storage_percent, found.loss_percent) < 0.7
+    again = found.at(strain, np.ones(len(strain)))
+    assert_allclose(again, exact, rtol=5e-3)
+    # One frequency leaves spectrum and clock to each other; the modulus that amplitude takes away is certain.
+    assert found.modulus == pytest.approx(8.0, rel=0.15)

@@ -21,7 +21,7 @@ from bushcli.cli import main
 from bushcli.effects.effect import effects, effects_on
 from bushcli.export import all_writers
 from bushcli.recording import read_recording
-from bushcli.recording.header.header import match_quality
+from bushcli.recording.header.name import match_quality
 from bushcli.recording.source import UNITS, Source
 from bushcli.report import diagnosis_json
 from cases.mode import Mode, modes

@@ -70,3 +70,18 @@ def test_two_sweeps_that_agree_beside_others_that_do_not_are_named(at):
     found = table_faults(PLAIN, [table])
     assert {fault.kind for fault in found} == {"spikes", "temperature"}
     assert all(len(fault.samples) == len(table) for fault in found)
+
+
+@pytest.mark.parametrize("mass", [0.0, 0.3, -0.6])
+def test_inertia_of_a_fixture_is_no_row_off_its_curve(mass):
+    """A clamp of 0.3 kg takes 3,000 N/mm down to 2,250 N/mm at 250 Hz; a wrong row is still found."""
+    frequency = np.geomspace(1.0, 250.0, 14)
+    turned = 2j * np.pi * frequency * 0.0025
+    stiffness = 2400.0 * (1.0 + 0.26 * turned / (1.0 + turned)) - 1e-3 * mass * (2 * np.pi * frequency) ** 2
+    empty = sweeps([20.0], quantity="stiffness", mode="axial").rows(np.arange(14))
+    table = replace(empty, frequency=frequency, storage=stiffness.real, loss=stiffness.imag)
+    table = replace(table, amplitude=np.full(14, 0.05))
+    assert kinds(table) == []
+    table.storage[5] *= 1.5
+    (fault,) = table_faults(PLAIN, [table])
+    assert list(np.flatnonzero(fault.samples)) == [5]

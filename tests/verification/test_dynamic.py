@@ -15,14 +15,14 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.special import jv, yv
 
-from bushcli.simulate.six_motions import followed, mode_of
+from bushcli.simulate.stiffness import matrices_along
 from cases.dynamic.model import DynamicModel, sweep
 from cases.dynamic.pencil import Pencil
 from cases.dynamic.reduction import reduced
 from cases.equilibrium import Equilibrium
 from cases.feature import Feature, Installed
 from cases.march import march
-from cases.mode import modes
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.simulate import Rubber, prepare
@@ -221,7 +221,7 @@ def test_pose() -> None:
     found, _ = vibrating(model, 1.0, steps=2)
     across = replace(found, transfer=True)
     steps = Program(np.array([0.5, 1.0]))
-    static = followed(model, steps, False, lambda *_: None, (1.0,))[1].matrices[1.0]
+    static = matrices_along(model, steps, (1.0,))[1.0]
     size = np.abs(static).max()
     for one in (found, across):
         assert_allclose(one.matrix(np.array([1e-3]), ())[0], static, atol=1e-6 * size)

@@ -224,6 +224,23 @@ def test_free_motions_have_no_reaction_and_prescribing_them_changes_nothing(free
     np.testing.assert_allclose(again.energy, history.energy, rtol=1e-9)
 
 
+@pytest.mark.parametrize("free", [(0, 4), (2, 4, 5), (0, 1, 2, 3, 4, 5)])
+def test_prescribed_forces_give_the_motions_that_have_them_as_reactions(free, rubber):
+    held = path_of([1.0, 0, 0, 0, 0, 0], MIXED)
+    program = Program(np.array([0.5, 1.0, 1.5, 2.0]), None, frozenset({1}))
+    moved = march(model_of(held, rubber("yeoh", 200.0)), program, tolerance=SHARP)
+    # Between the corners the forces are not those of the straight motions; at the corners they are.
+    load = np.array([np.zeros(6), moved.reactions[1], moved.reactions[3]])
+    six = SixPath(held.time, held.motion, free, load=load)
+    assert six.loaded == free
+    found = march(model_of(six, rubber("yeoh", 200.0)), program, tolerance=SHARP)
+    for corner in (1, 3):
+        scale = np.abs(moved.reactions[corner]).max()
+        np.testing.assert_allclose(found.motion[corner], moved.motion[corner], atol=1e-8)
+        np.testing.assert_allclose(found.reactions[corner], moved.reactions[corner], atol=1e-8 * scale)
+    assert found.energy[3] == pytest.approx(moved.energy[3], rel=1e-8)
+
+
 def test_work_of_the_reactions_is_the_stored_energy(rubber):
     """Gauss-Legendre integration of the power, with a free motion whose force does no work."""
     nodes, weights = np.polynomial.legendre.leggauss(7)

@@ -111,7 +111,11 @@ EFFECT = Effect(
         *_branch(1, 0.2, 10.0),
         *_branch(2, 0.1, 1.0),
         *_branch(3, 0.1, 100.0),
-        *(p for i in range(SEARCHED + 1, MOST + 1) for p in _branch(i, 0.1, 10.0 ** (i - 1))),
+        *(
+            p
+            for i in range(SEARCHED + 1, MOST + 1)
+            for p in _branch(i, 0.1, 0.3 * 10.0 ** (i - SEARCHED - 1))
+        ),
     ),
     how_often="usual",
     families=("dissipation",),

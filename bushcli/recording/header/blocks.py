@@ -8,7 +8,7 @@ from itertools import pairwise, takewhile
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.header import is_units_row, named_columns
+from bushcli.recording.header.name import is_units_row, named_columns
 from bushcli.recording.header.units import certain_unit
 from bushcli.recording.text.lines import Line, numbers_in, split_line, trimmed
 

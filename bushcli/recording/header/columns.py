@@ -10,23 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.header.column_units import given_unit, unit_of
-from bushcli.recording.header.doubts import ranges_of, refuse_compression, refuse_date, refuse_other_strain
-from bushcli.recording.header.header import heading
-from bushcli.recording.header.hints import headless, hint
+from bushcli.recording.header.above import refuse_factor
+from bushcli.recording.header.column_units import unit_of
 from bushcli.recording.header.match import (
-    TRUE_STRAIN,
-    TRUE_STRESS,
+    EITHER_TRUE,
+    KIND,
+    TRUE,
+    Candidate,
     WantedColumn,
     by_unit,
     candidates,
+    columns_as,
     identical,
-    quality_of,
-    written_units,
 )
-from bushcli.recording.header.meaning import meaning_of
-from bushcli.recording.header.stated_factors import refuse_factor
+from bushcli.recording.header.meaning import (
+    meaning_of,
+    ranges_of,
+    refuse_compression,
+    refuse_date,
+    refuse_other_strain,
+)
+from bushcli.recording.header.name import heading, match_quality, named_columns
 from bushcli.recording.header.units import tabulated_unit
+from bushcli.recording.header.vocabulary import EXTREME_WORDS
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import Instant
 from bushcli.recording.text.table import Table
@@ -39,6 +45,16 @@ _EXPECTED = {
     "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
 }  # fmt: skip
 _SHEARED = {"strain": "shear_strain", "stress": "shear_stress_MPa"}
+#: What a coupon's file has in place of what is needed, and the key of the case file that converts it.
+_RAW = {
+    "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
+}  # fmt: skip
+_COUPONS = "uniaxial, equibiaxial, planar or volumetric"
+#: Other specimens, the quantity by which they are known, and their modes.
+_OTHER_MODES = (
+    ("translation", "length", "axial or radial"), ("rotation", "angle", "torsional or conical"),
+    ("coupon", "stretch", _COUPONS), ("coupon", "strain", _COUPONS),
+)  # fmt: skip
 #: Parts of names that may be those of a time, in whatever other words.
 _TIMES = re.compile(
     r"time|zeit|elapsed|seconds|врем|temps|tempo|tiempo|时间|時間|^\W*t(?![^\W_])", re.IGNORECASE
@@ -78,97 +94,146 @@ class Column:
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
     """Return the column of a quantity; None for a time that the file lacks."""
-    if quantity == "time" and source.is_untimed:
-        return None
     wanted = WantedColumn.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
-    index, remarks = _found(table, wanted) if chosen is None else (chosen_index(table, chosen), ())
+    timed = quantity == "time"
+    index, remarks = (None, ()) if timed and source.is_untimed else _found(table, wanted, chosen)
+    # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
+    clock = table.clock(index, source.units.get("time", "")) if timed and index is not None else None
+    if clock is not None and index is not None:
+        return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
     if index is None:
         return None
-    # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
-    clock = table.clock(index, source.units.get("time", "")) if quantity == "time" else None
-    if clock is not None:
-        return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
-    meaning = meaning_of(table, wanted, index, source, chosen is not None)
-    if meaning.form == "true" or chosen is not None:
-        wanted = replace(wanted, allowed=wanted.allowed | TRUE_STRESS | TRUE_STRAIN)
-    known = given_unit(table, wanted, index, wanted.given) if wanted.given else unit_of(table, wanted, index)
+    one = Candidate(table, index, wanted)
+    form, meant = meaning_of(one, source, chosen is not None)
+    if form == "true" or chosen is not None:
+        one = replace(one, wanted=replace(wanted, allowed=wanted.allowed | EITHER_TRUE))
+    known = unit_of(one)
     if not wanted.given:
-        refuse_factor(table, source, wanted, index)
-    read, remarks = known.unit, (*remarks, *meaning.remarks, *known.remarks)
+        refuse_factor(one, source)
     numbers = table.numbers(index, source.accept)
-    remarks += tuple(ranges_of(table, quantity, index, numbers, known.assumed))
-    values = numbers * read.factor
-    if mode.specimen == "coupon" and quantity != "time":
-        refuse_compression(table, source, mode, quantity, index, values, meaning.form)
-    if quantity == "time" and known.assumed:
-        refuse_date(table, index, values)
+    remarks = (*remarks, *meant, *known.remarks, *ranges_of(one, numbers, known.assumed))
+    values = numbers * known.unit.factor
+    if mode.specimen == "coupon" and not timed:
+        refuse_compression(one, source, values)
+    if timed and known.assumed:
+        refuse_date(one, values)
     if wanted.measured == "strain" and not wanted.given:
-        refuse_other_strain(table, index, read, values)
-    if wanted.measured == "strain" and read.name == "stretch":
+        refuse_other_strain(one, known.unit, values)
+    if wanted.measured == "strain" and known.unit.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
-            what = f"{table.label(index)}: a stretch of {table.text(row, index)} is impossible"
-            expected = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
-            raise RecordingError(Problem(table.place(row), what, "", expected))
+            what = f"{one.label}: a stretch of {table.text(row, index)} is impossible"
+            raise table.refused(
+                what, 'if it is a strain, give units = {displacement = "strain"} or "percent"', row
+            )
         values = values - 1.0
     values = -values if quantity in (source.reverse or ()) else values
-    begin = table.origin if quantity == "time" else None
-    return Column(index, values, read.name, remarks, known.assumed, begin, meaning.form)
+    return Column(
+        index, values, known.unit.name, remarks, known.assumed, table.origin if timed else None, form
+    )
 
 
-def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int | None:
-    """Return the column of a quantity, from 0; None for a time that the file lacks; see `column`."""
-    chosen = source.columns.get(quantity)
-    if chosen is not None:
-        return chosen_index(table, chosen)
-    return _found(table, WantedColumn.of(source, mode, quantity))[0]
+def found_index(table: Table, source: Source, mode: Mode, quantity: Quantity) -> int:
+    """Return the column of a displacement or force, from 0; see `column`."""
+    index, _ = _found(table, WantedColumn.of(source, mode, quantity), source.columns.get(quantity))
+    assert index is not None  # a quantity that is missing is refused
+    return index
 
 
-def _found(table: Table, wanted: WantedColumn) -> tuple[int | None, tuple[str, ...]]:
+def _found(
+    table: Table, wanted: WantedColumn, chosen: str | int | None
+) -> tuple[int | None, tuple[str, ...]]:
     """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
-    best = candidates(table, wanted)
-    quantity, measured = wanted.quantity, wanted.measured
+    best = candidates(table, wanted) if chosen is None else [chosen_index(table, chosen)]
     # The names are right, but their units belong to another quantity: a force in kg, a time in m.
-    heads = [heading(name) for name in table.names]
-    alike = [i for i, head in enumerate(heads) if i not in best and quality_of(head, wanted) >= 3]
-    if wanted.given and not best and len(alike) == 1:
-        return alike[0], ()
-    unnamed = [] if best or alike else by_unit(table, wanted)
-    best = best or unnamed
-    if len(best) == 1:
-        taken = f"{table.label(best[0])} is read as the {quantity} because of its unit"
-        return best[0], (taken,) if unnamed else ()
-    if best and identical(table, best, wanted):
-        labels = " and ".join(table.label(i) for i in best)
-        return best[0], (f"{labels} are identical; one of them is used",)
-    if quantity == "time" and not best:
-        if alike:
-            unit_of(table, wanted, alike[0])
+    alike = [
+        one for one in columns_as(table, wanted) if one.index not in best and wanted.quality(one.head) >= 3
+    ]
+    said: tuple[str, ...] = ()
+    if not best and wanted.given and len(alike) == 1:
+        best = [alike[0].index]
+    elif not best and not alike:
+        best = by_unit(table, wanted)
+        said = tuple(f"{table.label(i)} is read as the {wanted.quantity} because of its unit" for i in best)
+    if len(best) > 1 and identical(table, best, wanted):
+        said = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
+    elif len(best) > 1:
+        raise _several(table, wanted, best)
+    elif not best and wanted.quantity == "time":
+        for one in alike[:1]:
+            unit_of(one)
         clocks = [i for i in range(len(table.names)) if table.clock(i) is not None]
-        return (clocks[0], ()) if len(clocks) == 1 else (None, ())
-    key = f"columns = {{{quantity} = ...}} in the case file"
-    if best:
-        several = " and ".join(table.label(i) for i in best[:8])
-        what = f"{several} could each be the {quantity}"
-        expected = f"name one, or give its number: {key}"
-        if quantity == "time":
-            expected = (
-                f"if all rows were measured at one of them, {expected}; if each is that of another channel, put "
-                "it in front of its channel, and the channels are read with their own times"
-            )
-        raise RecordingError(Problem(table.where, what, "", expected))
-    other = hint(table, wanted)
-    if alike and not other:
-        unit_of(table, wanted, alike[0])
-    listed = ", ".join(name for name in table.names if name)
-    expected_name = _EXPECTED[measured]
-    if measured in _SHEARED and wanted.mode.sheared:
-        expected_name = _SHEARED[measured]
-    what = f"no column {expected_name}, which mode {wanted.mode.name} needs"
-    what += f"; there are {listed[:300]}" if listed else f"; {headless(table)}"
-    expected = f"or choose a column by name or number: {key}"
-    raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))
+        best = clocks if len(clocks) == 1 else []
+    elif not best:
+        raise _missing(table, wanted, alike)
+    return best[0] if best else None, said
+
+
+def _several(table: Table, wanted: WantedColumn, best: list[int]) -> RecordingError:
+    """Return the error about several columns that could each be a quantity."""
+    expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"
+    if wanted.quantity == "time":
+        expected = (
+            f"if all rows were measured at one of them, {expected}; if each is that of another channel, put "
+            "it in front of its channel, and the channels are read with their own times"
+        )
+    several = " and ".join(map(table.label, best[:8]))
+    return table.refused(f"{several} could each be the {wanted.quantity}", expected)
+
+
+def _missing(table: Table, wanted: WantedColumn, alike: list[Candidate]) -> RecordingError:
+    """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
+    other = _hint(table, wanted)
+    if not other:
+        for one in alike[:1]:
+            unit_of(one)
+    listed = ", ".join(filter(None, table.names))
+    named = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(wanted.measured, _EXPECTED[wanted.measured])
+    what = f"no column {named}, which mode {wanted.mode.name} needs"
+    what += f"; there are {listed[:300]}" if listed else f"; {_headless(table)}"
+    expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
+    return table.refused(what + (f"; {other}" if other else ""), expected)
+
+
+def _hint(table: Table, wanted: WantedColumn) -> str:
+    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns."""
+    mode, measured = wanted.mode, wanted.measured
+    heads = [heading(name) for name in table.names if name]
+    extreme = [head for head in heads if set(head.words) & EXTREME_WORDS]
+    here = "rotation" if mode.rotational else "translation"
+    said = []
+    if any(head.without(EXTREME_WORDS).quality(measured) for head in extreme):
+        said = ["are its rows the extremes of cycles? The samples of whole cycles are needed"]
+    elif mode.specimen == "coupon":
+        true = TRUE["stress" if measured == "stress" else "strain"]
+        raw, key = _RAW.get(measured, ("", ""))
+        if any(head.without(true).quality(measured) and set(head.words) & true for head in heads):
+            said = [f'if it is a true {measured}, give {measured} = "true"']
+        elif raw and any(head.quality(raw) for head in heads):
+            said = [f"the file has a {KIND[raw]}: give {key} of the specimen in mm"]
+    else:
+        said = [
+            f"is this a recording of mode {modes}?"
+            for specimen, kind, modes in _OTHER_MODES
+            if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name)
+        ]
+    return said[0] if said else ""
+
+
+def _headless(table: Table) -> str:
+    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields."""
+    lines = (
+        (number, [field.strip() for field in text.split(delimiter)])
+        for number, text in reversed(table.preamble)
+        for delimiter in ("\t", ";", ",")
+    )
+    said = (
+        f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
+        for number, fields in lines
+        if len(fields) > 1 and named_columns(fields) > 1
+    )
+    return next(said, "the table has no header")
 
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
@@ -176,7 +241,8 @@ def untaken_time(table: Table, taken: Collection[int]) -> list[str]:
     found = []
     for i, name in enumerate(table.names):
         # A name may be nothing but a unit: "ms".
-        units = [tabulated_unit(text) for text in (name, *written_units(table, i, heading(name)))]
+        head = heading(name)
+        units = [tabulated_unit(text) for text in (name, *head.written, table.units[i])]
         named = _TIMES.search(name) is not None
         if i not in taken and (named or any(unit is not None and unit.measured == "time" for unit in units)):
             found.append(
@@ -191,23 +257,17 @@ def chosen_index(table: Table, chosen: str | int) -> int:
     width = len(table.names)
     if isinstance(chosen, int):
         if chosen > width:
-            what = f"has no column {chosen}"
-            raise RecordingError(Problem(table.where, what, "", f"the table has {width} columns"))
+            raise table.refused(f"has no column {chosen}", f"the table has {width} columns")
         return chosen - 1
-    folded = [name.strip().casefold() for name in table.names]
     plain, wanted = [heading(name).name for name in table.names], heading(chosen).name
-    for names, one in ((folded, chosen.strip().casefold()), (plain, wanted)):
-        hits = [i for i, name in enumerate(names) if name and name == one]
-        if len(hits) == 1:
-            return hits[0]
-        if len(hits) > 1:
-            if all(np.array_equal(table.numbers(hits[0]), table.numbers(i)) for i in hits[1:]):
-                return hits[0]
-            what = f'has {len(hits)} columns named "{chosen}"'
-            numbers = ", ".join(str(i + 1) for i in hits)
-            raise RecordingError(Problem(table.where, what, "", f"give a number: {numbers}"))
-    named = [name for name in table.names if name]
-    near = dict(zip(plain, table.names, strict=True)).get(nearest(wanted, plain), "")
-    what = f'has no column "{chosen}"'
-    listed = ", ".join(named)[:300] or f"no header; give a number from 1 to {width}"
-    raise RecordingError(Problem(table.where, what, near, listed))
+    folded = [name.strip().casefold() for name in table.names]
+    same = [i for i, name in enumerate(folded) if name and name == chosen.strip().casefold()]
+    hits = same or [i for i, name in enumerate(plain) if name and name == wanted]
+    if not hits:
+        near = dict(zip(plain, table.names, strict=True)).get(nearest(wanted, plain), "")
+        listed = ", ".join(filter(None, table.names))[:300] or f"no header; give a number from 1 to {width}"
+        raise RecordingError(Problem(table.where, f'has no column "{chosen}"', near, listed))
+    if any(not np.array_equal(table.numbers(hits[0]), table.numbers(i)) for i in hits[1:]):
+        numbers = ", ".join(str(i + 1) for i in hits)
+        raise table.refused(f'has {len(hits)} columns named "{chosen}"', f"give a number: {numbers}")
+    return hits[0]

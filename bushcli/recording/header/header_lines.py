@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.factors import factor_in
-from bushcli.recording.header.header import heading, is_units_row, match_quality, named_columns
+from bushcli.recording.header.name import factor_in, heading, is_units_row, match_quality, named_columns
 from bushcli.recording.header.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
 from bushcli.recording.text.lines import Line, numbers_in, split_line, trimmed
 from bushcli.recording.text.table import SHOWN

@@ -7,24 +7,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.errors import RecordingError
-from bushcli.recording.header.header import Heading, heading, is_unnamed, says_measured, without, word_quality
-from bushcli.recording.header.quality import name_quality
-from bushcli.recording.header.units import find_unit, plain_unit, tabulated_unit
-from bushcli.recording.header.vocabulary import SPECIAL, is_foreign
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header.name import SYMBOLS, Heading, heading
+from bushcli.recording.header.units import Unit, find_unit, plain_unit, tabulated_unit
+from bushcli.recording.header.vocabulary import SPECIAL
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.table import Table
 from cases.mode import Mode, modes
 
-#: Words of a true stress, and of a true strain.
-TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
-TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische", "ln", "natural"})
-#: What stands behind the name of a volume ratio, in place of a unit.
-SYMBOLS = frozenset({"J", "j", "V0", "v0", "V_0", "γ", "τ"})
+#: Names of quantities in messages.
+KIND = {
+    "time": "time", "length": "length", "angle": "rotation", "force": "force", "moment": "moment",
+    "strain": "stretch or strain", "stress": "stress", "shear": "shear strain",
+}  # fmt: skip
+#: Words of a true stress and of a true strain, by the quantity that is measured.
+TRUE = {
+    "stress": frozenset({"true", "wahre", "cauchy"}),
+    "strain": frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische", "ln", "natural"}),
+}
+EITHER_TRUE = TRUE["stress"] | TRUE["strain"]
+#: Kinds of names of a coupon's columns in simple shear, and in a volumetric test, before those of any other test.
+_SHEARED = {"strain": ("shear",), "stress": ("shear stress",)}
+_VOLUMETRIC = {"strain": ("volume ratio", "volume strain"), "stress": ("pressure",)}
 #: Modes of a coupon whose strain and stress along the load extensometers call axial.
 _ALONG = ("uniaxial", "planar")
 #: Words for a change of length that are a strain where they are in percent.
-STRETCHING = frozenset(
+_STRETCHING = frozenset(
     {"elongation", "extension", "deformation", "verformung", "verlängerung", "compression", "stauchung"}
 )
 
@@ -43,16 +51,10 @@ class WantedColumn:
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of names (`WORDS`, `SPECIAL`) that the column can have."""
-        if self.measured not in ("strain", "stress"):
-            return (self.measured,)
-        strain = self.measured == "strain"
-        if self.mode.sheared:
-            return ("shear", "strain") if strain else ("shear stress", "stress")
-        if self.mode.needs_compressibility:
-            return (
-                ("volume ratio", "volume strain", "stretch", "strain") if strain else ("pressure", "stress")
-            )
-        return ("stretch", "strain") if strain else ("stress",)
+        sheared = _SHEARED.get(self.measured, ()) if self.mode.sheared else ()
+        volume = _VOLUMETRIC.get(self.measured, ()) if self.mode.needs_compressibility else ()
+        stretch = ("stretch",) if self.measured == "strain" and not sheared else ()
+        return (*sheared, *(volume if not sheared else ()), *stretch, self.measured)
 
     @staticmethod
     def of(source: Source, mode: Mode, quantity: Quantity) -> WantedColumn:
@@ -65,16 +67,87 @@ class WantedColumn:
         quantity : Quantity
         """
         measured = source.measured(quantity, mode.specimen, mode.rotational)
-        allowed: frozenset[str] = frozenset()
-        if measured == "stress" and source.specimen.stress == "true":
-            allowed = TRUE_STRESS
-        if measured == "strain" and source.specimen.strain == "true":
-            allowed = TRUE_STRAIN
-        if mode.sheared:
-            allowed |= {"shear", "simple"}
-        if mode.needs_compressibility:
-            allowed |= {"hydrostatic"}
+        form = {"stress": source.specimen.stress, "strain": source.specimen.strain}.get(measured)
+        allowed = TRUE[measured] if form == "true" else frozenset[str]()
+        allowed |= {"shear", "simple"} if mode.sheared else set()
+        allowed |= {"hydrostatic"} if mode.needs_compressibility else set()
         return WantedColumn(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
+
+    def quality(self, head: Heading) -> int:
+        """Return how surely the words of a name mean it, see `bushcli.recording.header.name.match_quality`."""
+        plain = head.without(self.allowed)
+        return max((head if kind in SPECIAL else plain).quality(kind) for kind in self.kinds)
+
+    def is_special(self, head: Heading) -> bool:
+        """Whether a name means it in the test of its own mode alone."""
+        return any(head.quality(kind) for kind in self.kinds if kind in SPECIAL)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A column of a table, its index from 0, as what it may be: what its name means, and its units."""
+
+    table: Table
+    index: int
+    wanted: WantedColumn
+
+    @property
+    def head(self) -> Heading:
+        """The parts of its name."""
+        return heading(self.table.names[self.index])
+
+    @property
+    def label(self) -> str:
+        """Its name in messages."""
+        return self.table.label(self.index)
+
+    @property
+    def written(self) -> tuple[str, ...]:
+        """Its units as written in its name and in the row of units."""
+        row = self.table.units[self.index]
+        has_row = plain_unit(row) != ""
+        named = self.head.written and heading(self.table.names[self.index], has_row).written
+        return (*named, row) if has_row else named
+
+    @property
+    def units(self) -> list[Unit | None]:
+        """What these mean; None for an unknown one."""
+        return [find_unit(text, self.wanted.measured) for text in self.written]
+
+    @property
+    def is_understood(self) -> bool:
+        """Whether it has units, and all of them are known."""
+        return bool(self.written) and None not in self.units
+
+    @property
+    def rank(self) -> int:
+        """How surely it is the quantity by its name; one that says that it was measured ranks higher."""
+        wanted, words = self.wanted, set(self.head.words)
+        special = wanted.is_special(self.head)
+        units = [
+            u for text, u in zip(self.written, self.units, strict=True) if not (special and text in SYMBOLS)
+        ]
+        own = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
+        quality = wanted.quality(self.head)
+        if words & modes().keys() and own.isdisjoint(words):
+            # A volumetric strain is none of a uniaxial test; what a rig calls axial may be radial to the bushing.
+            quality = min(quality, 0 if wanted.mode.specimen == "coupon" else 1)
+        foreign = any(unit is not None and unit.measured != wanted.measured for unit in units)
+        # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
+        more = 5 * self.head.is_measured + 10 * (not wanted.allowed.isdisjoint(words))
+        return quality + more if quality and not foreign else 0
+
+    def refused(self, what: str, near: str = "", instead: str = "") -> RecordingError:
+        """Return the error about its unit; the remedy is to give the unit, or what stands `instead`."""
+        table = self.table
+        where = f"{table.path}:{table.header_line}" if table.header_line else table.where
+        expected = f'give the unit in the table of the case file: units = {{{self.wanted.quantity} = "..."}}'
+        return RecordingError(Problem(where, f"{self.label}{what}", near, instead or expected))
+
+
+def columns_as(table: Table, wanted: WantedColumn) -> list[Candidate]:
+    """Return all columns of a table as what they may be."""
+    return [Candidate(table, index, wanted) for index in range(len(table.names))]
 
 
 def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
@@ -92,12 +165,10 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
 
 def _could_have(table: Table, source: Source, wanted: WantedColumn) -> bool:
     chosen = source.columns.get(wanted.quantity)
-    if isinstance(chosen, int):
-        return chosen <= len(table.names)
-    if chosen is not None:
-        name = heading(chosen).name
-        return any(heading(other).name == name for other in table.names)
-    return bool(candidates(table, wanted) or by_unit(table, wanted))
+    if chosen is None:
+        return bool(candidates(table, wanted) or by_unit(table, wanted))
+    names = {heading(name).name for name in table.names}
+    return chosen <= len(table.names) if isinstance(chosen, int) else heading(chosen).name in names
 
 
 def candidates(table: Table, wanted: WantedColumn) -> list[int]:
@@ -108,123 +179,60 @@ def candidates(table: Table, wanted: WantedColumn) -> list[int]:
     table : Table
     wanted : WantedColumn
     """
-    rank = [_rank(table, i, heading(name), wanted) for i, name in enumerate(table.names)]
+    every = columns_as(table, wanted)
+    rank = [one.rank for one in every]
     if not any(table.names):
         # A row of units alone identifies a column if it is unambiguous.
-        units = [tabulated_unit(unit) for unit in table.units]
+        units = map(tabulated_unit, table.units)
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
-    best = [i for i, q in enumerate(rank) if q == max(rank) > 0]
+    best = [one for one, quality in zip(every, rank, strict=True) if quality == max(rank) > 0]
     # Beside "Force [N]", a column "Force [a.u.]" or "2*Force [N]" is not meant.
-    if len(best) > 1 and any(_is_understood(table, i, wanted) for i in best):
-        best = [i for i in best if _is_understood(table, i, wanted) or not _has_unit(table, i)]
-    words = {i: set(heading(table.names[i]).words) & modes().keys() for i in best}
+    if any(one.is_understood for one in best):
+        best = [one for one in best if one.is_understood or not one.written or len(best) == 1]
     # Beside "Axial Force", the mode decides which force is meant.
-    own = [i for i in best if wanted.mode.name in words[i]]
-    neutral = [i for i in best if not words[i]]
-    return (own or neutral or best) if len(best) > 1 else best
+    own = [one.index for one in best if wanted.mode.name in one.head.words]
+    neutral = [one.index for one in best if modes().keys().isdisjoint(one.head.words)]
+    every_best = [one.index for one in best]
+    return (own or neutral or every_best) if len(best) > 1 else every_best
 
 
 def named_as(table: Table, wanted: WantedColumn) -> list[int]:
     """Return all columns, from 0, whose names may mean a quantity, however surely."""
-    return [i for i, name in enumerate(table.names) if _rank(table, i, heading(name), wanted)]
-
-
-def _is_understood(table: Table, index: int, wanted: WantedColumn) -> bool:
-    """Whether a column has units, and all of them are known."""
-    written = written_units(table, index, heading(table.names[index]))
-    return bool(written) and all(find_unit(text, wanted.measured) is not None for text in written)
-
-
-def _has_unit(table: Table, index: int) -> bool:
-    return bool(written_units(table, index, heading(table.names[index])))
+    return [one.index for one in columns_as(table, wanted) if one.rank]
 
 
 def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     """Return the columns in a unit of the quantity whose names do not describe it: ``Channel 3 [mm]``.
 
-    A strain in percent must be called one of `STRETCHING`: ``Extension (%)``.
+    A strain in percent must be called a change of length: ``Extension (%)``.
 
     Parameters
     ----------
     table : Table
     wanted : WantedColumn
     """
-    if not any(table.names):
-        return []
-    found = []
-    for i, name in enumerate(table.names):
-        head = heading(name)
-        units = [find_unit(text, wanted.measured) for text in written_units(table, i, head)]
+    stretching = _STRETCHING | ({"shear"} if wanted.mode.sheared else set())
+
+    def fits(one: Candidate) -> bool:
+        names = [unit and unit.name for unit in one.units]
         if wanted.measured == "strain":
-            if (STRETCHING | ({"shear"} if wanted.mode.sheared else set())) & set(head.words) and [
-                one and one.name for one in units
-            ] == ["percent"]:
-                found.append(i)
-            continue
-        if units and is_unnamed(head) and all(u is not None and u.measured == wanted.measured for u in units):
-            found.append(i)
-    return found
+            return names == ["percent"] and not stretching.isdisjoint(one.head.words)
+        own = all(unit is not None and unit.measured == wanted.measured for unit in one.units)
+        return bool(names) and own and one.head.is_unnamed
+
+    return [one.index for one in columns_as(table, wanted) if fits(one)] if any(table.names) else []
 
 
 def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> bool:
     """Whether several columns hold the same numbers in the same units."""
-    if len({_units(table, i, wanted) for i in columns}) > 1:
-        return False
+
+    def units(index: int) -> tuple[object, ...]:
+        one = Candidate(table, index, wanted)
+        known = zip(one.written, one.units, strict=True)
+        return tuple((unit.measured, unit.factor) if unit else text for text, unit in known)
+
     try:
-        first = table.numbers(columns[0], wanted.accept)
-        return all(np.array_equal(first, table.numbers(i, wanted.accept)) for i in columns[1:])
+        numbers = [table.numbers(index, wanted.accept) for index in columns]
     except RecordingError:
         return False
-
-
-def quality_of(head: Heading, wanted: WantedColumn) -> int:
-    """Return how surely the words of a name mean a quantity, see `bushcli.recording.header.header.match_quality`."""
-    plain = without(head, wanted.allowed)
-    return max(
-        special_quality(head, kind) if kind in SPECIAL else word_quality(plain, kind) for kind in wanted.kinds
-    )
-
-
-def special_quality(head: Heading, kind: str) -> int:
-    """Return how surely a name means a quantity of one mode of coupons alone, a key of `SPECIAL`: as `word_quality`."""
-    if any(is_foreign(word) for word in head.words if word not in ("shear", "hydrostatic")):
-        return 0
-    symbols = [text.lower() for text in head.written if text in SYMBOLS]
-    return name_quality(" ".join([*head.words, *symbols]), kind)
-
-
-def _rank(table: Table, index: int, head: Heading, wanted: WantedColumn) -> int:
-    """Return how surely a column is the quantity; a name that says that the column was measured ranks higher."""
-    quality = quality_of(head, wanted)
-    if not quality:
-        return 0
-    for text in written_units(table, index, head):
-        is_symbol = text in SYMBOLS and any(
-            special_quality(head, kind) for kind in wanted.kinds if kind in SPECIAL
-        )
-        unit = None if is_symbol else find_unit(text, wanted.measured)
-        if unit is not None and unit.measured != wanted.measured:
-            return 0
-    own = {wanted.mode.name} | ({"axial"} if wanted.mode.name in _ALONG else set())
-    others = (set(head.words) & modes().keys()) - own
-    if others and not own.intersection(head.words):
-        # A volumetric strain is none of a uniaxial test; what a rig calls axial may be radial to the bushing.
-        quality = 0 if wanted.mode.specimen == "coupon" else 1
-    # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
-    asked = any(word in wanted.allowed for word in head.words)
-    return quality and quality + (5 if says_measured(head) else 0) + (10 if asked else 0)
-
-
-def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
-    """Return the units of a column as written in its name and in the row of units."""
-    row = table.units[index]
-    if not plain_unit(row):
-        return head.written
-    return (*(heading(table.names[index], has_unit=True).written if head.written else ()), row)
-
-
-def _units(table: Table, index: int, wanted: WantedColumn) -> tuple[tuple[str, float], ...]:
-    """Return what the units of a column measure, with their factors; for an unknown unit its text and 0."""
-    written = written_units(table, index, heading(table.names[index]))
-    units = [(text, find_unit(text, wanted.measured)) for text in written]
-    return tuple((text, 0.0) if unit is None else (unit.measured, unit.factor) for text, unit in units)
+    return len(set(map(units, columns))) == 1 and all(np.array_equal(numbers[0], one) for one in numbers[1:])

@@ -1,27 +1,24 @@
-"""What the name of a coupon's column says of its values: true stress, logarithmic strain, volume ratio, pressure.
+"""What a coupon's column means by its name, true stress, logarithmic strain, volume ratio, and what its numbers say.
 
 A column keeps the meaning of its name, whether it was found or is chosen by name or number, unless the case file states
-another one. What a name leaves open and what cannot be converted is asked.
+another one. What a name leaves open and what cannot be converted is asked; numbers that contradict the name or the unit
+are refused.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
 
-from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.header import Heading, heading, without, word_quality
-from bushcli.recording.header.hints import KIND
-from bushcli.recording.header.match import (
-    TRUE_STRAIN,
-    TRUE_STRESS,
-    WantedColumn,
-    quality_of,
-    special_quality,
-    written_units,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.header.match import EITHER_TRUE, KIND, TRUE, Candidate
+from bushcli.recording.header.name import largest
+from bushcli.recording.header.units import Unit
 from bushcli.recording.header.vocabulary import SPECIAL, WORDS
 from bushcli.recording.source import Source
-from bushcli.recording.text.table import Table
+
+Array = NDArray[np.float64]
 
 #: Words of strains and stresses that belong to no load over an area and to no change of a length.
 _UNCONVERTED = {
@@ -30,106 +27,165 @@ _UNCONVERTED = {
 }
 _NOMINAL = frozenset({"nominal", "engineering", "nom", "eng", "technical"})
 _VOLUME = frozenset({"volume", "volumetric", "vol", "volumetrisch", "volumetrische"})
+#: Days since 1900 from 1982 to 2119, largest interval of samples in days, and milliseconds since 1970 in 1973.
+_DAYS, _LONGEST_DAYS, _MILLISECONDS = (30_000.0, 80_000.0), 0.1, 1e11
+#: Share of a range by which a sensor is overloaded at most; judgement.
+_OVERLOAD = 1.2
+#: Strain of the first sample of a coupon up to which it counts as at rest; judgement.
+_AT_REST = 0.15
+#: Beginnings of words for compression and for tension.
+_COMPRESSIVE = ("compress", "druck", "stauch", "kompress", "schiacc", "écras")
+_TENSILE = ("tens", "zug", "pull", "trac", "traz")
 
 
-@dataclass(frozen=True)
-class Meaning:
-    """The form of a column, a value of `Specimen.strain` or `Specimen.stress`, and what to say about it."""
-
-    form: str
-    remarks: tuple[str, ...] = ()
-
-
-def meaning_of(table: Table, wanted: WantedColumn, index: int, source: Source, chosen: bool) -> Meaning:
-    """Return the form in which a column holds the strain or the stress of a coupon."""
-    head = heading(table.names[index])
+def meaning_of(one: Candidate, source: Source, chosen: bool) -> tuple[str, tuple[str, ...]]:
+    """Return the form of a coupon's column, a value of `Specimen.strain` or `Specimen.stress`, and remarks."""
+    wanted, mode, words = one.wanted, one.wanted.mode, set(one.head.words)
     key = "strain" if wanted.quantity == "displacement" else "stress"
     form = source.specimen.strain if key == "strain" else source.specimen.stress
     if not wanted.given and form is None:
-        _refuse_other(table, wanted, index, key, chosen)
-    if wanted.mode.specimen != "coupon" or wanted.quantity == "time":
-        return Meaning("engineering")
-    if wanted.measured not in ("strain", "stress"):
+        _refuse_other(one, key, chosen)
+    said: tuple[str, ...] = ()
+    volumetric = mode.needs_compressibility
+    found: str = form or "engineering"
+    if mode.specimen != "coupon" or wanted.quantity == "time":
+        found = "engineering"
+    elif wanted.measured not in ("strain", "stress"):
         # A travel over a length, a force over an area; under a piston in a cylinder, change of volume and true stress.
-        machine = "volume" if key == "strain" else "true"
-        return Meaning(machine if wanted.mode.needs_compressibility else "engineering")
-    if form is not None:
-        return Meaning(form)
-    name = " ".join(head.words)
-    first = any(text in name for text in ("1st", "first"))
-    odd = [
-        word
-        for word in head.words
-        if word in _UNCONVERTED[key] and not (first and word in ("kirchhoff", "pk"))
-    ]
-    if odd:
-        what = f"{table.label(index)} is not an engineering {key} by its name, and not a true one"
-        raise RecordingError(
-            Problem(table.where, what, "", f"choose another column, or give {_stated(key, wanted)}")
-        )
-    if wanted.given == "stretch" or wanted.mode.sheared:
+        found = {"strain": "volume", "stress": "true"}[key] if volumetric else "engineering"
+    elif form is None:
+        # The first stress of Piola and Kirchhoff is the nominal one.
+        first = any(text in one.head.name for text in ("1st", "first"))
+        if (words & _UNCONVERTED[key]) - ({"kirchhoff", "pk"} if first else set()):
+            what = f"{one.label} is not an engineering {key} by its name, and not a true one"
+            raise one.table.refused(what, f"choose another column, or give {_stated(one, key)}")
         # Shear stress and amount of shear are the same in the deformed and the undeformed body.
-        return Meaning("engineering")
-    true = bool(set(head.words) & (TRUE_STRAIN if key == "strain" else TRUE_STRESS))
-    if not wanted.mode.needs_compressibility:
-        return Meaning("true" if true else "engineering")
-    return _volumetric(table, wanted, index, key, head, chosen, true)
+        same = wanted.given == "stretch" or mode.sheared
+        true = not same and not words.isdisjoint(TRUE[key])
+        found = "true" if true else "engineering"
+        if volumetric and not same:
+            found, said = _volumetric_stress(one, true) if key == "stress" else _volume(one, chosen, true)
+    return found, said
 
 
-def _volumetric(
-    table: Table, wanted: WantedColumn, index: int, key: str, head: Heading, chosen: bool, true: bool
-) -> Meaning:
-    """Return the form of a column of a volumetric test."""
-    label, nominal = table.label(index), bool(_NOMINAL & set(head.words))
-    if key == "stress":
-        if special_quality(head, "pressure"):
-            return Meaning("pressure")
-        if nominal:
-            return Meaning("engineering")
-        said = f'{label} is read as the hydrostatic stress, tension positive; stress = "engineering" if it is nominal'
-        return Meaning("true", () if true or "hydrostatic" in head.words else (said,))
-    kinds = ("volume ratio", "volume strain")
-    volume = bool(_VOLUME & set(head.words)) or any(special_quality(head, kind) for kind in kinds)
-    if volume and not true:
-        return Meaning("volume")
-    is_unnamed = chosen and not quality_of(head, wanted)
-    if true or is_unnamed or (nominal and not word_quality(head, "stretch")):
-        what = f"{label} may be the change of volume or that of a length: the mode is {wanted.mode.name}"
-        raise RecordingError(Problem(table.where, what, "", f"give {_stated(key, wanted)}"))
-    if word_quality(head, "stretch") or {"linear", "axial"} & set(head.words):
-        return Meaning("engineering")
-    said = f'{label} is read as the change of volume, J - 1; strain = "engineering" if it is that of a length'
-    return Meaning("volume", (said,))
+def _volumetric_stress(one: Candidate, true: bool) -> tuple[str, tuple[str, ...]]:
+    """Return the form of the stress of a volumetric test, and remarks."""
+    said = f'{one.label} is read as the hydrostatic stress, tension positive; stress = "engineering" if it is nominal'
+    pressure, nominal = one.head.quality("pressure"), not _NOMINAL.isdisjoint(one.head.words)
+    known = true or pressure or nominal or "hydrostatic" in one.head.words
+    return "pressure" if pressure else "engineering" if nominal else "true", () if known else (said,)
 
 
-def _stated(key: str, wanted: WantedColumn) -> str:
+def _volume(one: Candidate, chosen: bool, true: bool) -> tuple[str, tuple[str, ...]]:
+    """Return the form of the strain of a volumetric test, and remarks."""
+    head, words = one.head, set(one.head.words)
+    volume = bool(_VOLUME & words) or any(head.quality(kind) for kind in ("volume ratio", "volume strain"))
+    is_unnamed = chosen and not one.wanted.quality(head)
+    open_ = true or (not volume and (is_unnamed or (_NOMINAL & words and not head.quality("stretch"))))
+    if open_:
+        what = (
+            f"{one.label} may be the change of volume or that of a length: the mode is {one.wanted.mode.name}"
+        )
+        raise one.table.refused(what, f"give {_stated(one, 'strain')}")
+    said = f'{one.label} is read as the change of volume, J - 1; strain = "engineering" if it is that of a length'
+    linear = not volume and (head.quality("stretch") or {"linear", "axial"} & words)
+    return "engineering" if linear else "volume", () if volume or linear else (said,)
+
+
+def _stated(one: Candidate, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
-    own = {"strain": "volume", "stress": "pressure"}[key]
-    values = ["engineering", own if wanted.mode.needs_compressibility else "true"]
-    return f'{key} = "{values[0]}" or "{values[1]}" in the table of the case file'
+    own = {"strain": "volume", "stress": "pressure"}[key] if one.wanted.mode.needs_compressibility else "true"
+    return f'{key} = "engineering" or "{own}" in the table of the case file'
 
 
-def _refuse_other(table: Table, wanted: WantedColumn, index: int, key: str, chosen: bool) -> None:
+def _refuse_other(one: Candidate, key: str, chosen: bool) -> None:
     """Refuse a column whose name is that of another quantity: of another test, or chosen, without a unit."""
-    head = without(heading(table.names[index]), TRUE_STRESS | TRUE_STRAIN)
-    special = [kind for kind in SPECIAL if kind not in wanted.kinds and special_quality(head, kind) >= 3]
+    wanted, head = one.wanted, one.head.without(EITHER_TRUE)
+    special = [kind for kind in SPECIAL if kind not in wanted.kinds and head.quality(kind) >= 3]
     # A name of one letter, "p" or "J", means something in the test of its own mode only.
     if wanted.measured not in ("strain", "stress") or len(head.name) == 1:
         special = []
     # A unit of another quantity is refused where units are read; one of this quantity says what the column is.
-    says = not chosen or quality_of(head, wanted) or written_units(table, index, head)
-    plain = [] if says else [kind for kind in WORDS if word_quality(head, kind) >= 3]
+    says = not chosen or wanted.quality(head) or one.written
+    plain = [] if says else [kind for kind in WORDS if head.quality(kind) >= 3]
     found = next((kind for kind in (*special, *plain) if kind != wanted.measured), "")
-    if not found:
-        return
-    size = {"length": "gauge_length", "force": "area"}
-    what = f"{table.label(index)} is a {KIND.get(found, found)} by its name, and the {KIND[wanted.measured]} is needed"
-    remedy = f'units = {{{wanted.quantity} = "..."}} if it is one'
-    if found in SPECIAL:
-        mode = "simple_shear" if found.startswith("shear") else "volumetric"
-        remedy = f'mode = "{mode}" if the test is one, or {key} = "engineering" if the column is one'
-    elif wanted.mode.specimen == "coupon" and found in size and wanted.measured in ("strain", "stress"):
-        remedy = f"give {size[found]} of the specimen in mm{'2' if found == 'force' else ''}, or {remedy}"
-    elif wanted.measured in size and wanted.mode.specimen == "coupon":
-        remedy = f"leave out {size[wanted.measured]}, or {remedy}"
-    raise RecordingError(Problem(table.where, what, "", f"choose another column; {remedy}"))
+    if found:
+        size, coupon = {"length": "gauge_length", "force": "area"}, wanted.mode.specimen == "coupon"
+        what = f"{one.label} is a {KIND.get(found, found)} by its name, and the {KIND[wanted.measured]} is needed"
+        remedy = f'units = {{{wanted.quantity} = "..."}} if it is one'
+        if found in SPECIAL:
+            mode = "simple_shear" if found.startswith("shear") else "volumetric"
+            remedy = f'mode = "{mode}" if the test is one, or {key} = "engineering" if the column is one'
+        elif coupon and found in size and wanted.measured in ("strain", "stress"):
+            remedy = f"give {size[found]} of the specimen in mm{'2' if found == 'force' else ''}, or {remedy}"
+        elif coupon and wanted.measured in size:
+            remedy = f"leave out {size[wanted.measured]}, or {remedy}"
+        raise one.table.refused(what, f"choose another column; {remedy}")
+
+
+def refuse_date(one: Candidate, time: Array) -> None:
+    """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970."""
+    first, steps = float(time[0]), np.abs(np.diff(time))
+    step = float(np.median(steps)) if len(steps) else 0.0
+    is_day = _DAYS[0] < first < _DAYS[1] and 0.0 < step < _LONGEST_DAYS and first % 1.0 != 0.0
+    if is_day or first > _MILLISECONDS:
+        kind = "days since 1900" if is_day else "milliseconds since 1970"
+        what = f"{one.label}: {one.table.text(0, one.index)} looks like a date in {kind}, not like seconds"
+        expected = 'write the time in s, or give units = {time = "s"} in the table of the case file if it is'
+        raise one.table.refused(what, expected, 0)
+
+
+def ranges_of(one: Candidate, numbers: Array, assumed: bool) -> list[str]:
+    """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``."""
+    said = []
+    for text in one.head.ranges:
+        row = int(np.argmax(np.abs(numbers)))
+        if assumed and abs(float(numbers[row])) > _OVERLOAD * largest(text):
+            number = one.table.text(row, one.index)
+            what = f'{one.label}: {number} is beyond the range "{text}", and no unit is given'
+            expected = f'units = {{{one.wanted.quantity} = "..."}} in the table of the case file'
+            raise one.table.refused(what, expected, row)
+        said.append(f'{one.label}: "{text}" is taken for the range of the sensor, and not applied')
+    return said
+
+
+def refuse_other_strain(one: Candidate, read: Unit, values: Array) -> None:
+    """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest."""
+    first, is_strain = float(values[0]), read.name == "strain"
+    if (is_strain and abs(first - 1.0) < _AT_REST and values.min() > 1.0 - _AT_REST) or (
+        read.name == "stretch" and abs(first) < _AT_REST and first != 0.0
+    ):
+        other, begin = "stretch" if is_strain else "strain", one.table.text(0, one.index)
+        what = f"{one.label} is read as a {read.name}, and begins with {begin} as a {other} does"
+        expected = f'units = {{displacement = "{other}"}} in the table of the case file, or "{read.name}" if it is one'
+        raise one.table.refused(what, expected, 0)
+
+
+def says_compression(name: str) -> bool:
+    """Whether a name contains a word for compression, and none for tension."""
+    words = re.split(r"[\W_\d]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    tensile = any(word.startswith(_TENSILE) or "zug" in word for word in words)
+    return any(word.startswith(_COMPRESSIVE) for word in words) and not tensile
+
+
+def refuse_compression(one: Candidate, source: Source, values: Array) -> None:
+    """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
+
+    The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear
+    and in volumetric tests it says nothing about signs (`bushcli.recording.specimen`).
+    """
+    names = {
+        source.file.stem: "the name of the file",
+        one.table.part: "its sheet",
+        source.name: "the name of the channel",
+    }
+    by_column = any(word.startswith(_COMPRESSIVE) for word in one.head.words)
+    telling = [f"{of} says compression" for name, of in names.items() if says_compression(name)]
+    signed = source.reverse is not None or one.wanted.mode.sheared or one.wanted.mode.needs_compressibility
+    # A stretch in compression is below 1: it has its sign already.
+    if (by_column or telling) and not signed and values.max() > abs(values.min()):
+        says = f"{one.label} is compressive" if by_column else telling[0]
+        its = "its values" if by_column else f"the values of {one.label}"
+        what = f"{says}, and {its} are positive: they would be read as tension"
+        expected = 'reverse = ["displacement", "force"] in the table of the case file, or reverse = [] if it is tension'
+        raise one.table.refused(what, expected)

@@ -139,11 +139,12 @@ _LOOSE = frozenset([
     "ounces", "#", "klb", "klbs", "'", "′", "strains", "ε", "jour", "jours", "metro", "radiant", "us", "tf", "kip",
     "kips", "microstrain", "strain", "un", "hn", "dn", "cn", "nin", "km",
 ])  # fmt: skip
-#: Units of other quantities that stand in the files of rigs; pint knows more of them.
-_ELSEWHERE = frozenset([
-    "kg", "mg", "to", "tonne", "tonnes", "Tonne", "Tonnen", "ton", "tons", "tonf", "kilogram", "kilograms", "mV",
-    "Volt", "Volts", "volt", "volts", "mA", "°C", "°F", "Hz", "kHz", "kJ", "px",
+#: Units of other quantities that stand in the files of rigs; pint knows more of them, and takes half a second to load.
+_FOREIGN = frozenset([
+    "kg", "mg", "tonne", "tonnes", "kilogram", "kilograms", "mV", "volt", "volts", "mA", "°C", "°F", "Hz", "kHz", "kJ",
+    "px",
 ])  # fmt: skip
+_ELSEWHERE = _FOREIGN | {"to", "Tonne", "Tonnen", "ton", "tons", "tonf", "Volt", "Volts"}
 #: Texts that mean "no unit".
 NO_UNIT = ("-", "--", "1", "")
 #: Texts that are used with two meanings, each with the unambiguous spellings.
@@ -282,6 +283,8 @@ def find_unit(text: str, measured: str) -> Unit | None:
         return unit and replace(unit, name=bare, factor=factor * unit.factor)
     if found is not None or bare.lower() in AMBIGUOUS:
         return found
+    if bare in _FOREIGN:
+        return Unit(OTHER, bare, 0.0)
     found = _foreign(bare, measured)
     return _foreign(bare.lower(), measured) if found is None and bare.isupper() else found
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.reader import FilePart, Reader, numbered
 
 #: Largest size of the unpacked stream, bytes; a series of ten specimens has some ten million.

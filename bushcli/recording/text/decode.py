@@ -51,7 +51,7 @@ def decoded(path: Path) -> str:
         raise RecordingError(
             Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")
         )
-    if not text.strip():
+    if text.isspace() or not text:
         raise RecordingError(Problem(str(path), "is empty"))
     return text
 

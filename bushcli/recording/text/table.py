@@ -129,6 +129,10 @@ class Table(ABC):
         name = self.names[column]
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
+    def refused(self, what: str, remedy: str = "", row: int | None = None) -> RecordingError:
+        """Return an error about the table, or about one of its rows (from 0), with its remedy."""
+        return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
+
     def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
         """Return the error for a value that looks like a code for a missing one.
 
@@ -234,6 +238,11 @@ class TextTable(Table):
     def __len__(self) -> int:
         """Return the number of rows."""
         return sum(map(len, self.parts))
+
+    @property
+    def size(self) -> int:
+        """Memory that it takes, in numbers of 8 bytes."""
+        return sum(part.size for part in self.parts)
 
     def _part(self, row: int) -> tuple[SplitRows | AlikeRows, int]:
         """Return the part that has a row (from 0), and its index there."""

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.segment import segment
+from bushcli.curve.recorded import Recording
 from bushcli.errors import RecordingError
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ _ONE, _TURNING = 1.5, 0.5
 _BACK = 0.2
 
 
-def counted(table: Table, rows: Index, displacement: Array, time: Array | None) -> tuple[int, Index] | None:
+def counted(table: Table, rows: Index, recording: Recording) -> tuple[int, Index] | None:
     """Return the column in which the rig counts cycles, and the number, from 1, of each sample's cycle; None without.
 
     What precedes the first cycle and what follows the last one, without a reversal, belongs to that cycle.
@@ -44,7 +44,7 @@ def counted(table: Table, rows: Index, displacement: Array, time: Array | None) 
         if not named or not all(word in named or _BESIDE.fullmatch(word) for word in words):
             continue
         count = _count(table, index)
-        numbers = None if count is None else _numbers(count[rows], displacement, time)
+        numbers = None if count is None else _numbers(count[rows], recording)
         if numbers is not None:
             return index, numbers
     return None
@@ -60,12 +60,12 @@ def _count(table: Table, index: int) -> Array | None:
         return np.array(numbers, dtype=float) if len(numbers) == len(found) else None
 
 
-def _numbers(count: Array, displacement: Array, time: Array | None) -> Index | None:
+def _numbers(count: Array, recording: Recording) -> Index | None:
     """Return the numbers from 1 of the cycles (n,) that a column (n,) delimits; None if it counts something else."""
     starts = [0, *(np.flatnonzero(np.diff(count)) + 1), len(count)]
     cut = [slice(a, b) for a, b in pairwise(starts)]
-    by_motion = [branch.cycle for branch in segment(displacement, time)]
-    if len(cut) < 2 or len(cut) > 2 * by_motion[-1] + 2:
+    displacement, by_motion = recording.displacement, recording.segments[-1].cycle if len(cut) > 1 else 0
+    if len(cut) < 2 or len(cut) > 2 * by_motion + 2:
         return None
     turns = [_turns_back(displacement[max(one.start - 1, 0) : one.stop]) for one in cut]
     if not turns[0] and len(cut) > 1:
@@ -73,7 +73,7 @@ def _numbers(count: Array, displacement: Array, time: Array | None) -> Index | N
     last = float(np.ptp(displacement[cut[-1]])) if len(cut) > 1 else 0.0
     if len(cut) > 1 and not turns[-1] and last < 0.9 * float(np.ptp(displacement[cut[-2]])):
         cut[-2:], turns[-2:] = [slice(cut[-2].start, len(count))], [turns[-2]]
-    if np.mean(turns) < _TURNING or by_motion[-1] > _ONE * len(cut):
+    if np.mean(turns) < _TURNING or by_motion > _ONE * len(cut):
         return None
     return np.repeat(np.arange(1, len(cut) + 1), [one.stop - one.start for one in cut])
 

@@ -18,9 +18,10 @@ from bushcli.report.quantity import listed, quantities
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.report.cycles import ChannelHistory
     from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -35,12 +36,17 @@ INTERPRETED = "How the file was interpreted"
 
 
 def direct_figures(
-    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
+    response: Response,
+    misfits: Mapping[str, Misfit],
+    fit: Fit | None,
+    names: Mapping[str, str],
+    tables: Sequence[ComparedTable] = (),
 ) -> tuple[Picture, ...]:
-    """Return curves, coupons, deformed shapes and meshes of a direct prediction."""
+    """Return curves, tables, coupons, deformed shapes and meshes of a direct prediction."""
     from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
+    from bushcli.report.plots.dynamic_tables import table_panels
     from bushcli.report.plots.fit import fit_panels
 
     panels: list[Panels] = []
@@ -50,6 +56,7 @@ def direct_figures(
             panels.append(six_panels(channel.name, channel.six, file))
         panels.append(curve_panels(channel, misfits.get(channel.name), file))
     panels += history_panels(response_histories(response, misfits), names)
+    panels += [table_panels(one, names[one.table.name]) for one in tables]
     if fit is not None:
         panels.append(fit_panels(fit))
     pictures = [plotted(one) for one in panels]
@@ -117,18 +124,25 @@ def fit_figures(fit: Fit) -> tuple[Picture, ...]:
     return (plotted(fit_panels(fit)),)
 
 
-def spectrum_figures(found: Sequence[TableSpectrum], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Return the master curve of each table of moduli.
+def spectrum_figures(
+    found: Sequence[TableSpectrum | TableSweep], names: Mapping[str, str]
+) -> tuple[Picture, ...]:
+    """Return the master curve of each table of moduli, or its moduli over amplitude.
 
     Parameters
     ----------
-    found : sequence of TableSpectrum
+    found : sequence of TableSpectrum or TableSweep
     names : mapping of str to str
         File name by name of the table.
     """
-    from bushcli.report.plots.spectrum import master_panels
+    from bushcli.inverse.coupon_tables import TableSweep
+    from bushcli.report.plots.spectrum import master_panels, sweep_panels
 
-    return tuple(plotted(master_panels(one, names[one.table.name])) for one in found)
+    def panels(one: TableSpectrum | TableSweep) -> Panels:
+        file = names[one.table.name]
+        return sweep_panels(one, file) if isinstance(one, TableSweep) else master_panels(one, file)
+
+    return tuple(plotted(panels(one)) for one in found)
 
 
 def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:

@@ -113,7 +113,7 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
     value = shown(name, quantity, found.channels)
     return {
         "value": quantity.word or value.value,
-        **part(value, "std unit lower upper"),
+        **part(value, "with_form_error std unit lower upper"),
         "meaning": quantity.meaning,
         "prior": None
         if value.prior is None

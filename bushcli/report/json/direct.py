@@ -128,7 +128,8 @@ def _six(channel: Simulated) -> dict[str, Any]:
             "time": six.time,
             "motion": {name: motion[:, k] for k, name in enumerate(MOTIONS)},
             "force": {name: six.force[:, k] for k, name in enumerate(REACTIONS)},
-            "free": [MOTIONS[k] for k in six.free],
+            "free": [MOTIONS[k] for k in six.free if k not in six.loaded],
+            **({"by_force": [MOTIONS[k] for k in six.loaded]} if six.loaded else {}),
             "lead": MOTIONS[six.lead],
             "reach": channel.reach if channel.stopped else float(six.time[-1]),
         }

@@ -11,23 +11,47 @@ from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
-def spectra_json(found: Iterable[TableSpectrum]) -> list[dict[str, Any]]:
+def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, Any]]:
     """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
-    return [_shown(one) for one in found]
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    return [_sweep(one) if isinstance(one, TableSweep) else _shown(one) for one in found]
+
+
+def _sweep(one: TableSweep) -> dict[str, Any]:
+    return {
+        "name": one.table.name,
+        "mode": one.table.mode,
+        "quantity": one.table.quantity,
+        "thinned": [
+            {
+                "temperature": None if math.isnan(fit.temperature) else fit.temperature,
+                "rows": fit.rows,
+                "equilibrium": fit.equilibrium,
+                "modulus": fit.modulus,
+                "constants": fit.constants,
+                "misfit": {"storage_percent": fit.storage_percent, "loss_percent": fit.loss_percent},
+            }
+            for fit in one.fits
+        ],
+    }
 
 
 def tables_json(
-    case: Case, found: Sequence[TableSpectrum], problems: Sequence[Condition], timings: Mapping[str, float]
+    case: Case,
+    found: Sequence[TableSpectrum | TableSweep],
+    problems: Sequence[Condition],
+    timings: Mapping[str, float],
 ) -> dict[str, Any]:
     """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
     Parameters
     ----------
     case : Case
-    found : sequence of TableSpectrum
+    found : sequence of TableSpectrum or TableSweep
     problems : sequence of Condition
     timings : mapping of str to float
         Seconds by stage.

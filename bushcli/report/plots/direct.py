@@ -11,8 +11,7 @@ from bushcli.report.document import Panels, Plot, Region, Series, Stripe
 from bushcli.report.quantity import Quantities, largest_reactions, number, percent, quantities, shown_motion
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Simulated
-from bushcli.simulate.six_motions import SixCurve
+from bushcli.simulate.response import Simulated, SixCurve
 from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]
@@ -147,7 +146,7 @@ def six_panels(name: str, six: SixCurve, file: str) -> Panels:
     ):
         part = range(3 * column, 3 * column + 3)
         moved = [k for k in part if k in six.free or motion[:, k].any()]
-        labels = [MOTIONS[k] + (" (free)" if k in six.free else "") for k in moved]
+        labels = [MOTIONS[k] + six.follows(k) for k in moved]
         pushed = [k for k in part if np.abs(six.force[:, k]).max() > _NOTHING * largest[column]]
         reactions = [REACTIONS[k] for k in pushed]
         above.append(_over_time(kind, f"{kind} [{unit}]", six.time, motion[:, moved], labels))

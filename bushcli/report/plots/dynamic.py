@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from bushcli.simulate.dynamic import DynamicCurve
 
 # Frequencies that span more than this factor are drawn on a logarithmic axis.
-_WIDE = 20.0
+WIDE = 20.0
 # Frequencies of a line, between those that were asked for.
 _DENSE = 300
 # Colours of lines, after which they begin again.
-_COLOURS = 10
+COLOURS = 10
 
 
 def dynamic_panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
@@ -39,12 +39,12 @@ def dynamic_panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
         Name of the load case's files.
     """
     asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
-    wide = bool(asked[-1] > _WIDE * asked[0])
+    wide = bool(asked[-1] > WIDE * asked[0])
     lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])
     size: list[Series] = []
     angle: list[Series] = []
     for number, curve in enumerate(curves):
-        key, label = f"line-{number % _COLOURS}", f"preload {preload_in_words(curve)}"
+        key, label = f"line-{number % COLOURS}", f"preload {preload_in_words(curve)}"
         if curve.amplitude is not None:
             label += f", amplitude {amplitude_in_words(curve)}"
         if curve.uneven is None:

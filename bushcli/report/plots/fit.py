@@ -15,6 +15,7 @@ from bushcli.inverse.result import NORMAL
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
+from bushcli.report.plots.dynamic_tables import table_panels
 from bushcli.report.plots.search import convergence_panels, ends_panels
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.report.views.fit import curves_of
@@ -58,6 +59,7 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
     """Return curves, search and certainty and, for several laws, their ranking."""
     best = fits[0]
     found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
+    found += [table_panels(one, names[one.table.name]) for one in best.tables]
     if len(fits) > 1:
         found.append(ranking_panels(fits))
     if best.profiles:

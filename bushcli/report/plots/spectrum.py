@@ -11,7 +11,7 @@ from bushcli.report.document import Panels, Plot, Series
 from bushcli.report.quantity import number
 
 if TYPE_CHECKING:
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 Array = NDArray[np.float64]
 
@@ -68,3 +68,33 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
     ]
     title = f"Master curve of {one.table.name}{at}" if several else f"Moduli of {one.table.name}"
     return Panels(f"{file}-master", "spectrum", title, plots, one.table.name)
+
+
+def sweep_panels(one: TableSweep, file: str) -> Panels:
+    """Return storage and loss over the amplitude: dots as measured, lines as fitted, in the colour of the temperature.
+
+    Parameters
+    ----------
+    one : TableSweep
+    file : str
+        Name of its files.
+    """
+    table, plots = one.table, []
+    for part, mark, of in (("storage", "'", np.real), ("loss", "''", np.imag)):
+        series = []
+        for k, fit in enumerate(one.fits):
+            near = np.argmin([abs(table.temperature - other.temperature) for other in one.fits], axis=0)
+            own = near == k if len(one.fits) > 1 else np.ones(len(table), dtype=bool)
+            label = "" if np.isnan(fit.temperature) else f"{number(fit.temperature)} degrees C"
+            key, at = f"line-{k % _COLOURS}", table.rows(own)
+            for f in np.unique(at.frequency):
+                rows = at.rows(at.frequency == f)
+                line = np.geomspace(rows.amplitude.min(), rows.amplitude.max(), 100)
+                measured = rows.storage if part == "storage" else rows.loss
+                series.append(Series(key, label, np.log10(100.0 * rows.amplitude), measured, "dots"))
+                fitted = of(fit.at(line, np.full(len(line), f)))
+                series.append(Series(key, "", np.log10(100.0 * line), fitted))
+                label = ""
+        below = "" if part == "storage" else "log10 of the amplitude [%]"
+        plots.append([Plot(part, (below, f"{table.quantity}{mark} [MPa]"), series, log="y")])
+    return Panels(f"{file}-amplitude", "sweep", f"Moduli of {table.name} over amplitude", plots, table.name)

@@ -19,7 +19,7 @@ from bushcli.report.views.mesh import notes_section
 from bushcli.report.views.protocol import protocol_sections
 from bushcli.runtime.condition import Condition
 from bushcli.standards.protocol import Protocol
-from cases.six import MOTIONS
+from cases.six import MOTIONS, REACTIONS
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,12 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
 
 def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
     if load.six is not None:
-        free = [MOTIONS[k] for k in load.six.free]
-        moved = [MOTIONS[k] for k in range(6) if np.ptp(load.six.motion[:, k]) > 0.0]
-        motions = [f"{', '.join(moved) or 'nothing'} moved", *([f"{', '.join(free)} free"] if free else [])]
+        six = load.six
+        moved = [MOTIONS[k] for k in range(6) if np.ptp(six.motion[:, k]) > 0.0]
+        motions = [f"{', '.join(moved) or 'nothing'} moved"]
+        motions += [f"{', '.join(REACTIONS[k] for k in six.loaded)} prescribed"] if six.loaded else []
+        free = [MOTIONS[k] for k in six.free if k not in six.loaded]
+        motions += [f"{', '.join(free)} free"] if free else []
         return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read.displacement

@@ -38,8 +38,7 @@ from cases.six import MOTIONS, REACTIONS
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
-    from bushcli.simulate.six_motions import SixCurve
+    from bushcli.simulate.response import Response, Simulated, SixCurve
 
 Array = NDArray[np.float64]
 
@@ -221,7 +220,7 @@ def _path_table(name: str, six: SixCurve) -> Table:
     motion = shown_motion(six)
     moving = [k for k in range(6) if k in six.free or np.any(motion[:, k])]
     heads = ["time, s"]
-    heads += [f"{MOTIONS[k]}{' (free)' if k in six.free else ''}, {MOTION_UNITS[k]}" for k in moving]
+    heads += [f"{MOTIONS[k]}{six.follows(k)}, {MOTION_UNITS[k]}" for k in moving]
     heads += [f"{force}, {unit}" for force, unit in zip(REACTIONS, FORCE_UNITS, strict=True)]
     largest = largest_reactions(six.force)
     widest = [float(np.abs(motion[:, part]).max()) for part in (slice(0, 3), slice(3, 6))]

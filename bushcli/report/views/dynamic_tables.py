@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
@@ -58,7 +58,11 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
 
 
 def with_tables(
-    static: Document, compared: Sequence[ComparedTable], problems: Sequence[Condition], alone: bool
+    static: Document,
+    compared: Sequence[ComparedTable],
+    problems: Sequence[Condition],
+    alone: bool,
+    pictures: Sequence[Picture] = (),
 ) -> Document:
     """Return the document of a direct prediction with the misfit of the tables.
 
@@ -71,6 +75,8 @@ def with_tables(
         What has to be known about the comparison.
     alone : bool
         Whether there are no curves.
+    pictures : sequence of Picture
+        For the page.
     """
     if not compared:
         return replace(static, problems=[*static.problems, *problems])
@@ -80,7 +86,7 @@ def with_tables(
         static,
         headline=headline if alone else static.headline,
         lines=[*static.lines, *lines],
-        sections=[*static.sections, compared_section(compared)],
+        sections=[*static.sections, compared_section(compared, pictures)],
         problems=[*static.problems, *problems],
     )
 
@@ -94,12 +100,14 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
     ]
 
 
-def compared_section(compared: Sequence[ComparedTable]) -> Section:
+def compared_section(compared: Sequence[ComparedTable], pictures: Sequence[Picture] = ()) -> Section:
     """Return a table with the misfit of each curve of each measured table.
 
     Parameters
     ----------
     compared : sequence of ComparedTable
+    pictures : sequence of Picture
+        For the page.
     """
     heads = (
         *("channel", "frequency", "amplitude", "preload", "|K*|", "simulated", "misfit"),
@@ -121,9 +129,15 @@ def compared_section(compared: Sequence[ComparedTable]) -> Section:
                     ),
                 )
             )
-    title = "Dynamic stiffness: simulated and measured"
+    title, drawn = "Dynamic stiffness: simulated and measured", of_kind(pictures, "table")
     remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
-    return Section(title, [Table(title, heads, tuple(rows)), *paragraphs(remarks)] if rows else [])
+    return Section(title, [Table(title, heads, tuple(rows)), *paragraphs(remarks), *drawn] if rows else [])
+
+
+def preload_of(table: DynamicTable) -> str:
+    """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
+    (shown,) = {row[5:7] for row in _rows(table)[:1]}
+    return "preload " + ", ".join(one for one in shown if one != "-") if shown != ("-", "-") else "at rest"
 
 
 def _rows(table: DynamicTable) -> list[tuple[str, ...]]:

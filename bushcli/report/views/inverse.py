@@ -14,7 +14,7 @@ from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
 from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.inverse.result import POOR
-from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
+from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
@@ -64,7 +64,7 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
             [estimate_table(best), note(_ERRORS)],
         ),
         Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
-        *([compared_section(best.tables)] if best.tables else []),
+        *([compared_section(best.tables, pictures)] if best.tables else []),
         history_section(histories, pictures),
         Section(
             "What the curves determine",
@@ -123,10 +123,7 @@ def answer(fit: Fit) -> IdentificationVerdict:
         told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
         return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
     if not fitted and fit.tables:
-        # `misfit_lines` say how well.
-        met = f"{len(fit.tables)} table{'s' if len(fit.tables) > 1 else ''} of dynamic stiffness fitted"
-        tone = "plain" if fit.converged else "bad"
-        met += "" if fit.converged else ", but the search did not converge"
+        met, tone = "", "good"
     elif not fitted:
         met, tone = "There is no fitted curve", "bad"
     elif not fit.converged:
@@ -147,9 +144,29 @@ def answer(fit: Fit) -> IdentificationVerdict:
             f"({'; '.join(off)})",
             "plain",
         )
+    met, tone = _with_tables(fit, met, tone)
     if len(fit.parameters) > _IN_HEADLINE:
         return IdentificationVerdict(met, (f"{values}.", *_lines(fit)), tone)
     return IdentificationVerdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+
+
+def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:
+    """Return a headline and its tone with what is to be said of tables of dynamic stiffness; empty = no curves."""
+    tables = [one for one in fit.tables if not one.held_out]
+    missed = [one for one in tables if one.over_errors > ABOVE_NOISE]
+    if not tables or (met and not fit.converged):
+        return met, tone
+    if not fit.converged:
+        return "The search did not converge", "bad"
+    subject, its = ("the table is", "its") if len(tables) == 1 else ("the tables are", "their")
+    within = f"{subject} reproduced to within {its} errors"
+    if missed:
+        off = ", ".join(
+            f"{one.table.name} {percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees"
+            for one in missed
+        )
+        within, tone = f"{subject} not reproduced ({off})", "bad" if tone == "bad" or not met else "plain"
+    return f"{met}, {'but' if missed else 'and'} {within}" if met else within[0].upper() + within[1:], tone
 
 
 def is_met(curve: FittedCurve) -> bool:

@@ -14,12 +14,12 @@ from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
 def tables_document(
     case: Case,
-    found: Sequence[TableSpectrum],
+    found: Sequence[TableSpectrum | TableSweep],
     problems: Sequence[Condition],
     pictures: Sequence[Picture] = (),
 ) -> Document:
@@ -28,12 +28,13 @@ def tables_document(
     Parameters
     ----------
     case : Case
-    found : sequence of TableSpectrum
+    found : sequence of TableSpectrum or TableSweep
     problems : sequence of Condition
     pictures : sequence of Picture
         Master curves, for the page.
     """
-    count = f"{len(found)} table{'s' if len(found) != 1 else ''} of dynamic moduli"
+    names = {one.table.name for one in found}
+    count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
     return Document(
         f"Relaxation spectra of {count}",
         [],
@@ -44,9 +45,48 @@ def tables_document(
     )
 
 
-def spectra_sections(found: Sequence[TableSpectrum], pictures: Sequence[Picture] = ()) -> list[Section]:
-    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
-    return [_section(one, pictures) for one in found]
+def spectra_sections(
+    found: Sequence[TableSpectrum | TableSweep], pictures: Sequence[Picture] = ()
+) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve.
+
+    Parameters
+    ----------
+    found : sequence of TableSpectrum or TableSweep
+    pictures : sequence of Picture
+        For the page.
+    """
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    return [
+        _sweep(one, pictures) if isinstance(one, TableSweep) else _section(one, pictures) for one in found
+    ]
+
+
+def _sweep(one: TableSweep, pictures: Sequence[Picture]) -> Section:
+    symbol = one.table.quantity
+    heads = (
+        "temperature [°C]",
+        f"{symbol}_inf [MPa]",
+        *one.fits[0].constants,
+        "misfit storage",
+        "misfit loss",
+    )
+    rows = tuple(
+        (
+            number(fit.temperature),
+            number(fit.equilibrium, 4),
+            *map(number, fit.constants.values()),
+            percent(fit.storage_percent),
+            percent(fit.loss_percent),
+        )
+        for fit in one.fits
+    )
+    lines = ["Constants of the effect payne, fitted at each temperature: a spectrum that amplitude thins."]
+    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "sweep")
+    return Section(
+        f"Amplitudes of {one.table.name}", [*own, Table("", heads, rows, left=0), *paragraphs(lines)]
+    )
 
 
 def _section(one: TableSpectrum, pictures: Sequence[Picture]) -> Section:

@@ -38,10 +38,11 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
-    from bushcli.inverse.coupon_tables import TableSpectrum
+    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.mismatch.maps import LocalMap
     from bushcli.report.document import Document, Picture
     from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+    from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response, Simulated
@@ -190,16 +191,23 @@ def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
     return Files(None, {}, fields, pictures, has_page=False)
 
 
-def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Files:
+def direct_files(
+    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, tables: Sequence[ComparedTable] = ()
+) -> Files:
     """Return the files of a direct prediction: per channel its curve, its comparison and its fields.
 
     Parameters
     ----------
     response, misfits, fit
         As given to `direct_json`.
+    tables : sequence of ComparedTable
     """
-    names = file_names([channel.name for channel in response.channels])
-    contents: dict[str, Content] = {}
+    names = file_names(
+        [*(channel.name for channel in response.channels), *(one.table.name for one in tables)]
+    )
+    contents: dict[str, Content] = {
+        f"{names[one.table.name]}-table.csv": compared_rows(one) for one in tables
+    }
     for channel in response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = _curve(channel)
@@ -209,13 +217,16 @@ def direct_files(response: Response, misfits: Mapping[str, Misfit], fit: Fit | N
             contents[f"{name}-comparison.csv"] = number_table(
                 *_forces(channel.mode, found.displacement, forces)
             )
-    fields = [f"{name}{end}" for name in names.values() for end in FIELDS]
+    fields = [f"{names[channel.name]}{end}" for channel in response.channels for end in FIELDS]
     return Files(
-        response.case, contents, fields, lambda: _drawing().direct_figures(response, misfits, fit, names)
+        response.case,
+        contents,
+        fields,
+        lambda: _drawing().direct_figures(response, misfits, fit, names, tables),
     )
 
 
-def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()) -> Files:
+def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | TableSweep] = ()) -> Files:
     """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
 
     Parameters
@@ -223,14 +234,17 @@ def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum] = ()
     case : Case
     fit : Fit or None
         None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum
+    spectra : sequence of TableSpectrum or TableSweep
     """
+    from bushcli.inverse.coupon_tables import TableSpectrum
     from bushcli.report.plots.spectrum import master_columns
 
     curves = () if fit is None else fit.curves
-    names = file_names([*(curve.name for curve in curves), *(one.table.name for one in spectra)])
+    names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
     contents: dict[str, Content] = {
-        f"{names[one.table.name]}-master.csv": number_table(*master_columns(one)) for one in spectra
+        f"{names[one.table.name]}-master.csv": number_table(*master_columns(one))
+        for one in spectra
+        if isinstance(one, TableSpectrum)
     }
     for curve in curves:
         forces = {"recorded": curve.recording.force, "fitted": curve.fitted.force}
@@ -258,8 +272,10 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
 
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
-    names = file_names([curve.name for curve in best.curves])
-    contents: dict[str, Content] = {}
+    names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
+    contents: dict[str, Content] = {
+        f"{names[one.table.name]}-table.csv": compared_rows(one) for one in best.tables
+    }
     for curve in best.curves:
         found = "predicted" if curve.held_out else "fitted"
         forces = {"recorded": curve.recording.force, found: curve.fitted.force}
@@ -543,6 +559,26 @@ def dynamic_table(curves: Sequence[DynamicCurve]) -> Callable[[Path], None]:
         held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
         rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
     return number_table(names, list(np.vstack(rows).T))
+
+
+def compared_rows(one: ComparedTable) -> Callable[[Path], None]:
+    """Return a measured table beside its simulation, a row for each of its rows."""
+    table, shown = one.table, quantities(one.table.mode)
+    travel, force = (name.split("_", 1)[1] for name in shown.csv_names)
+    kind = "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    columns = {
+        "frequency_Hz": table.frequency,
+        f"amplitude_peak_{travel}": shown.per_internal * table.amplitude,
+        f"preload_{travel}": shown.per_internal * one.preload,
+        f"preload_{force}": table.preload_force,
+        "temperature_C": table.temperature,
+        f"stiffness_{kind}": table.stiffness,
+        "loss_angle_deg": np.degrees(table.loss_angle),
+        f"simulated_stiffness_{kind}": np.abs(one.simulated),
+        "simulated_loss_angle_deg": np.degrees(np.angle(one.simulated)),
+    }
+    known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+    return number_table(list(known), list(known.values()))
 
 
 def number_table(names: Sequence[str], columns: Sequence[Array]) -> Callable[[Path], None]:

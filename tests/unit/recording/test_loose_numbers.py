@@ -10,7 +10,7 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import read_recording
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.source import Source
 
 ROWS = [(0.05 * i, 5.0 * math.sin(i / 6), 400.0 * math.sin(i / 6)) for i in range(48)]

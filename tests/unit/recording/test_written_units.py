@@ -11,7 +11,7 @@ import pytest
 
 from bushcli.errors import RecordingError
 from bushcli.recording import read_coupon, read_recording
-from bushcli.recording.header.header import heading
+from bushcli.recording.header.name import heading
 from bushcli.recording.source import Source
 
 ROWS = [(0.5 * i, 2.0 * math.sin(i / 6), 500.0 * math.sin(i / 6), 2.2 * math.sin(i / 6)) for i in range(20)]

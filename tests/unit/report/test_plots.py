@@ -14,7 +14,7 @@ from bushcli.report.plots.direct import curve_panels, six_panels, smooth
 from bushcli.report.plots.fit import fit_panels
 from bushcli.report.plots.places import missing_panels, program, record_panels
 from bushcli.report.quantity import largest_reactions
-from bushcli.simulate.six_motions import SixCurve
+from bushcli.simulate.response import SixCurve
 
 
 def labels(plot):

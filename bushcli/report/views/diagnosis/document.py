@@ -321,14 +321,18 @@ def parameter_table(found: Diagnosis) -> Table:
     """Return all parameters of the most probable model."""
     rows: list[Row] = []
     also = any(derived_text(quantity) for quantity in found.parameters.values())
+    twice = any(quantity.with_form_error is not None for quantity in found.parameters.values())
     for name, quantity in found.parameters.items():
         value = shown(name, quantity, found.channels)
         effect, _, own = name.rpartition(".")
         label, unit = f"{title(effect)}: {own}" if effect else own, "-" if value.unit == "1" else value.unit
-        mean = (value.word or number(value.value, 4), "-" if value.word else number(value.std, 2))
+        other = "-" if value.with_form_error is None else number(value.with_form_error, 4)
+        mean = (value.word or number(value.value, 4), *((other,) if twice else ()))
+        mean = (*mean, "-" if value.word else number(value.std, 2))
         ranges = (value.interval, value.prior_text, *((derived_text(quantity),) if also else ()))
         rows.append((label, quantity.meaning, unit, *mean, *ranges))
-    heads: Row = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %")
+    heads: Row = ("parameter", "meaning", "unit", "value", *(("with form error",) if twice else ()))
+    heads = (*heads, "std", "95 % interval", "prior 95 %")
     heads = (*heads, "that is") if also else heads
     return Table("Parameters of the most probable model", heads, tuple(rows), left=3, on="page")
 

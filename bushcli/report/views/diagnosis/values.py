@@ -27,6 +27,8 @@ class ShownQuantity:
         95 % interval of the prior.
     word : str
         Value of a choice, in words for people.
+    with_form_error : float, optional
+        Value of the fit that allows for the error of form, where it is another one.
     """
 
     value: float
@@ -36,6 +38,7 @@ class ShownQuantity:
     unit: str
     prior: tuple[float, float] | None = None
     word: str = ""
+    with_form_error: float | None = None
 
     @property
     def text(self) -> str:
@@ -68,7 +71,9 @@ def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -
     at, name_of_unit = _conversion(name, quantity, channels)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
-    return ShownQuantity(value, std, lower, upper, name_of_unit, prior, quantity.word.replace("_", " "))
+    other = None if quantity.with_form_error is None else at(quantity.with_form_error)
+    word = quantity.word.replace("_", " ")
+    return ShownQuantity(value, std, lower, upper, name_of_unit, prior, word, other)
 
 
 def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:

@@ -8,46 +8,29 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import RecordedPath
-from bushcli.effects import rig
-from bushcli.effects.active import ActiveEffect
+from bushcli.case import Case
+from bushcli.curve.recorded import RecordedPath, Recording
+from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
-from bushcli.simulate.simulation import ACCURATE, FINEST, Answer, Steps, with_values
-from bushcli.simulate.six_motions import mode_of
-from bushcli.simulate.six_schedule import six_schedule
+from bushcli.simulate.schedule import six_schedule
+from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import History, march
+from cases.mode import mode_of
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
 from geometry.shape import Refinement, Shape
 
 Array = NDArray[np.float64]
+Paths = dict[tuple[str, Refinement], "PathSimulation"]
+"""Recorded paths that have been made, by name and mesh."""
 
 
-def on_path(active: Sequence[ActiveEffect], channel: str) -> tuple[ActiveEffect, ...]:
-    """Return the effects on the rubber and on the assembly that act on a path.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the case.
-    channel : str
-        Name of one of the path's channels.
-    """
-    return tuple(
-        one.at(one.temperatures.get(channel))
-        for one in active
-        if one.effect.feature is not None
-        and one.effect.acts_on("path")
-        and (one.channels is None or channel in one.channels)
-    )
-
-
-class SixSimulation:
+class PathSimulation:
     """A recorded path that can be solved for any values of its parameters.
 
     Parameters
@@ -136,8 +119,8 @@ class SixSimulation:
         return found
 
 
-class Reaction:
-    """One reaction of a recorded path, with the interface of `bushcli.simulate.simulation.Simulation`.
+class Reaction(FollowedPath):
+    """One reaction of a recorded path of six motions.
 
     The rig's effects act on its force; those that change the displacement, such as free play, do nothing here.
 
@@ -151,13 +134,12 @@ class Reaction:
         All effects on the channel, with values.
     """
 
-    def __init__(self, simulation: SixSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
+    def __init__(self, simulation: PathSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
         self._whole, self._number = simulation, number
         own = [one.started() for one in active if one.effect.rig is not None]
         self.active = (*simulation.active, *own)
         self.model, self.time = simulation.model, simulation.recorded.time
         self.displacement = simulation.recorded.motion[:, number]
-        self.step_error: float | None = None
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
 
     @property
@@ -165,11 +147,6 @@ class Reaction:
         """Motion at the samples without the sensor's noise, (n,), mm or rad."""
         own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
         return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
-
-    @property
-    def path_dependent(self) -> bool:
-        """Whether the rubber has memory."""
-        return self.model.path_dependent
 
     @property
     def fineness(self) -> float:
@@ -189,25 +166,7 @@ class Reaction:
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives.
-
-        Parameters
-        ----------
-        parameters : mapping of str to float
-            As for `Simulation.solve`: N, mm, MPa, s, rad.
-        names : sequence of str
-            Parameters by which derivatives are wanted.
-        keep_states : bool
-            Whether the history holds the displacement field of each step.
-        progress : callable or None
-            Called after each step of the march.
-        patience : int or None
-            Failed steps after which the march is given up.
-
-        Raises
-        ------
-        NotConverged
-        """
+        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._whole.march(inner, keep_states, progress, patience)
@@ -218,27 +177,8 @@ class Reaction:
         count = len(history.reactions)
         force = Signal(history.reactions[:, k], columns(slopes, inner, names, count))
         q = Signal(history.motion[:, k], np.zeros((count, len(names))))
-        steps = self._whole.steps
-        total = rig.parallel(active, q, force, names, steps.time - self._clock[0])
-        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
-        return Answer(logged.value, logged.slope, history)
-
-    def refine(self, parameters: Mapping[str, float]) -> float:
-        """Choose steps fine enough for the recorded path, and return the error that remains (`Simulation.refine`)."""
-        if not self.path_dependent:
-            self.step_error = 0.0
-            return 0.0
-        coarse = self.solve(parameters).force
-        while True:
-            fineness = self._whole.fineness
-            self.plan(2.0 * fineness)
-            fine = self.solve(parameters).force
-            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
-            if error <= ACCURATE or fineness >= FINEST:
-                self.plan(fineness)
-                self.step_error = error
-                return error
-            coarse = fine
+        read = logged(active, self._whole.steps, self._clock, q, force, names)
+        return Answer(read.value, read.slope, history)
 
     def reached(self, patience: int | None = None) -> list[Array]:
         """Principal stretches of the rubber at the corners of the path, each of shape (n, 3); collective.
@@ -268,3 +208,52 @@ class Reaction:
         stiffness, rows = LocalStiffness(self.model, self._number), list[Array]()
         self._whole.march((), observer=lambda solver: rows.append(stiffness(solver)))
         return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells
+
+
+def reaction(
+    recording: Recording,
+    path: RecordedPath,
+    paths: Paths,
+    shape: Shape,
+    rubber: Rubber,
+    case: Case,
+    refinement: Refinement,
+    comm: MPI.Comm,
+    prepared: Prepare = prepare,
+) -> Reaction:
+    """Return the model of one channel of a path of six motions; the channels of a path share one march.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the channel.
+    path : RecordedPath
+        The path to which it belongs.
+    paths : Paths
+        The paths that have been made; the new one is added.
+    shape, rubber, refinement, comm
+        Arguments of the finite-element model.
+    case : Case
+        Its effects act.
+    prepared : callable
+        Makes the finite-element model.
+
+    Raises
+    ------
+    InputError
+        The path has no time, which an effect needs.
+    """
+    active = acting(case.effects, recording.name, recording.mode)
+    if path.time is None:
+        require_time(case.effects, recording.name, recording.mode, str(recording.source))
+    key = (path.name, refinement)
+    if key not in paths:
+        on_it = [
+            one.at(one.temperatures.get(recording.name))
+            for one in case.effects
+            if one.effect.feature is not None
+            and one.effect.acts_on("path")
+            and (one.channels is None or recording.name in one.channels)
+        ]
+        paths[key] = PathSimulation(shape, rubber, refinement, on_it, path, comm, prepared)
+    return Reaction(paths[key], path.number, active)
