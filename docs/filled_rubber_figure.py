@@ -1,6 +1,4 @@
-"""The picture of docs/filled-rubber.md: ``python docs/filled_rubber_figure.py DIRECT DYNAMIC``, the folders with results
-of ``bushcli direct`` and ``bushcli dynamic`` of examples/filled/case.toml.
-"""
+"""The picture of docs/filled-rubber.md: ``python docs/filled_rubber_figure.py LOOPS VIBRATIONS``, two results."""
 
 from __future__ import annotations
 
