@@ -63,14 +63,7 @@ class Addition:
 
 
 def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
-    """Return what can be taken out of a task's model, in the order in which it can be added again.
-
-    Parameters
-    ----------
-    task : Task
-    recordings : sequence of Recording
-        They give the scales of the grids.
-    """
+    """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
     scales = {
@@ -141,18 +134,7 @@ class Contained(LeastSquaresProblem):
 def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[Addition] = ()
 ) -> Minimum:
-    """Search from the smallest model on, one addition after the other.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-    start : (p,) array
-        Solvable; it is searched from, too, where it misfits less than what was reached from the contained models.
-    loss : str
-        As in `scipy.optimize.least_squares`.
-    every : sequence of Addition
-        All that can be taken out of the model.
-    """
+    """Search from the smallest model on, one addition after the other."""
     index = {name: i for i, name in enumerate(problem.names)}
     x = problem.bounds.inside(start)
     for one in every:
