@@ -93,7 +93,8 @@ class SixSensitivity(Sensitivity):
         answers = better[:six]
         work = answers @ model.system.pulls(answers).T
         stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
-        stiffness[3:, 3:] += found.arms * np.outer(*[answers[3:].any(axis=1)] * 2)
+        possible = np.any(answers[3:] != 0.0, axis=1)
+        stiffness[3:, 3:] += found.arms * possible * possible[:, None]
         return replace(found, answers=answers, stiffness=stiffness), better[six:]
 
     def _given_way(self, stiffness: Array, held: Array) -> Array:
