@@ -13,10 +13,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-import ngsolve as ngs  # noqa: E402
-import numpy as np  # noqa: E402
-from ngsolve_bushing import INVERSE, TOLERANCE, model, solve  # noqa: E402
-from problem import C10, arguments  # noqa: E402
+import ngsolve as ngs
+import numpy as np
+from ngsolve_bushing import INVERSE, TOLERANCE, model, solve
+from problem import C10, arguments
 
 BRANCHES = ((0.15, 0.05), (0.25, 0.004))
 DENSITY = 1.1e-9
