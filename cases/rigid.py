@@ -17,30 +17,13 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
-from cases.motion import posed
+from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.rates import ghosted
+from cases.reaction import reactions
 from cases.six import possible, skew, twist_of
 
 Array = NDArray[np.float64]
-
-
-def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
-    """Force and moment that hold the sleeve, (6,) in N and N mm, about its centre.
-
-    Parameters
-    ----------
-    model
-        Model of a path of six motions, at an equilibrium or an iterate on the way to one.
-    residual
-        Assembled by `System.residual` there, nothing cleared.
-    q
-        Path's parameter, s.
-    """
-    constrained = model.motion.constrained.dofs
-    owned = constrained < model.system.owned
-    work = posed(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
-    return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
 
 
 @dataclass(frozen=True)
@@ -94,7 +77,7 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
     wanted
         Motions by number; the others' rows and columns are zero.
     """
-    twist = model.motion.over_all(posed(model.motion).twists(q))
+    twist = model.motion.over_all(pose_motion_of(model.motion).twists(q))
     allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
@@ -131,7 +114,7 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     reaction
         Number of the reaction.
     """
-    motion, found = posed(model.motion), tangent(model, ksp, q)
+    motion, found = pose_motion_of(model.motion), tangent(model, ksp, q)
     busy = [k for k in motion.free_numbers if found.stiffness[k].any()]
     direction: Array = found.answers[reaction].copy()
     if busy:
@@ -216,15 +199,8 @@ def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
-    force, arms = residual.array_r[c.dofs[owned]], posed(model.motion).arms(q)[:, owned]
+    force, arms = residual.array_r[c.dofs[owned]], pose_motion_of(model.motion).arms(q)[:, owned]
     components = np.eye(3)[:, c.component[owned]]
     # D_ab: the sum of the force's component a times the arm's b.
     dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity
     return np.asarray(dyad.T - np.trace(dyad) * np.eye(3))
-
-
-def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
-    """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
-    left = np.zeros(6)
-    left[list(possible(model.mesh.mirrors))] = 1.0
-    return np.asarray(left * values)

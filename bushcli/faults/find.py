@@ -9,11 +9,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
-from bushcli.faults.sense import magnitude, no_signal, positions, reversed_sign
+from bushcli.faults.sense import extremes, magnitude, no_signal, positions, reversed_sign
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
@@ -52,14 +51,14 @@ def find_faults(
     tuple of DataFault
         Faults of single samples list them; `bushcli.faults.masks` combines the lists.
     """
-    accepted = {(one.name, kind) for one in recordings for kind in one.sound}
+    accepted = {(one.name, kind) for one in recordings for kind in one.accepted_faults}
     found: list[DataFault] = []
     left_out: list[Mask] = []
     sound: list[bool] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
         for fault in (of_samples or sample_faults)(recording):
-            if fault.kind not in recording.sound:
+            if fault.kind not in recording.accepted_faults:
                 found.append(fault)
                 bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
@@ -70,7 +69,7 @@ def find_faults(
             *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
-        found += [one for one in (*turned, *senses) if one.kind not in recording.sound]
+        found += [one for one in (*turned, *senses) if one.kind not in recording.accepted_faults]
         # A modulus from a magnitude, or from a travel with another zero, says nothing about units. That from a force of
         # the other sign does.
         sound.append(not any(fault.fatal for fault in senses))
@@ -94,7 +93,7 @@ def bad_samples(recording: Recording, faults: Iterable[DataFault] | None = None)
     """
     bad = np.zeros(len(recording.force), dtype=bool)
     for fault in sample_faults(recording) if faults is None else faults:
-        if fault.kind not in recording.sound:
+        if fault.kind not in recording.accepted_faults:
             bad |= fault.samples
     return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 

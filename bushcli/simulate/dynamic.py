@@ -36,7 +36,7 @@ from cases.load import PrescribedForce
 from cases.march import NotConverged, march
 from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
-from cases.program import Program, along, path
+from cases.program import Program, path, steps_along
 from cases.ranks import summed
 from cases.simulate import prepare
 from cases.sine import ThinnedSpectrum
@@ -381,7 +381,7 @@ class Vibrations:
     def programs(self) -> Iterator[Program]:
         """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
         if self.test.six is not None:
-            yield along(self.test.six, self.test.steps)
+            yield steps_along(self.test.six, self.test.steps)
             return
         sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
         for side in sides:
@@ -419,7 +419,9 @@ class Vibrations:
         basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
         found = basis.reduced()
         number = test.motion if test.six is not None else 0
-        slopes = changes(basis, solver, self._names, self.drive) if self._names else Changes()
+        uneven_too = bool(test.amplitude) and self._thinned is not None
+        even = bool(self._names) and not uneven_too
+        slopes = changes(basis, solver, self._names, self.drive) if even else Changes()
         model = DynamicModel(found, number, test.transfer, slopes)
         pose, forces = solver.pose, solver.six
         small = DynamicCurve(
@@ -446,6 +448,10 @@ class Vibrations:
         chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
         ends = [uneven.enrich(one, f) for one in chosen for f in sorted({frequency.min(), frequency.max()})]
         error = max(small.reduction_error, *ends)
+        if self._names:
+            # Over the vectors that were added.
+            slopes = changes(basis, solver, self._names, self.drive)
+            small = replace(small, model=DynamicModel(basis.reduced(), number, test.transfer, slopes))
 
         def curve(amplitude: float) -> DynamicCurve:
             stiffness, third = uneven.stiffness(np.full(len(frequency), amplitude), frequency)

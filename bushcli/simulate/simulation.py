@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.odd import swept_range
@@ -205,7 +206,7 @@ class FollowedPath(ABC):
             coarse = fine
 
 
-def logged(
+def logged_force(
     active: Sequence[ActiveEffect],
     steps: Schedule,
     clock: Array,
@@ -252,6 +253,8 @@ class Simulation(FollowedPath):
         Makes the finite-element model.
     before
         Path before the first sample, which rubber with memory remembers; None if the samples begin at rest.
+    temperature : shape (n,) or None
+        Degrees C at the samples, where it changes; rubber without memory has its mean.
     """
 
     def __init__(
@@ -267,8 +270,11 @@ class Simulation(FollowedPath):
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
         before: Earlier | None = None,
+        temperature: Array | None = None,
     ) -> None:
-        self.active = tuple(one.started() for one in active)
+        self.temperature = temperature
+        mean = None if temperature is None else float(np.mean(temperature))
+        self.active = tuple(one.started() if mean is None else one.started().at(mean) for one in active)
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
@@ -280,22 +286,22 @@ class Simulation(FollowedPath):
         self.plan(1.0)
 
     @property
+    @override
     def fineness(self) -> float:
-        """Factor on the number of steps along the path."""
         return self._fineness
 
     @property
+    @override
     def path(self) -> Array:
-        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
         return self._path
 
     @property
+    @override
     def is_exact(self) -> bool:
-        """Whether its steps are those of a prescribed program, which are not refined."""
         return self.noise is None
 
+    @override
     def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
         self._fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
@@ -316,12 +322,13 @@ class Simulation(FollowedPath):
         return np.concatenate([self.time[0] + self.before.time, self.time]), q
 
     @property
+    @override
     def remembered(self) -> Earlier | None:
-        """The assumed path before the first sample, if the rubber remembers it."""
         return self.before if self.path_dependent else None
 
     # -- solving -------------------------------------------------------------------------------------------------
 
+    @override
     def solve(
         self,
         parameters: Mapping[str, float],
@@ -331,7 +338,6 @@ class Simulation(FollowedPath):
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress, patience)
@@ -400,11 +406,14 @@ class Simulation(FollowedPath):
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
-        program = Program(driven.value, steps.time if steps.timed else None)
+        warm = None
+        if self.temperature is not None and self.time is not None:
+            warm = np.interp(steps.time, self.time, self.temperature)
+        program = Program(driven.value, steps.time if steps.timed else None, temperature=warm)
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        read = logged(active, steps, self._clock, q, force, names)
+        read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
     def _march(

@@ -27,12 +27,17 @@ if TYPE_CHECKING:
     from forms.potential import Attached
 
 
+# Offset where none is given: below any amplitude that matters.
+LEAST = 1e-5
+
+
 def _branches(values: Values) -> list[Attached]:
     """Return the clock, and the branches on it."""
     from forms.branches.payne import BRANCH, PACED, spectrum
     from forms.potential import Attached
 
-    clock = {name: values[name] for name in ("path", "offset", "exponent")}
+    clock = {name: values[name] for name in ("path", "exponent")}
+    clock["offset"] = values.get("offset", LEAST)
     clock["fading"] = 1.0 / values["recovery"] if "recovery" in values else 0.0
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
     branches = [Attached(PACED, {"g": g, "tau": tau}) for g, tau in zip(moduli, times, strict=True)]
@@ -45,7 +50,7 @@ def _thinned(values: Mapping[str, float]) -> ThinnedSpectrum:
     from forms.branches.payne import spectrum
 
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
-    return ThinnedSpectrum(moduli, times, values["path"], values["offset"], values["exponent"])
+    return ThinnedSpectrum(moduli, times, values["path"], values.get("offset", LEAST), values["exponent"])
 
 
 def feature() -> Feature:
@@ -68,7 +73,7 @@ EFFECT = Effect(
             "g",
             "1",
             "modulus of the spectrum over the law's",
-            0.5,
+            1.0,
             0.0,
             100.0,
             off=0.0,
@@ -83,7 +88,7 @@ EFFECT = Effect(
             "tau",
             "s",
             "longest relaxation time, at rest",
-            1000.0,
+            300.0,
             1e-3,
             1e9,
             scan=(0.1, 1.0, 10.0),
@@ -100,16 +105,16 @@ EFFECT = Effect(
             "decades",
             "1",
             "width of the spectrum in powers of ten",
-            5.0,
+            6.0,
             0.5,
             12.0,
-            prior=Prior("log_normal", 4.5, 0.4, source=_MEASURED),
+            prior=Prior("log_normal", 5.5, 0.35, source=_MEASURED),
         ),
         EffectParameter(
             "slope",
             "1",
             "power of the time in the modulus per decade",
-            0.1,
+            0.0,
             -2.0,
             2.0,
             prior=Prior("t", 0.3, source=_MEASURED),
@@ -118,19 +123,21 @@ EFFECT = Effect(
             "path",
             "s",
             "clock's time per shear strain at an amplitude of 1",
-            1e4,
+            1e3,
             0.0,
             1e12,
-            scan=(1e3, 1e4, 1e5),
-            prior=Prior("log_uniform", 1e2, 1e6, source=_MEASURED),
+            scan=(1e2, 1e3, 1e4),
+            prior=Prior("log_uniform", 30.0, 1e6, source=_MEASURED),
         ),
         EffectParameter(
             "offset",
             "1",
             "shear strain added to the amplitude, well below which all thin alike",
-            0.03,
+            0.01,
             1e-6,
             1.0,
+            optional=True,
+            scan=(0.01,),
             prior=Prior(
                 "log_normal",
                 0.03,
@@ -142,10 +149,10 @@ EFFECT = Effect(
             "exponent",
             "1",
             "power of the amplitude in the clock",
-            2.0,
+            1.3,
             0.0,
             5.0,
-            prior=Prior("log_normal", 2.0, 0.5, source=_MEASURED),
+            prior=Prior("log_normal", 1.5, 0.4, source=_MEASURED),
         ),
         EffectParameter(
             "recovery",

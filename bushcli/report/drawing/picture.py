@@ -27,8 +27,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullL
 
 from bushcli.report.document import Panels, Picture, Plot, Series
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
-from bushcli.report.drawing.prepared import prepared, shade
-from bushcli.report.drawing.zoom import tick, ticks
+from bushcli.report.drawing.prepared import prepared, shade, tick, ticks
 
 _DPI = 160
 # Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.
@@ -103,7 +102,7 @@ def plotted(panels: Panels) -> Picture:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
             )
-            bar.set_label(literal(scale[1]), fontsize=9)
+            bar.set_label(wrapped(scale[1], 0.9 * sum(high), 9), fontsize=9)
             bar.outline.set_visible(False)  # type: ignore[operator]
         figure.suptitle(
             wrapped(panels.title, figure.get_figwidth(), 12),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.document import Plot, Region, Series
+from bushcli.report.document import Plot, Region
 
 Array = NDArray[np.floating[Any]]
 
@@ -32,19 +33,56 @@ def prepared(plot: Plot) -> Plot:
     """Return the plot with limits, thinned curves and outlines, and one place for each number."""
     if plot.is_prepared:
         return plot
-    plot = replace(plot, series=[_thinned(one) for one in plot.series], regions=_outlined(plot.regions))
+    series = []
+    for one in plot.series:
+        if len(one.x) > MOST and one.error is None:
+            x, y = thinned(one.x, one.y, MOST, one.mark != "line")
+            one = replace(one, x=x, y=y)
+        series.append(one)
+    plot = replace(plot, series=series, regions=_outlined(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
     return replace(plot, regions=_placed(plot), is_prepared=True)
 
 
 def pane(plot: Plot) -> tuple[float, float, float, float]:
     """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
-    longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
-    left = min(max(62.0 if plot.labels[1] else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
+    numbers = () if plot.y_names or plot.y is None else ticks(*plot.y, 4, plot.log == "y")
+    texts = [*map(tick, numbers), *(line for _, name in plot.y_names for line in name.split("\n"))]
+    longest = max(map(len, texts), default=0)
+    # An axis without label has its numbers, too, unless it has names.
+    least = 62.0 if plot.labels[1] or not plot.y_names else 12.0
+    left = min(max(least, 7.2 * longest + 16), 0.45 * plot.width)
     left += 16 if plot.labels[1] else 0
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)
     bottom = (46.0 if plot.labels[0] else 26.0) + 16 * lines
     return left, 12.0, plot.width - left - 12.0, plot.height - 12.0 - bottom
+
+
+def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
+    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
+    if logarithmic:
+        mantissas = (1, 2, 5) if high < 50 * low else (1,)
+        powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        every = [factor * 10.0**power for power in powers for factor in mantissas]
+        found = [v for v in every if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
+        if len(found) > 1:
+            return found
+    raw = (high - low) / most
+    power = 10.0 ** math.floor(math.log10(raw))
+    factors = (0.5, 1, 2, 5, 10)
+    chosen = next(i for i in range(1, 5) if power * factors[i] >= raw * (1 - 1e-9))
+    found = []
+    # One number alone gives no scale: the steps are then finer.
+    while len(found) < 2 and chosen >= 0:
+        step = power * factors[chosen]
+        found = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+        chosen -= 1
+    return found
+
+
+def tick(value: float) -> str:
+    """Return a number at an axis."""
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def shade(region: Region, plot: Plot) -> tuple[str, float]:
@@ -96,13 +134,6 @@ def _limits(plot: Plot, axis: int) -> tuple[float, float]:
 
 
 # -- curves ------------------------------------------------------------------------------------------------------------
-
-
-def _thinned(series: Series) -> Series:
-    if len(series.x) <= MOST or series.error is not None:
-        return series
-    x, y = thinned(series.x, series.y, MOST, series.mark != "line")
-    return replace(series, x=x, y=y)
 
 
 def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:
