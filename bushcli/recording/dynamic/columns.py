@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
 from bushcli.recording.dynamic.source import DynamicSource
 from bushcli.recording.dynamic.units import DynamicUnit, read_unit
@@ -204,9 +203,7 @@ def _resolved(one: ColumnName, table: Table, source: DynamicSource) -> ColumnNam
         return one
     if source.across is None:
         what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
-        raise RecordingError(
-            Problem(table.where, what, "", 'across = "amplitude" or "preload" in the recording\'s table')
-        )
+        raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
     known = tuple(replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions)
     return replace(one, conditions=known)
 
@@ -226,7 +223,7 @@ def _unique(
             several = " and ".join(table.label(i) for i in among[:8])
             what = f"{several} could each be the {quantity.replace('_', ' ')}"
             expected = f"name one, or give its number: columns = {{{quantity} = ...}} in the case file"
-            raise RecordingError(Problem(table.where, what, "", expected))
+            raise table.refused(what, expected)
         own[quantity] = (among[0], found[among[0]])
     return own
 
@@ -298,7 +295,7 @@ def numbers(
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
-        raise RecordingError(Problem(table.where, what, "", remedy))
+        raise table.refused(what, remedy)
     if unit is None and quantity == "loss_angle" and np.abs(values).max() > _LARGEST_RADIANS:
         unit = read_unit("deg")
         remark = f"{table.label(index)} has no unit; it is in degrees, because a loss angle has at most 1.571 radians"
@@ -306,14 +303,14 @@ def numbers(
         unit = read_unit("1")
     if unit is None:
         what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
-        raise RecordingError(Problem(table.where, what, "", remedy))
+        raise table.refused(what, remedy)
     if unit.kind not in kinds:
         where = f"{table.label(index)}: {said.written or given} is a unit of {_article(unit.kind)}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.kind == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
-        raise RecordingError(Problem(table.where, what, "", expected))
+        raise table.refused(what, expected)
     return unit.factor * values + unit.zero, remark
 
 

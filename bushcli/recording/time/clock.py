@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import SMALLEST_STEP
 from bushcli.curve.segment import segment
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column
 from bushcli.recording.source import Source
 from bushcli.recording.text.table import Table
@@ -145,7 +145,7 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )
-    return RecordingError(Problem(table.place(row), what, "", expected))
+    return table.refused(what, expected, row)
 
 
 def increasing(table: Table, stamps: Column) -> Array:
@@ -166,12 +166,12 @@ def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Arr
     if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
         row = int(np.argmin(steps)) + 1
         what = "rate: the displacement does not move, so the time cannot be computed from the speed"
-        raise RecordingError(Problem(table.place(row), what, "", "give sample_rate, samples per second"))
+        raise table.refused(what, "give sample_rate, samples per second", row)
     ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
     way = float(np.abs(np.diff(displacement[ends])).sum())
     if steps.sum() > (1.0 + _MOST_NOISE) * way:
         what = f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
-        raise RecordingError(Problem(table.where, what, "", "give sample_rate, samples per second"))
+        raise table.refused(what, "give sample_rate, samples per second")
     time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
     return (
         time,
