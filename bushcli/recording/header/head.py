@@ -56,18 +56,25 @@ def header(sheet: Sheet, width: int) -> Header:
         if fields and re.match(r"%[^\W\d_]", fields[0]) and not match_quality(fields[0][1:], "strain"):
             fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
-        if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
+        # A comment above a single column; above several columns the number of fields shows it.
+        comment = (
+            line.comment
+            and len(fields or ()) == 1
+            and not (named_columns(fields or ()) or is_units_row(fields or ()))
+        )
+        if fields is None or not texts or numbers_in(fields, decimal) or comment:
             passed += [] if line.comment else [line]
         else:
             full.append((line, fields))
-    rows = _units_rows(full)
+    bare = ((line.number, _without_label(fields)) for line, fields in full)
+    rows = {number: fields for number, fields in bare if is_units_row(fields)}
     for i, (line, fields) in enumerate(full):
         further = full[i + 1 :]
-        is_known = is_units_row(_without_label(fields))
+        is_known = line.number in rows
+        # A row of unknown units names no quantity, but a line above it does.
+        below = not named_columns(fields) and any(named_columns(other) >= 2 for _, other in further)
         # Origin writes a row of comments below the row of units.
-        if (is_known and _below_units(sheet, place, units)) or (
-            units == empty and (is_known or _are_unknown_units(fields, further))
-        ):
+        if (is_known and _below_units(sheet, place, units)) or (units == empty and (is_known or below)):
             units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
@@ -90,18 +97,6 @@ def header(sheet: Sheet, width: int) -> Header:
     ]
     _no_data(sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
     return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
-
-
-def _is_comment(line: Line, fields: Sequence[str]) -> bool:
-    """Whether a line above a single column is a comment; above several columns the number of fields shows it."""
-    return line.comment and len(fields) == 1 and not (named_columns(fields) or is_units_row(fields))
-
-
-def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
-    """Return the rows of known units of a header, by the number of the line."""
-    return {
-        line.number: _without_label(fields) for line, fields in full if is_units_row(_without_label(fields))
-    }
 
 
 def _merged(
@@ -191,11 +186,6 @@ def _refuse_percent(sheet: Sheet, line: Line, name: str, unit: str) -> None:
         what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
         expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
         raise sheet.refused(line.number, what, expected)
-
-
-def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]]) -> bool:
-    """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
-    return not named_columns(fields) and any(named_columns(other) >= 2 for _, other in above)
 
 
 def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:

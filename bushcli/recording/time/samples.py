@@ -75,14 +75,13 @@ def timed(
         if getattr(source, key) is not None:
             what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
             raise table.refused(what, f"delete {key} from the case file")
-    found = clock(table, stamps, displacement, force)
-    kept = found.kept
+    time, kept, repairs = clock(table, stamps, displacement, force)
     if kept.sum() < fewest:
         what = f"has only {kept.sum()} different rows"
         raise table.refused(what, f"at least {fewest}")
     repeated = tuple(int(i) for i in np.flatnonzero(~kept))
-    repairs = tuple(Repair("time", text) for text in found.repairs)
-    return Samples(displacement[kept], force[kept], found.time, np.flatnonzero(kept), repeated, repairs)
+    said = tuple(Repair("time", text) for text in repairs)
+    return Samples(displacement[kept], force[kept], time, np.flatnonzero(kept), repeated, said)
 
 
 def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
