@@ -33,7 +33,7 @@ from bushcli.inverse import Task, identify
 from bushcli.inverse.channel import Patience
 from bushcli.inverse.contained import Addition
 from bushcli.inverse.local import Watched
-from bushcli.inverse.stopping import STOPPING
+from bushcli.inverse.problem import STOPPING
 from bushcli.recording import write_curve_csv
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
@@ -142,7 +142,6 @@ def patches() -> dict[str, list[Any]]:
     return {
         "-": [],
         "search along the edge of stability": [patch.object(searching, "along_the_edge", stays)],
-        "search along the wall of failures": [patch.object(searching, "along_the_wall", stays)],
         "stability where the search goes": [patch.object(searching, "watch", lambda problem, x: False)],
         "unstable trials are not solved": [
             patch.object(Watched, "_is_surely_rejected", lambda self, x: False)

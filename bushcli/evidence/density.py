@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.inverse.channel import Channel, Patience
-from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.stopping import Stopping
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
 from bushcli.likelihood.form import Judged, Likelihood

@@ -58,13 +58,7 @@ class CorrelatedErrors:
     time: float
 
     def between(self, rows: Array) -> Array:
-        """Return the covariance (p, p) of the sums of errors that rows (n, p) weight.
-
-        Parameters
-        ----------
-        rows : (n, p) array
-            Derivatives of the samples by the parameters.
-        """
+        """Return the covariance (p, p) of the sums of errors that rows (n, p) weight."""
         # An error may last longer than that of an autoregression, for example where the law has another form.
         longer = self.time / _time(self.correlation)
         return np.asarray(longer * self.variance * rows.T @ correlated(self.correlation, rows))
@@ -91,14 +85,7 @@ def errors_of(residual: Array, rows: Array, freedom: float) -> CorrelatedErrors:
 
 
 def correlated(correlation: float, rows: Array) -> Array:
-    """Return the product of the matrix of correlation^|i - j| with rows (n, p).
-
-    Parameters
-    ----------
-    correlation : float
-        Between neighbours, dimensionless, 0 to less than 1.
-    rows : (n, p) array
-    """
+    """Return the product of the matrix of correlation^|i - j| with rows (n, p)."""
     if correlation == 0.0:
         return rows
     from scipy.linalg import matmul_toeplitz

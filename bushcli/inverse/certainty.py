@@ -54,13 +54,6 @@ def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes the covariance of
     its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
 
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-
     References
     ----------
     White (1980), Econometrica 48:817-838, doi:10.2307/1912934 (sandwich estimator).
@@ -88,11 +81,6 @@ def inverted(information: Array) -> tuple[Array, Mask]:
 
     The parameters have units of their own, and information that differs by many orders of magnitude: each is scaled by
     its own. Directions without information in double precision are left out of the inverse.
-
-    Parameters
-    ----------
-    information : (p, p) array
-        Jacobian^T Jacobian, each row and column in the unit of its parameter.
     """
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     size = np.where(size > 0.0, size, 1.0)
@@ -108,13 +96,6 @@ def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, floa
 
     A recording's noise is not its only error: a load cell out of calibration, a coarse mesh or missing physics shift a
     whole curve, and no statistics of the misfit show that. The change is computed to first order.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
     """
     forces = problem.forces(x)
     if forces is None:
@@ -141,15 +122,7 @@ def autocorrelation_time(error: Array) -> float:
 
 
 def directions(problem: LeastSquaresProblem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
-    """Return the relative singular values, per relative change of each parameter, and the undetermined combinations.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Return the relative singular values, per relative change of each parameter, and the undetermined combinations."""
     jacobian = problem.jacobian(x)[: problem.samples]
     scaled = jacobian * np.where(x == 0, 1.0, np.abs(x))
     _, singular, rows = np.linalg.svd(scaled, full_matrices=False)

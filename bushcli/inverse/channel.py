@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.curve.curve import Curve
-from bushcli.curve.earlier import Earlier
+from bushcli.curve.earlier import Earlier, earlier
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.curve.odd import swept_range, unfolded
-from bushcli.effects.active import ActiveEffect
+from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
-from bushcli.inverse.answering import with_effects
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -31,7 +30,7 @@ from bushcli.recording import (
     force_noise,
 )
 from bushcli.simulate.reaction import Paths, Reaction, reaction
-from bushcli.simulate.simulation import FollowedPath
+from bushcli.simulate.simulation import FollowedPath, Simulation
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
@@ -160,7 +159,7 @@ class Channel:
         self.recording, self.comm, self.branch = recording, comm, branch
         mode = modes()[recording.mode]
         self.simulation: FollowedPath | None = (
-            with_effects(recording, shape, rubber, case, comm, prepared)
+            _with_effects(recording, shape, rubber, case, comm, prepared)
             if recording.six is None
             else reaction(
                 recording,
@@ -335,6 +334,43 @@ class Channel:
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
+
+
+def _with_effects(
+    recording: Recording,
+    shape: Shape,
+    rubber: Rubber,
+    case: Case,
+    comm: MPI.Comm,
+    prepared: Prepare,
+) -> Simulation | None:
+    """Return the simulation of a channel with its effects along the whole record; None where no effect acts on it.
+
+    Raises
+    ------
+    InputError
+        The recording has no time, which an effect needs.
+    """
+    active = acting(case.effects, recording.name, recording.mode)
+    if not active:
+        return None
+    path = recording.record
+    if path.time is None:
+        require_time(active, recording.name, recording.mode, str(recording.source))
+    return Simulation(
+        shape,
+        modes()[recording.mode],
+        rubber,
+        case.mesh.refinement,
+        active,
+        path.time,
+        path.displacement,
+        displacement_noise(path),
+        comm,
+        prepared,
+        earlier(path),
+        path.temperature,
+    )
 
 
 def isochoric_sample(comm: MPI.Comm, found: Sequence[Array]) -> Array:

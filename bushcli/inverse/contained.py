@@ -63,14 +63,7 @@ class Addition:
 
 
 def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
-    """Return what can be taken out of a task's model, in the order in which it can be added again.
-
-    Parameters
-    ----------
-    task : Task
-    recordings : sequence of Recording
-        They give the scales of the grids.
-    """
+    """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
     scales = {
@@ -87,6 +80,9 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
         found.append(Addition(names, off, (shape,), "law", earlier))
     for active in task.effects:
+        if active.effect.needs_temperature:
+            # It shifts the branches, and promises nothing before they are there: it begins at its start values.
+            continue
         free = {active.full_name(p): p for p in active.parameters if active.full_name(p) in start}
         latest: dict[str, str] = {}
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
@@ -138,18 +134,7 @@ class Contained(LeastSquaresProblem):
 def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[Addition] = ()
 ) -> Minimum:
-    """Search from the smallest model on, one addition after the other.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-    start : (p,) array
-        Solvable; it is searched from, too, where it misfits less than what was reached from the contained models.
-    loss : str
-        As in `scipy.optimize.least_squares`.
-    every : sequence of Addition
-        All that can be taken out of the model.
-    """
+    """Search from the smallest model on, one addition after the other."""
     index = {name: i for i, name in enumerate(problem.names)}
     x = problem.bounds.inside(start)
     for one in every:

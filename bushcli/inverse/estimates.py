@@ -30,19 +30,7 @@ def estimates(
     x: Array,
     profiles: Sequence[Profile],
 ) -> tuple[dict[str, Estimate], Array]:
-    """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters).
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Identified parameters, shape (parameters,), in the units of the law.
-    profiles : Sequence[Profile]
-        Profiles of the parameters whose standard errors would mislead.
-    """
+    """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters)."""
     uncertainty = certainty.uncertainty(problem, x)
     covariance = uncertainty.covariance
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -67,17 +55,7 @@ def estimates(
 
 
 def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
-    """Return the identified rubber.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Identified parameters, shape (parameters,), in the units of the law.
-    """
+    """Return the identified rubber."""
     bulk, compliance = task.material.bulk_modulus, problem.parameters(x).get("compliance")
     if compliance is not None:
         bulk = 1.0 / compliance if compliance > 0 else float("inf")
@@ -86,31 +64,13 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
 
 
 def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:
-    """Return the effects with their identified values.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Identified parameters, shape (parameters,), in the units of the law.
-    """
+    """Return the effects with their identified values."""
     values = problem.parameters(x)
     return tuple(one.with_values(values) for one in task.effects)
 
 
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
-    """Return where each search began and ended, the one with the smallest misfit first.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    minima : Sequence[Minimum]
-        Ends of the searches.
-    """
+    """Return where each search began and ended, the one with the smallest misfit first."""
     named = [
         EndPoint(
             dict(zip(task.names, map(float, m.start), strict=True)),

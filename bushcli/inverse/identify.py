@@ -155,7 +155,7 @@ def identify(
     InputError
         A file cannot be read, an option makes no sense, or the start cannot be solved at all.
     """
-    begin, tables = time.perf_counter(), TableCache() if tables is None else tables
+    started, tables = time.perf_counter(), TableCache() if tables is None else tables
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start = (task.law, task.vectors())[1][0]
     saved = open_journal(journal, task.identity(), resume) if journal is not None else None
@@ -173,14 +173,16 @@ def identify(
             raise
         cost, x = problem.best
         run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
-    fit = run.result(interrupted, begin)
+    fit = run.result(interrupted, started)
     if run.instead is not None:
         fit = replace(
             fit, conditions=(*fit.conditions, start_replaced(values_by_name(task, run.instead), task))
         )
-    odd = unusual(task.case, task.case.material, run.recordings)
+    unlike_bushings = unusual(task.case, task.case.material, run.recordings)
     # Data faults come first: they explain more of a poor fit than any condition found after them.
-    return replace(fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *odd))
+    return replace(
+        fit, faults=run.faults, conditions=(*map(condition, run.faults), *fit.conditions, *unlike_bushings)
+    )
 
 
 @dataclass
@@ -298,7 +300,7 @@ class _Searches:
         _refine(task, problem, given, self.minima, states, self.progress, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
 
-    def result(self, interrupted: bool, begin: float) -> Fit:
+    def result(self, interrupted: bool, started: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty."""
         task, problem = self.task, self.problem
         best = self.minima[_best(self.minima)]
@@ -326,7 +328,7 @@ class _Searches:
             converged=best.converged and not interrupted,
             singular_values=singular,
             undetermined=undetermined,
-            seconds=time.perf_counter() - begin,
+            seconds=time.perf_counter() - started,
             conditions=(),
             message=best.message,
             cost=best.cost,
@@ -337,9 +339,9 @@ class _Searches:
             effects=effects(task, problem, best.x),
             tables=tables,
         )
-        begun = ((one.name, one.before) for one in self.curves)
+        starts_loaded = ((one.name, one.before) for one in self.curves)
         doubts = conditions(fit, task, best, interrupted)
-        doubts += tuple(not_from_rest(name, before) for name, before in begun if before is not None)
+        doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
         doubts += known
         doubts += self._outside()
         if fatal:
@@ -449,7 +451,7 @@ def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFa
     ----------
     task : Task
     initial : (parameters,) array
-        Where the search should have begun, in N, mm, MPa, s, rad.
+        Where the search should have starts_loaded, in N, mm, MPa, s, rad.
     faults : sequence of DataFault
         Of the recordings.
     """

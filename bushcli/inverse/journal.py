@@ -48,15 +48,7 @@ class AnswersCodec:
         return arrays
 
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
-        """Return the answers from their arrays.
-
-        Parameters
-        ----------
-        found : dict
-            Arrays by name, as `encoded` returned them.
-        question : tuple
-            Identity of the run and parameters, shape (parameters,) in the units of the law; not needed here.
-        """
+        """Return the answers from their arrays."""
         return [
             ChannelForces(
                 found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
@@ -66,18 +58,7 @@ class AnswersCodec:
 
 
 def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
-    """Return the saved evaluations of an identification, in the folder that holds them or may hold them.
-
-    Parameters
-    ----------
-    folder : Path
-        Its first name; see `bushcli.runtime.history`.
-    identity : mapping
-        As of `Journal`.
-    resume : bool or None
-        Use the evaluations of an earlier run, which then have to be there if the folder is, begin anew, or use them if
-        there are any.
-    """
+    """Return the saved evaluations of an identification, in the folder that holds them or may hold them."""
 
     def is_of(one: Path) -> bool:
         try:
@@ -174,15 +155,7 @@ class Journal:
         return answers if there else None
 
     def add(self, x: Array, answers: list[ChannelForces]) -> None:
-        """Save an evaluation, on disk before this returns; where that fails, `failure` says so.
-
-        Parameters
-        ----------
-        x : Array
-            Parameters, shape (parameters,), in the units of the law.
-        answers : list of ChannelForces
-            One for each channel; none where the march failed.
-        """
+        """Save an evaluation, on disk before this returns; where that fails, `failure` says so."""
         question = self._question(x)
         self._known[question[1].tobytes()] = answers
         self._store.write(self._store.file(_WORK, question), answers)

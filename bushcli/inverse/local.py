@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import MOST_EVALUATIONS, LeastSquaresProblem
 from bushcli.inverse.stability import ACTIVE
-from bushcli.inverse.stopping import MOST_EVALUATIONS
 
 Array = NDArray[np.float64]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
@@ -87,7 +86,7 @@ class HeldBack(Stopped):
     """Raised where the law's stability lets the search make small steps only (`bushcli.inverse.edge` makes larger)."""
 
 
-class Level(Stopped):
+class FlatValley(Stopped):
     """Raised in a flat valley, where the misfit no longer falls although the optimiser would continue."""
 
 
@@ -158,7 +157,7 @@ class Watched:
             and len(self._falling) > evaluations
             and self.best[0] > (1 - share) * self._falling[-1 - evaluations]
         ):
-            raise Level("the misfit no longer falls")
+            raise FlatValley("the misfit no longer falls")
         return found
 
     def _is_surely_rejected(self, x: Array) -> bool:
@@ -192,19 +191,7 @@ def minimise(
     explained: Callable[[Array], bool] | None = None,
     ends: Ends | None = None,
 ) -> Minimum:
-    """Minimise the weighted misfit within bounds.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        Its residual is not a number where a march fails, which the trust region answers by shrinking.
-    start : Array, shape (parameters,)
-        Must be solvable.
-    loss : str
-        As in `scipy.optimize.least_squares`.
-    patience, explained, ends
-        As in `Watched`; points have the shape (parameters,).
-    """
+    """Minimise the weighted misfit within bounds."""
     watched = Watched(problem, loss == "linear", patience, explained, ends)
     try:
         result = least_squares(
@@ -222,7 +209,7 @@ def minimise(
         )
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
-        x, ended, message = watched.best[1], isinstance(stopped, Level | Settled), str(stopped)
+        x, ended, message = watched.best[1], isinstance(stopped, FlatValley | Settled), str(stopped)
     linear = loss == "linear"
     is_minimum = linear and predicted_decrease(problem, x) <= STATIONARY
     beside = linear and watched.failed > 0 and not is_minimum
@@ -261,9 +248,9 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
     value, slope = problem.residual(x), problem.jacobian(x)
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
-    room = (
+    allowed = (
         np.minimum((problem.bounds.lower - x) * size, 0.0),
         np.maximum((problem.bounds.upper - x) * size, 0.0),
     )
-    found = lsq_linear(slope / size, -value, room)
+    found = lsq_linear(slope / size, -value, allowed)
     return found.x / size, 2.0 * float(found.cost)

@@ -5,9 +5,6 @@ at one Gauss point the tangent moduli lose their positive definiteness and the s
 march finds no equilibrium. At that wall there is no misfit to guide a search, but the law's stability in the states
 that the rubber reaches can guide it. These states are therefore checked wherever a search ends or meets failures, not
 only at its start; if the law is unstable in any of them, they are added to the problem, and the search continues.
-
-Along a wall that stability does not explain, the search is guided by the known points on either side of it
-(`bushcli.inverse.unsolvable_region`).
 """
 
 from __future__ import annotations
@@ -23,7 +20,6 @@ from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.stability import ACTIVE
 from bushcli.inverse.start_values import first_point
-from bushcli.inverse.unsolvable_region import along_the_wall
 
 Array = NDArray[np.float64]
 
@@ -66,21 +62,11 @@ def search(
             break
     if loss == "linear" and (found.rejected or found.at_edge):
         found = along_the_edge(problem, found)
-    if found.beside_failure and problem.stopping.walls:
-        found = along_the_wall(problem, found, loss)
     return replace(found, start=start, iterations=iterations)
 
 
 def watch(problem: LeastSquaresProblem, x: Array) -> bool:
-    """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem."""
     states = problem.reached(x)
     if not is_unstable(problem, x, states):
         return False
@@ -99,7 +85,7 @@ def is_unstable(problem: LeastSquaresProblem, x: Array, states: Array) -> bool:
 
 
 @dataclass(frozen=True)
-class First:
+class FirstSearch:
     """The first search of an identification.
 
     Attributes
@@ -124,7 +110,7 @@ def first_minimum(
     start: Array,
     loss: Loss = "linear",
     searched: Callable[[LeastSquaresProblem, Array, Loss], Minimum] = search,
-) -> First | None:
+) -> FirstSearch | None:
     """Search from the start, or from the nearest point that can be solved; return None if there is none.
 
     This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
@@ -145,4 +131,4 @@ def first_minimum(
         return None
     problem.watch(problem.reached(initial), initial)
     states = problem.states
-    return First(searched(problem, initial, loss), initial, instead, states)
+    return FirstSearch(searched(problem, initial, loss), initial, instead, states)

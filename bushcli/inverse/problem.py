@@ -9,18 +9,16 @@ far.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
-from bushcli.inverse.stopping import STOPPING, Stopping
 from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
 from cases.stability import paths
@@ -28,11 +26,73 @@ from forms.law import Law
 
 Array = NDArray[np.float64]
 
+# A relative change of the cost or of the parameters below this ends the search: far below what noise can resolve.
+TOLERANCE = 1e-7
+# A search ends on the floor of a valley when this many evaluations lower the cost by less than this share, a tenth of a
+# unit of chi square. Nothing else ends it if the curves leave a combination of parameters open (Ogden, one recording).
+VALLEY = 8, 3e-4
+# Largest number of evaluations of one search.
+MOST_EVALUATIONS = 200
+# Largest number of times that states reached by a search are added to the problem: one is usual, three have occurred.
+ROUNDS = 5
 # States between rest and the largest stretch of a channel in which the law has to be stable: judgement, the moduli
 # of a law vary smoothly between them.
 STABILITY_STATES = 24
 
 Progress = Callable[[Evaluation], None]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of the parameters.
+
+    Attributes
+    ----------
+    lower, upper : shape (parameters,)
+        Each in its parameter's unit; infinite where there is none.
+    """
+
+    lower: Array
+    upper: Array
+
+    def clip(self, x: Array) -> Array:
+        """Return the nearest point within the bounds."""
+        return np.clip(x, self.lower, self.upper)
+
+    def inside(self, x: Array) -> Array:
+        """Return the nearest point slightly off the bounds, on which interior methods cannot start."""
+        off = 1e-9 * np.minimum(self.upper - self.lower, 1.0 + np.abs(x))
+        return np.clip(x, self.lower + off, self.upper - off)
+
+    def of(self, free: NDArray[np.bool_]) -> Bounds:
+        """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
+        return Bounds(self.lower[free], self.upper[free])
+
+
+@dataclass(frozen=True)
+class Stopping:
+    """When the searches of a problem end.
+
+    Attributes
+    ----------
+    tolerance : float
+        Relative change of parameters and misfit that counts as none.
+    valley : (int, float)
+        Evaluations, and the share of the misfit that they have to gain together.
+    rounds : int
+        Searches after which the stability in the states reached is required once more.
+    evaluations, failures : int
+        Largest numbers of evaluations, and of those that fail.
+    """
+
+    tolerance: float = TOLERANCE
+    valley: tuple[int, float] = VALLEY
+    rounds: int = ROUNDS
+    evaluations: int = MOST_EVALUATIONS
+    failures: int = MOST_EVALUATIONS
+
+
+STOPPING = Stopping()
 
 
 class LeastSquaresProblem:
@@ -249,16 +309,16 @@ class LeastSquaresProblem:
         """
         key = np.ascontiguousarray(x, dtype=float).tobytes()
         if key not in self._known:
-            kept = self.journal.find(x) if self.journal is not None else None
-            if kept is None:
+            solved = self.journal.find(x) if self.journal is not None else None
+            if solved is None:
                 meet(self.channels[0].comm)
-                kept = self._solve(x)
+                solved = self._solve(x)
                 if self.journal is not None:
-                    self.journal.add(x, kept)
-            if not all(one.is_finite for one in kept):
-                kept = []
-            self._known[key] = kept if kept else None
-            self.forward_solves += len(kept) if kept else 1
+                    self.journal.add(x, solved)
+            if not all(one.is_finite for one in solved):
+                solved = []
+            self._known[key] = solved if solved else None
+            self.forward_solves += len(solved) if solved else 1
             self._report(x, iteration)
         return self._known[key]
 

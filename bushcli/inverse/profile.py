@@ -135,17 +135,6 @@ def profile(
 ) -> tuple[Profile, Array | None]:
     """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
 
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array, shape (parameters,)
-        The best point.
-    index : int
-        Index of the parameter.
-    uncertainty : Uncertainty
-        Uncertainty at the best point; its covariance gives the first steps.
-
     Returns
     -------
     profile : Profile

@@ -92,21 +92,7 @@ def refine(
     progress: Progress | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Refined:
-    """Search from one start.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    channels : list[FitChannel]
-        Channels of the problem.
-    given : Assignment
-        The start, and the cost to compare it with.
-    progress : Progress | None
-        Called after each evaluation, unless None.
-    stopped : Callable[[], bool]
-        Returns True when the search has to stop.
-    """
+    """Search from one start."""
     costs: list[float] = []
 
     def follow(found: Evaluation) -> None:
@@ -167,14 +153,7 @@ class ProblemCache:
         self._tables = TableCache()
 
     def problem(self, task: Task, coarse: bool) -> LeastSquaresProblem:
-        """Return the problem of a task; that of another one is discarded.
-
-        Parameters
-        ----------
-        task : Task
-        coarse : bool
-            Use a coarse mesh.
-        """
+        """Return the problem of a task; that of another one is discarded."""
         from mpi4py import MPI
 
         key = canonical((task, coarse))
@@ -210,21 +189,6 @@ def refine_start(
     pool: Pool | None = None,
 ) -> None:
     """Refine starts, one after another or shared among the workers of the task or of a pool.
-
-    Parameters
-    ----------
-    task : Task
-        Definition of the identification.
-    channels : list[FitChannel]
-        Used by a single worker; several workers make their own.
-    given : Sequence[Assignment]
-        Starts, each with the cost to compare it with.
-    done : Callable[[Refined], None]
-        Called with the result of each start, in the order of the starts.
-    progress : Progress | None
-        Called after each evaluation; with several workers, when its start is finished.
-    pool
-        Processes that may be on other machines; a start whose process has died is left out. They keep no journals.
 
     Raises
     ------

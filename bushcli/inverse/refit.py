@@ -54,13 +54,6 @@ class Refit:
         Curves are nearly linear over such a step, and the law's stability is cheap to evaluate. A step therefore
         minimises the linearised misfit plus the exact penalty of instability. One or two steps are usually enough; the
         gain of a further one is predicted without another evaluation. Where steps fail, a trust region takes over.
-
-        Parameters
-        ----------
-        known : Array
-            Solved point from which the first step is taken, shape (parameters,).
-        start : Array
-            Where the refit begins, shape (parameters,), with the value of the profiled parameter.
         """
         x, moved = known, self._step(known, start)
         if self.rise_by_instability(moved) > FAR * RISE_95:

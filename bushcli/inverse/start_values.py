@@ -55,15 +55,7 @@ SHORTENED = (1.0, 0.25)
 
 
 def candidates(problem: LeastSquaresProblem, start: Array) -> Iterator[Array]:
-    """Yield points from the start to the law's own start, which has the safest parameters for the shape of the curve.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
-    """
+    """Yield points from the start to the own start of the law, the safest for the shape of its curve."""
     yield start
     shaping = own_parameters(problem) & ~scalable(problem)
     for enlarged in ENLARGED[1:]:
@@ -104,15 +96,7 @@ def scalable(problem: LeastSquaresProblem) -> NDArray[np.bool_]:
 
 
 def shear(problem: LeastSquaresProblem, x: Array) -> float:
-    """Initial shear modulus, MPa.
-
-    Parameters
-    ----------
-    problem : LeastSquaresProblem
-        The least-squares problem.
-    x : Array
-        Parameters, shape (parameters,), in the units of the law.
-    """
+    """Initial shear modulus, MPa."""
     return float(problem.law.shear_modulus(**problem.law_parameters(x)))
 
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.bounds import Bounds
+from bushcli.inverse.problem import Bounds
 
 Array = NDArray[np.float64]
 Costs = Callable[[Sequence[Array]], list[float]]
@@ -32,14 +32,6 @@ def box(start: Array, bounds: Bounds, shear: float) -> tuple[Array, Array]:
     """Return the box of starts: a factor `SPREAD` about the start, and both signs where the bounds allow them.
 
     `shear` (MPa) is the scale of a parameter whose start says little because it is near zero.
-
-    Parameters
-    ----------
-    start : Array
-        Where the search begins, shape (parameters,), in the units of the law.
-    bounds : Bounds
-    shear : float
-        Initial shear modulus, MPa: the scale of a parameter that starts near zero.
     """
     size = np.maximum(np.abs(start), 0.01 * shear)
     low = np.where(bounds.lower >= 0, start / SPREAD, -SPREAD * size)
@@ -48,19 +40,7 @@ def box(start: Array, bounds: Bounds, shear: float) -> tuple[Array, Array]:
 
 
 def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
-    """Return a Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive.
-
-    Parameters
-    ----------
-    count : int
-        Number of points.
-    low : Array
-        Lower corner of the box, shape (parameters,).
-    high : Array
-        Upper corner of the box, shape (parameters,).
-    seed : int
-        Seed of the random numbers.
-    """
+    """Return a Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive."""
     from scipy.stats import qmc  # 0.3 s: not for commands that only simulate
 
     unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count)

@@ -34,19 +34,7 @@ PREDICTED = 10.0
 
 
 def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
-    """Return all conditions of a fit, the most serious first.
-
-    Parameters
-    ----------
-    fit : Fit
-        The identified law.
-    task : Task
-        Definition of the identification.
-    best : Minimum
-        End of the search.
-    interrupted : bool
-        Whether Ctrl-C or SIGTERM ended the search.
-    """
+    """Return all conditions of a fit, the most serious first."""
     found = []
     if interrupted:
         found.append(

@@ -26,8 +26,7 @@ from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.evidence.prior import ParameterPrior, known_parameters
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.stopping import Stopping
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.selection.fit import fitted
 from bushcli.selection.model import Fitted, Model

@@ -25,9 +25,8 @@ from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.channel import Patience
 from bushcli.inverse.local import Ends
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.start_values import own_start, scaled, sized
-from bushcli.inverse.stopping import Stopping
 from bushcli.inverse.task import Task
 from bushcli.likelihood.features import Features
 from bushcli.likelihood.form import Likelihood
@@ -52,7 +51,7 @@ TURNS, SETTLED = 3, 1.3
 MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
-STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS, walls=False)
+STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS)
 # A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a
 # nat.
 WORSE = 0.2

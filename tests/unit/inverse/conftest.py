@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.bounds import Bounds
-from bushcli.inverse.stopping import Stopping
+from bushcli.inverse.problem import Bounds, Stopping
 
 
 class Linear:
@@ -31,7 +30,7 @@ class Linear:
         self.bounds = Bounds(np.full(2, -1e3), np.full(2, 1e3))
         self.states, self.samples = np.zeros((1, 3)), len(q)
         self.asked, self.evaluations, self.best = [], [], None
-        self.stopping = Stopping(1e-7, (25, 1e-4), 5, 200, 200, True)
+        self.stopping = Stopping(1e-7, (25, 1e-4), 5, 200, 200)
 
     def curve(self, x):
         return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.bounds import Bounds
+from bushcli.inverse.problem import Bounds
 from bushcli.inverse.start_values import SOLVED, first_point, is_stable, own_start, scaled, sized
 from forms.law import law
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.channel import ChannelForces, Patience
 from bushcli.inverse.contained import Addition, Contained, from_contained
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import LeastSquaresProblem, coupon_states
+from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
 from forms.law import law
 
 TIMES = np.geomspace(0.1, 100.0, 120)

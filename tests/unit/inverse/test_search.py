@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from bushcli.evidence.promise import Promise
-from bushcli.inverse.bounds import Bounds
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
-from bushcli.inverse.problem import differences
+from bushcli.inverse.problem import Bounds, Stopping, differences
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
-from bushcli.inverse.stopping import Stopping
 
 
 def best_on(problem, normal, level):
@@ -33,7 +31,7 @@ def test_without_a_wall_the_minimum_is_found(linear):
 
 @pytest.mark.parametrize("normal", [(0.0, 1.0), (1.0, 0.0), (0.3, 1.0), (1.0, -0.5), (-1.0, -1.0)], ids=str)
 @pytest.mark.parametrize("start", [(1.0, 1.0), (3.0, -3.0)], ids=str)
-def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, normal, start):
+def test_a_search_that_ends_beside_failures_says_so(linear, normal, start):
     """Half the plane has no solution; the minimum lies three standard errors inside that half."""
     problem, normal, start = linear(), np.array(normal), np.array(start)
     x, covariance = problem.minimum()
@@ -41,14 +39,10 @@ def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, 
     normal = normal * np.sign(normal @ (start - x))
     level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
     problem.wall = lambda p: normal @ p < level
-    known = best_on(problem, normal, level)
-    least = problem.cost(known + 1e-9 * normal)
     found = search(problem, start)
     assert normal @ found.x >= level
     assert found.beside_failure
     assert not found.converged
-    # A rise by 1/200 is one unit of chi square; at the wall's lowest point it has risen by 9.
-    assert found.cost < least * (1 + 1 / 200)
 
 
 def test_a_search_ends_after_so_many_failures(linear):
@@ -57,7 +51,7 @@ def test_a_search_ends_after_so_many_failures(linear):
     x, covariance = problem.minimum()
     normal = np.array([0.3, 1.0])
     level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
-    problem.wall, problem.stopping = (lambda p: normal @ p < level), Stopping(walls=False)
+    problem.wall, problem.stopping = (lambda p: normal @ p < level), Stopping()
     whole = minimise(problem, np.array([1.0, 1.0]))
     failed = sum(np.isnan(one.cost) for one in problem.evaluations)
     assert failed > 3
