@@ -17,19 +17,14 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.border import Border
-from cases.broyden import broyden_step
-from cases.callbacks import Callbacks
 from cases.drag import Drag
 from cases.limit import Limit
 from cases.model import FiniteElementModel
 from cases.motion import PoseMotion
-from cases.newton import bends, newton_solver
-from cases.outcome import Outcome
+from cases.newton import REASONS, Callbacks, Outcome, bends, broyden_step, newton_solver, rounding
 from cases.ranks import summed
 from cases.rates import MOST_OF_SKEW, ConvergedState, Rates, ghosted
-from cases.reaction import reaction
-from cases.rigid import reactions
-from cases.rounding import REASONS, rounding
+from cases.reaction import reaction, reactions
 
 Array = NDArray[np.float64]
 

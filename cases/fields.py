@@ -51,7 +51,9 @@ def write_fields(model: FiniteElementModel, displacements: Array, states: Array,
     expressions = [
         None
         if expression is None
-        else fem.Expression(expression, _points(function), jit_options=options(light=True))
+        else fem.Expression(
+            expression, interpolation_points(function.function_space.element), jit_options=options(light=True)
+        )
         for function, expression in fields
     ]
     distinct = len(np.unique(displacements)) == len(displacements)
@@ -67,10 +69,6 @@ def write_fields(model: FiniteElementModel, displacements: Array, states: Array,
                     function.interpolate(expression)
                 function.x.scatter_forward()
                 out.write_function(function, float(when))
-
-
-def _points(function: fem.Function) -> Array:
-    return np.asarray(interpolation_points(function.function_space.element))
 
 
 def _cartesian(model: FiniteElementModel, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:

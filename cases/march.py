@@ -137,7 +137,7 @@ def _started(
         widest /= abs(stiffness)
     elif drive is not None:
         search = Shared(drive, span, began)
-    stepper = Stepper(model, solver, began, widest, flows=patience is None)
+    stepper = Stepper(model, solver, began, widest, flows=patience is None, program=program)
     return _March(model, solver, program, derivatives, recorder, stepper, search, observer, patience)
 
 

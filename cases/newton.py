@@ -1,13 +1,28 @@
-"""PETSc's SNES for Newton's method, with the factorisation that is fastest for the system's size."""
+"""Newton's method by PETSc's SNES, Broyden's between its steps, and the outcome of a solution.
+
+The system is solved with the factorisation that is fastest for its size. In a small one, such as that of a coupon of
+one element, MUMPS takes as long to prepare a back-substitution as dense elimination takes for all of it.
+
+References
+----------
+Broyden (1965), Math. Comput. 19:577-593, doi:10.1090/S0025-5718-1965-0198670-6.
+Kelley (1995), Iterative Methods for Linear and Nonlinear Equations, SIAM, section 7.3,
+doi:10.1137/1.9781611970944.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.border import Border
 from cases.model import FiniteElementModel
-from cases.small import MOST_UNKNOWNS as MOST_SMALL
-from cases.small import Small
 
 # Largest number of unknowns of a half-plane that PETSc factorises itself, in an order by nested dissection. MUMPS needs
 # 0.15 ms before a back-substitution begins, more than the substitution itself: 20 steps with 741 unknowns took 67 ms
@@ -99,3 +114,146 @@ def negative_eigenvalues(ksp: PETSc.KSP) -> int:
     factor = ksp.getPC().getFactorMatrix()
     mumps = ksp.getPC().getFactorSolverType() == "mumps"
     return int(factor.getMumpsInfog(NEGATIVE) if mumps else factor.getInertia()[0])
+
+
+# Largest number of unknowns of dense elimination. A coupon has 25, for which it took 12 microseconds, a
+# back-substitution by MUMPS some 100; for 64 unknowns dense elimination took 240.
+MOST_SMALL = 32
+
+
+class Small:
+    """Dense elimination as PETSc's preconditioner."""
+
+    def __init__(self) -> None:
+        self._matrix: NDArray[np.float64] = np.zeros((0, 0))
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the entries of the matrix (called by PETSc)."""
+        start, column, value = pc.getOperators()[0].getValuesCSR()
+        count = len(start) - 1
+        self._matrix = np.zeros((count, count))
+        self._matrix[np.repeat(np.arange(count), np.diff(start)), column] = value
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve the system (called by PETSc).
+
+        Parameters
+        ----------
+        pc : PETSc.PC
+            The calling preconditioner; not used.
+        b : PETSc.Vec
+            Right-hand side; unchanged.
+        x : PETSc.Vec
+            Receives the solution; nan where the matrix is singular, by which the march recognises a failed step.
+        """
+        try:
+            x.array_w[:] = np.linalg.solve(self._matrix, b.array_r)
+        except np.linalg.LinAlgError:
+            x.set(np.nan)
+
+    def negative_eigenvalues(self) -> int:
+        """Return how many negative eigenvalues the symmetric matrix has."""
+        return int(np.count_nonzero(np.linalg.eigvalsh(self._matrix) < 0.0))
+
+
+# If a correction has to be scaled up by more than this, the factorisation is too old to be of use.
+LONGEST = 10.0
+
+
+def broyden_step(ksp: PETSc.KSP, b: PETSc.Vec, steps: Sequence[tuple[PETSc.Vec, float]]) -> PETSc.Vec | None:
+    """Return the next step, from the old factorisation and corrected by all previous steps; None if it is too long.
+
+    Parameters
+    ----------
+    ksp
+        Solver with the present factorisation.
+    b
+        Residual.
+    steps
+        Previous steps, each with the square of its norm (the unit of the unknowns, squared).
+    """
+    step = b.duplicate()
+    ksp.solve(b, step)
+    step.scale(-1.0)
+    for (before, square), (after, _) in pairwise(steps):
+        step.axpy(before.dot(step) / square, after)
+    if steps:
+        last, square = steps[-1]
+        share = 1.0 - last.dot(step) / square
+        if not share * LONGEST > 1.0:
+            step.destroy()
+            return None
+        step.scale(1.0 / share)
+    return step
+
+
+class Callbacks:
+    """Passes an interruption from the callbacks of a PETSc solver on to the caller of the solver."""
+
+    def __init__(self) -> None:
+        self._interrupt: KeyboardInterrupt | None = None
+
+    @contextmanager
+    def inside(self) -> Iterator[None]:
+        """Remember an interruption that is raised inside a callback."""
+        try:
+            yield
+        except KeyboardInterrupt as interrupt:
+            self._interrupt = interrupt
+            raise
+
+    @contextmanager
+    def around(self) -> Iterator[None]:
+        """Raise the interruption in place of PETSc's error, around a call of the solver."""
+        self._interrupt = None
+        try:
+            yield
+        except PETSc.Error:
+            if self._interrupt is not None:
+                raise self._interrupt from None
+            raise
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of one attempt to solve for an equilibrium.
+
+    Attributes
+    ----------
+    iterations
+        Corrections of the state: Broyden's and Newton's.
+    newton
+        Corrections by Newton's method alone, in SNES; 0 where Broyden's were enough.
+    reason
+        Name of SNES's reason.
+    """
+
+    iterations: int
+    newton: int
+    reason: str
+
+    @property
+    def found(self) -> bool:
+        """Whether it is an equilibrium."""
+        return not self.reason.startswith("DIVERGED")
+
+
+REASONS = {
+    value: name
+    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+    if name.startswith(("CONVERGED_", "DIVERGED_"))
+}
+
+
+def rounding(model: FiniteElementModel) -> float:
+    """Return several times the residual (N) that rounding errors of mu, springs and the sleeves' E leave over a face.
+
+    In the half-plane a node stands for a whole circle, and sleeves leave ten times as much (measured up to E = 1e9
+    MPa).
+    """
+    shear = model.shear_modulus
+    metal = model.metal_modulus
+    extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
+    share = 5e-16 if model.mesh.dimension == 3 else 5e-15
+    springs = sum(item.feature.springs for item in model.features)
+    return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

@@ -77,6 +77,8 @@ class Parameters:
         The same as UFL variables, by which forms can be differentiated.
     duration, stage : Constant
         Duration of the present step (s), and share of the assembly that is done, 0 to 1.
+    before : float or None
+        Temperature (degrees C) at the beginning of the present step, if it is another than at its end.
     """
 
     def __init__(
@@ -98,6 +100,7 @@ class Parameters:
         self.duration, self.stage = _constant(mesh, 0.0), _constant(mesh, 1.0)
         self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
         self._dimensions = {f"{item.name}.{key}" for item in features for key in item.feature.dimensions}
+        self.before: float | None = None
         # Views of the constants' memory: reading a constant's value takes longer than all the rest.
         self._views = [c.value for c in (*self.constants.values(), self.stage, self.duration)]
         self._kept: tuple[tuple[float, ...], Numbers] | None = None
@@ -105,7 +108,7 @@ class Parameters:
     @property
     def state(self) -> tuple[float, ...]:
         """All values, the stage and the duration: what `numbers` depends on."""
-        return tuple([view.item() for view in self._views])
+        return (0.0 if self.before is None else self.before, *[view.item() for view in self._views])
 
     def ufl_values(self, item: Installed) -> dict[str, Any]:
         """A feature's parameters as UFL scalars; those of the assembly grow with the stage."""
@@ -177,9 +180,11 @@ class Parameters:
         stiffer, bonded, slower = 1.0, 1.0, 1.0
         for item in self._features:
             if item.feature.heated is not None:
-                stiffer, bonded, slower = item.feature.heated(
-                    self._given(item, values), values["temperature"]
-                )
+                given = self._given(item, values)
+                stiffer, bonded, slower = item.feature.heated(given, values["temperature"])
+                if self.before is not None:
+                    # The clock dt / a_T over the step, by the trapezoidal rule.
+                    slower = 2.0 / (1.0 / slower + 1.0 / item.feature.heated(given, self.before)[2])
         law = {
             name: values[name] * stiffer if name in self._moduli else values[name] for name in self.law_names
         }

@@ -26,6 +26,8 @@ class Program:
         Generalised displacement q, shape (n,), mm or rad; the march starts from q = 0, unloaded.
     time
         Seconds, shape (n,), or None where rate does not matter.
+    temperature
+        Degrees C at the targets, shape (n,), where it changes along the path; None where it does not.
     corners
         Numbers of targets at which a path of six motions turns.
     """
@@ -33,12 +35,21 @@ class Program:
     displacement: Array
     time: Array | None = None
     corners: frozenset[int] = frozenset()
+    temperature: Array | None = None
 
     def __post_init__(self) -> None:
         if self.displacement.ndim != 1 or len(self.displacement) < 1:
             raise ValueError("a program needs at least one displacement")
         if self.time is not None and self.time.shape != self.displacement.shape:
             raise ValueError("a program needs a time for each displacement")
+        if self.temperature is not None and self.time is None:
+            raise ValueError("a temperature that changes needs times")
+
+    def temperature_at(self, time: float) -> float | None:
+        """Return the temperature (degrees C) at a time (s); None where it does not change."""
+        if self.temperature is None or self.time is None:
+            return None
+        return float(np.interp(time, self.time, self.temperature))
 
     @property
     def from_rest(self) -> Program:

@@ -9,7 +9,9 @@ import numpy as np
 from petsc4py import PETSc
 
 from cases.model import Array, FiniteElementModel
+from cases.motion import posed
 from cases.ranks import summed
+from cases.six import possible
 
 
 def reaction(model: FiniteElementModel, residual: PETSc.Vec, rate: Array) -> float:
@@ -27,3 +29,28 @@ def reaction(model: FiniteElementModel, residual: PETSc.Vec, rate: Array) -> flo
     owned = model.system.owned_constrained
     work = float(np.dot(residual.array_r[owned], rate[owned]))
     return float(summed(model.comm, work)) * model.multiplicity
+
+
+def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
+    """Force and moment that hold the sleeve, (6,) in N and N mm, about its centre.
+
+    Parameters
+    ----------
+    model
+        Model of a path of six motions, at an equilibrium or an iterate on the way to one.
+    residual
+        Assembled by `System.residual` there, nothing cleared.
+    q
+        Path's parameter, s.
+    """
+    constrained = model.motion.constrained.dofs
+    owned = constrained < model.system.owned
+    work = posed(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
+    return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
+
+
+def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
+    """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
+    left = np.zeros(6)
+    left[list(possible(model.mesh.mirrors))] = 1.0
+    return np.asarray(left * values)

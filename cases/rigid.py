@@ -20,27 +20,10 @@ from cases.model import FiniteElementModel
 from cases.motion import posed
 from cases.ranks import summed
 from cases.rates import ghosted
+from cases.reaction import reactions
 from cases.six import possible, skew, twist_of
 
 Array = NDArray[np.float64]
-
-
-def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
-    """Force and moment that hold the sleeve, (6,) in N and N mm, about its centre.
-
-    Parameters
-    ----------
-    model
-        Model of a path of six motions, at an equilibrium or an iterate on the way to one.
-    residual
-        Assembled by `System.residual` there, nothing cleared.
-    q
-        Path's parameter, s.
-    """
-    constrained = model.motion.constrained.dofs
-    owned = constrained < model.system.owned
-    work = posed(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
-    return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
 
 
 @dataclass(frozen=True)
@@ -221,10 +204,3 @@ def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     # D_ab: the sum of the force's component a times the arm's b.
     dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity
     return np.asarray(dyad.T - np.trace(dyad) * np.eye(3))
-
-
-def _unmirrored(model: FiniteElementModel, values: Array) -> Array:
-    """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
-    left = np.zeros(6)
-    left[list(possible(model.mesh.mirrors))] = 1.0
-    return np.asarray(left * values)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from cases.drag import Drag
 from cases.equilibrium import Equilibrium
-from cases.outcome import Outcome
+from cases.newton import Outcome
 
 Array = NDArray[np.float64]
 

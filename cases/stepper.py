@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt
 from cases.model import FiniteElementModel
-from cases.outcome import Outcome
+from cases.newton import Outcome
 from cases.predictor import RecentPoints
+from cases.program import Program
 from cases.settling import settle
 from cases.stiffening import stiffened
 
@@ -82,6 +83,8 @@ class Stepper:
         Largest step of the program, mm or rad.
     flows
         Whether the rubber may flow where a short step fails, which takes up to a hundred solutions.
+    program
+        Has the temperature at each time, if it changes.
 
     Attributes
     ----------
@@ -94,9 +97,16 @@ class Stepper:
     """
 
     def __init__(
-        self, model: FiniteElementModel, solver: Equilibrium, began: float, widest: float, flows: bool = True
+        self,
+        model: FiniteElementModel,
+        solver: Equilibrium,
+        began: float,
+        widest: float,
+        flows: bool = True,
+        program: Program | None = None,
     ) -> None:
-        self._model, self._solver, self._widest = model, solver, widest
+        self._model, self._solver, self._widest, self._program = model, solver, widest, program
+        model.parameters.before = None
         self._flows = flows and solver.border is None
         self._known = RecentPoints()
         self._known.add(0.0, solver.unknowns())
@@ -151,6 +161,7 @@ class Stepper:
         guess = self._guess(goal)
         share = 1.0 if target == q else (goal - q) / (target - q)
         model.duration.value = duration = share * (until - self.time)
+        self._warm(self.time, self.time + duration)
         begin = time.perf_counter()
         outcome = self._solved(goal, guess)
         settled = False
@@ -162,6 +173,14 @@ class Stepper:
         seconds = time.perf_counter() - begin
         tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
         return AttemptedStep(goal, share, duration, outcome.newton, tried, settled)
+
+    def _warm(self, begin: float, end: float) -> None:
+        """Set the temperatures at the ends of the step, if they change along the program."""
+        warm = None if self._program is None else self._program.temperature_at(end)
+        if warm is not None and "temperature" in self._model.constants:
+            assert self._program is not None
+            self._model.parameters.before = self._program.temperature_at(begin)
+            self._model.constants["temperature"].value = warm
 
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
-from cases.outcome import Outcome
+from cases.newton import Outcome
 
 Array = NDArray[np.float64]
 

@@ -14,11 +14,12 @@ from dolfinx.fem import petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
+from ufl.constantvalue import FloatValue
+from ufl.corealg.traversal import unique_pre_traversal
 
 from cases.contact.contact import DEEPEST, Contact, contact_of
 from cases.feature import Installed, Place
 from cases.jit import options
-from cases.literals import without_literals
 from cases.mode import Mode
 from cases.parameters import Parameters
 from cases.strain_gradient import StrainGradient
@@ -299,3 +300,26 @@ def _measure(mesh: NamedMesh, usual: int) -> Callable[..., Any]:
         )
 
     return ds
+
+
+def without_literals(form: Any, mesh: Any) -> Any:
+    """Return the form with a constant in place of each floating-point number; integers, such as exponents, stay.
+
+    A thickness or the height of a plate in an energy would be written into the generated code, and every other bushing
+    would compile forms of its own.
+
+    Parameters
+    ----------
+    form
+        UFL form.
+    mesh
+        DOLFINx mesh of the form.
+    """
+    numbers = dict.fromkeys(
+        node
+        for integral in form.integrals()
+        for node in unique_pre_traversal(integral.integrand())
+        if isinstance(node, FloatValue)
+    )
+    # In the order in which they occur: the order in which constants are made is part of a form's signature.
+    return ufl.replace(form, {number: fem.Constant(mesh, float(number)) for number in numbers})

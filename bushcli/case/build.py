@@ -404,7 +404,7 @@ class Builder:
             for i, (name, load) in enumerate(named)
         ]
         channels += [
-            effects.DeclaredChannel(source.label, source.mode, temperature=source.temperature)
+            effects.DeclaredChannel(source.label, source.mode, temperature=_known(source))
             if isinstance(source, Source)
             # Its rows may have temperatures of their own.
             else effects.DeclaredChannel(source.label, source.mode, (), "dynamic", math.nan)
@@ -418,7 +418,7 @@ class Builder:
         ]
         taken = {channel.name for channel in channels}
         channels += [
-            effects.DeclaredChannel(one.label, one.mode, temperature=one.temperature, coupon=True)
+            effects.DeclaredChannel(one.label, one.mode, temperature=_known(one), coupon=True)
             for one in coupons
             if one.label not in taken
         ]
@@ -433,6 +433,11 @@ S = TypeVar("S", LoadCase | None, DynamicTest | None, Source)
 def _at(one: S, own: float | None, of_case: float | None) -> S:
     """Return a load case or a source with its own temperature, or with that of the case."""
     return one if one is None else replace(one, temperature=of_case if own is None else own)
+
+
+def _known(source: Source) -> float | None:
+    """Return the temperature of a recording, nan where its file has it."""
+    return source.temperature if source.temperature_column is None else math.nan
 
 
 def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:

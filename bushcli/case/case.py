@@ -403,18 +403,22 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "mode": source.mode,
         "file": _relative(source.file, folder),
         "name": source.label,
-        "columns": dict(source.columns),
-        "units": dict(source.units),
+        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
+        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
         "reverse": None if source.reverse is None else list(source.reverse),
         "cycles": list(source.cycles) if source.cycles else None,
-        "accept": [*source.accept, *source.sound] or None,
+        "accept": [*source.accept, *source.accepted_faults] or None,
     } | _further(source)
 
 
 def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
     return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
+
+
+def _given(key: str, value: str | int | None) -> dict[Any, Any]:
+    return {} if value is None else {key: value}
 
 
 def _further(source: Source) -> dict[str, Any]:
@@ -425,6 +429,7 @@ def _further(source: Source) -> dict[str, Any]:
         "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
+        "rows": dict(source.rows) or None,
         "sample_rate": source.sample_rate,
         "rate": rate,
         "conditioning": source.conditioning or None,

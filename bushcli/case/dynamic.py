@@ -149,7 +149,7 @@ def _source(table: DynamicRecordingTable, files: tuple[Path, ...], name: str) ->
         columns=dict(table.columns or {}),
         units=dict(table.units or {}),
         delimiter=_DELIMITERS.get(delimiter or "", delimiter),
-        accept=tuple(table.accept or ()),
+        accepted_faults=tuple(table.accept or ()),
         **given,
     )
 
@@ -163,6 +163,6 @@ def shown_source(source: DynamicSource) -> dict[str, Any]:
         if turned and shown_keys[key] is not None:
             shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
     shown_keys |= {"columns": dict(source.columns) or None, "units": dict(source.units) or None}
-    shown_keys["accept"] = list(source.accept) or None
+    shown_keys["accept"] = list(source.accepted_faults) or None
     shown_keys |= {"kind": KIND, "file": source.pattern, "name": source.label}
     return {key: value for key, value in shown_keys.items() if value is not None}

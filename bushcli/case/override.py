@@ -182,7 +182,8 @@ def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str)
         what = f"{name}[{key}] does not exist: entries are counted from 0"
         raise CaseError(Problem(where, what, expected=f"{name} has {entries}"))
     if not (isinstance(key, int) or (key.isascii() and key.isdigit())):
-        called = (i for i, entry in enumerate(table) if isinstance(entry, dict) and key in _called(entry))
+        entries_named = ((i, entry) for i, entry in enumerate(table) if isinstance(entry, dict))
+        called = (i for i, entry in entries_named if key in (entry.get("name"), entry.get("mode")))
         number = next(called, None)
         left = dotted(keys[len(path) + (number is not None) :])
         example = f"{name}.{number or 0}.{left}".rstrip(".")
@@ -194,8 +195,3 @@ def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str)
             Problem(where, f"{name}[{int(key)}] does not exist", expected=f"{name} has {entries}")
         )
     return int(key)
-
-
-def _called(entry: dict[str, Any]) -> tuple[Any, Any]:
-    """Return the names by which a user may mean an entry of a list."""
-    return entry.get("name"), entry.get("mode")

@@ -14,7 +14,7 @@ from pydantic import (
     WrapValidator,
 )
 
-from bushcli.recording.source import FaultKind
+from bushcli.recording.source import WARM, FaultKind
 
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
@@ -62,7 +62,7 @@ Numbers = Annotated[tuple[float, ...], PlainValidator(_numbers)]
 
 Temperature = Annotated[
     float,
-    Field(ge=-150.0, le=400.0, description="degrees C; absent = that of the case"),
+    Field(ge=WARM[0], le=WARM[1], description="degrees C; absent = that of the case"),
 ]
 
 
@@ -141,6 +141,7 @@ class ColumnsTable(CaseTable):
         default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
     )
     force: ColumnKey | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+    temperature: ColumnKey | None = None
 
 
 class UnitsTable(CaseTable):
@@ -151,6 +152,7 @@ class UnitsTable(CaseTable):
         default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
     )
     force: str | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+    temperature: str | None = None
 
 
 class FileTable(CaseTable):
@@ -171,6 +173,9 @@ class FileTable(CaseTable):
         default=None,
         validation_alias=AliasChoices("group", "sheet"),
         description="sheet or group of the file, by name or by number from 1",
+    )
+    rows: dict[str, str | float] | None = Field(
+        default=None, description="value, by column, of the rows that belong to the recording"
     )
     sample_rate: float | None = Field(
         default=None, gt=0, description="Hz; samples per second of a file without a time"

@@ -39,9 +39,12 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
-        sound=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
+        accepted_faults=tuple(sorted({one for one in table.accept or () if isinstance(one, str)})),
         group=table.group,
+        rows=table.rows or {},
         sample_rate=table.sample_rate,
+        temperature_column=table.columns.temperature,
+        temperature_unit=table.units.temperature or "",
     )
 
 
@@ -63,7 +66,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
 
 def _have_same_samples(one: Source, other: Source) -> bool:
     """Whether two sources have samples of the same columns of a file in common."""
-    if (one.mode, one.columns, one.group) != (other.mode, other.columns, other.group) or one.six or other.six:
+    same = all(getattr(one, key) == getattr(other, key) for key in ("mode", "columns", "group", "rows"))
+    if not same or one.six or other.six:
         return False
     shared = one.cycles is None or other.cycles is None or set(one.cycles) & set(other.cycles)
     return bool(shared) and one.file.resolve() == other.file.resolve()

@@ -15,7 +15,7 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.curve.curve import Curve
-    from bushcli.study.compare import ComparedResult
+    from bushcli.study.compare import ComparedResult, ReactionHistory
 
 
 @click.command()
@@ -83,7 +83,7 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
     return ComparedResult(name, result, curves_in(result)), case
 
 
-def _of_identified(run: Run, folder: Path, name: str) -> dict[str, Curve]:
+def _of_identified(run: Run, folder: Path, name: str) -> dict[str, Curve | ReactionHistory]:
     """Return the curves of the case that a result identified; none where that has nothing to simulate."""
     from bushcli.case import load_case
     from bushcli.study.compare import curves_in

@@ -150,11 +150,13 @@ class Recording(Curve):
     numbers : (n,) array of int, optional
         Number of the cycle of each sample, as the rig or a selection counts them; None where they are counted from the
         displacement (`bushcli.curve.segment`).
+    temperature : (n,) array, optional
+        Degrees C at each sample, where the file has it.
     selected_from : Recording, optional
         The whole record of which these samples were selected: its earlier cycles are their history.
     selected : (n,) array of int, optional
         Their indices in the whole record.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults that the user has looked at and that are none.
     """
 
@@ -169,9 +171,10 @@ class Recording(Curve):
     unused: tuple[str, ...] = ()
     six: RecordedPath | None = None
     numbers: NDArray[np.int_] | None = None
+    temperature: Array | None = None
     selected_from: Recording | None = None
     selected: NDArray[np.int_] | None = None
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
 
     @cached_property
     def branches(self) -> tuple[Segment, ...]:

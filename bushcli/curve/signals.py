@@ -134,6 +134,7 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
         time=time,
         cycles=tuple(sorted(set(cycles))),
         numbers=numbers[mask],
+        temperature=None if recording.temperature is None else recording.temperature[mask],
         selected_from=recording,
         selected=np.flatnonzero(mask),
     )

@@ -54,7 +54,12 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
         The bushing, which determines how stiff its rubber makes it.
     tables : sequence of DynamicTable
     """
-    found = [fault for table in tables for fault in _faults(shape, table) if fault.kind not in table.accept]
+    found = [
+        fault
+        for table in tables
+        for fault in _faults(shape, table)
+        if fault.kind not in table.accepted_faults
+    ]
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
 
 

@@ -52,14 +52,14 @@ def find_faults(
     tuple of DataFault
         Faults of single samples list them; `bushcli.faults.masks` combines the lists.
     """
-    accepted = {(one.name, kind) for one in recordings for kind in one.sound}
+    accepted = {(one.name, kind) for one in recordings for kind in one.accepted_faults}
     found: list[DataFault] = []
     left_out: list[Mask] = []
     sound: list[bool] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
         for fault in (of_samples or sample_faults)(recording):
-            if fault.kind not in recording.sound:
+            if fault.kind not in recording.accepted_faults:
                 found.append(fault)
                 bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
@@ -70,7 +70,7 @@ def find_faults(
             *no_signal(recording, left_out[-1]),
             *positions(case.geometry, recording, left_out[-1]),
         ]
-        found += [one for one in (*turned, *senses) if one.kind not in recording.sound]
+        found += [one for one in (*turned, *senses) if one.kind not in recording.accepted_faults]
         # A modulus from a magnitude, or from a travel with another zero, says nothing about units. That from a force of
         # the other sign does.
         sound.append(not any(fault.fatal for fault in senses))
@@ -94,7 +94,7 @@ def bad_samples(recording: Recording, faults: Iterable[DataFault] | None = None)
     """
     bad = np.zeros(len(recording.force), dtype=bool)
     for fault in sample_faults(recording) if faults is None else faults:
-        if fault.kind not in recording.sound:
+        if fault.kind not in recording.accepted_faults:
             bad |= fault.samples
     return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 

@@ -369,6 +369,7 @@ def _with_effects(
         comm,
         prepared,
         earlier(path),
+        path.temperature,
     )
 
 

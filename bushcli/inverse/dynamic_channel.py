@@ -35,14 +35,17 @@ from bushcli.simulate.dynamic import (
     branches_of,
     doubts,
     effects_left_out,
+    thinned_of,
     unfit,
 )
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
+from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
 from cases.march import march, unsolved
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
+from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
 
 Array = NDArray[np.float64]
@@ -50,6 +53,8 @@ Complex = NDArray[np.complex128]
 
 # Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
+# Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth.
+THINNED_STEP = 1e-3
 # Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
 KEPT = 32
 
@@ -106,7 +111,10 @@ class DynamicChannel:
         self.active = tuple(one.started() for one in there)
         self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
         self._rubber = {one.name for one in self.active if one not in self._rig}
-        self._preloads = _preloads(table)
+        known = table.amplitude[~np.isnan(table.amplitude)]
+        #: Whether amplitude thins the rubber of the simulation.
+        self._uneven = thinned_of(self.active) is not None and len(known) > 0
+        self._preloads = _preloads(table, (float(known.min()), float(known.max())) if self._uneven else ())
         problems = unfit(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name)
         if problems:
@@ -237,12 +245,24 @@ class DynamicChannel:
         # Effects of the rig are in the simulation.
         rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
-        return [*left_out(self.table, "fitted"), *effects_left_out(self.name, rubber), *doubtful]
+        left = [
+            one
+            for one in left_out(self.table, "fitted")
+            if not self._uneven or one.name != "amplitude_left_out"
+        ]
+        return [*left, *effects_left_out(self.name, rubber), *doubtful]
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
+    def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
+        """Return the Maxwell branches, and the relaxation that amplitude thins."""
+        active = [one.with_values(parameters) for one in self.active]
+        return branches_of(active), thinned_of(active)
+
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
-        return branches_of([one.with_values(parameters) for one in self.active])
+        """Return all branches as they are at small amplitudes."""
+        branches, thinned = self._relaxation(parameters)
+        return [*branches, *(() if thinned is None else thinned.branches())]
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
@@ -275,7 +295,8 @@ class DynamicChannel:
     ) -> list[DynamicCurve]:
         density = _density(parameters)
         density = self._density if density is None else density
-        made = Vibrations(self.name, test, self.model, self._branches(parameters), density, names=names)
+        branches, thinned = self._relaxation(parameters)
+        made = Vibrations(self.name, test, self.model, branches, density, thinned, names)
 
         def observe(solver: Equilibrium) -> None:
             before = len(made.curves)
@@ -310,18 +331,59 @@ class DynamicChannel:
             for number, curve in enumerate(curves):
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
-                part = model.stiffness(frequency, branches, density)
                 force = np.zeros(len(names))
-                own = np.zeros((len(rows), len(names)), dtype=np.complex128)
-                if names:
-                    by_model = model.slopes_by_parameters(frequency, branches, density)
-                    for i, name in enumerate(model.changes.names):
-                        force[names.index(name)] = model.changes.force[i]
-                        own[:, names.index(name)] = by_model[i]
-                    by_g, by_tau, by_density = model.slopes(frequency, branches, density)
-                    own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
+                for i, name in enumerate(model.changes.names if names else ()):
+                    force[names.index(name)] = model.changes.force[i]
+                if curve.uneven is not None:
+                    part, own = self._thinned(curve, curve.uneven, rows, parameters, names)
+                else:
+                    part = model.stiffness(frequency, branches, density)
+                    own = np.zeros((len(rows), len(names)), dtype=np.complex128)
+                    if names:
+                        own[:, [names.index(name) for name in model.changes.names]] = (
+                            model.slopes_by_parameters(frequency, branches, density).T
+                        )
+                        by_g, by_tau, by_density = model.slopes(frequency, branches, density)
+                        own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
                 found = vibrating(rig, part, frequency, curve.preload, curve.force, names, force)
                 value[rows], slope[rows] = found.value, found.slope + found.by_part[:, None] * own
+        return value, slope
+
+    def _thinned(
+        self,
+        curve: DynamicCurve,
+        uneven: UnevenModel,
+        rows: NDArray[np.intp],
+        parameters: Mapping[str, float],
+        names: Sequence[str],
+    ) -> tuple[Complex, Complex]:
+        """Return K* (m,) of rows of the bushing alone at their amplitudes, and its derivatives (m, names)."""
+
+        def model(given: Mapping[str, float]) -> UnevenModel:
+            branches, thinned = self._relaxation(given)
+            assert thinned is not None
+            return uneven.of(thinned, branches, _density(given))
+
+        here, table = model(parameters), self.table
+        # A row that does not say its amplitude is one of the smallest.
+        amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
+        found = here.balances(amplitude, table.frequency[rows])
+        value = np.array([one.stiffness for one in found])
+        slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
+        for i, name in enumerate(names):
+            if name in curve.model.changes.names:
+                change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
+                slope[:, i] = here.along(change, found)
+            elif name == "density" or name.partition(".")[0] in self._rubber:
+                step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
+                more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
+                if name == "density":
+                    ends = (one.balances(amplitude, table.frequency[rows]) for one in (more, less))
+                    slope[:, i] = [
+                        (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
+                    ]
+                else:
+                    slope[:, i] = here.slope(found, more, less) / (2.0 * step)
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
@@ -373,7 +435,7 @@ class DynamicChannel:
         for fault in self.faults:
             used &= ~(fault.samples & (not fault.fatal))
         known = ~np.isnan(table.amplitude)
-        if known.any():
+        if known.any() and not self._uneven:
             used &= ~(known & (table.amplitude > SPREAD * np.nanmin(table.amplitude)))
         if not used.any():
             what = f"{table.name}: none of its {len(table)} rows can be fitted"
@@ -390,8 +452,8 @@ def _density(parameters: Mapping[str, float]) -> float | None:
     return DENSITY * parameters["density"] if "density" in parameters else None
 
 
-def _preloads(table: DynamicTable) -> list[_Preloads]:
-    """Return the preloads of a table: those by travel, rest included, and those by force."""
+def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_Preloads]:
+    """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
     given = np.where(np.isnan(table.preload), 0.0, table.preload)
     found = []
@@ -399,8 +461,14 @@ def _preloads(table: DynamicTable) -> list[_Preloads]:
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
             levels, number = np.unique(gathered(values[rows]), return_inverse=True)
-            frequency = tuple(map(float, np.unique(table.frequency[rows])))
-            test = DynamicTest(table.mode, frequency, tuple(map(float, levels)), by_force=is_force)
+            frequency = np.unique(table.frequency[rows])
+            test = DynamicTest(
+                table.mode,
+                tuple(map(float, frequency[[0, -1]] if amplitude else frequency)),
+                tuple(map(float, levels)),
+                by_force=is_force,
+                amplitude=amplitude,
+            )
             found.append(_Preloads(rows, number.ravel(), test))
     return found
 

@@ -10,6 +10,7 @@ from bushcli.recording.header.columns import found_index
 from bushcli.recording.header.match import has_columns
 from bushcli.recording.isolated import FileContents
 from bushcli.recording.reader import HEAD, readers
+from bushcli.recording.several import own_rows
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -36,6 +37,8 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity], table
     """Return the table of a file that holds the columns of a recording."""
     found = opened(source, list(source.columns.values()), tables, single=len(quantities) == 1)
     table = found if isinstance(found, Table) else _meant(source, mode, quantities, found)
+    if source.rows:
+        table = own_rows(table, source)
     if len(clock_columns(table, source, mode)) < 2:
         return table
     at: dict[Quantity, int] = {}

@@ -11,11 +11,14 @@ from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Re
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
-from bushcli.recording.header.columns import Column, column, untaken_time
+from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
+from bushcli.recording.header.name import heading
+from bushcli.recording.header.units import TEMPERATURES
 from bushcli.recording.opened import open_table
+from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, read_motions
 from bushcli.recording.six_table import six_table
-from bushcli.recording.source import Quantity, Source
+from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -63,6 +66,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     else:
         table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
+    refuse_several(table, stamps)
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
@@ -92,8 +96,9 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         conditioning=source.conditioning,
         columns=columns,
         unused=unused,
-        sound=source.sound,
+        accepted_faults=source.accepted_faults,
         six=None if source.six is None else _path(source, time, len(force), tables),
+        temperature=_warm(table, source, samples.rows[kept]),
     )
     count = counted(table, samples.rows[kept], recording)
     if count is not None:
@@ -101,6 +106,28 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns += (ReadColumn("cycle", count[0] + 1, name, "", False),)
         recording = recording.counted(count[1], columns, tuple(one for one in unused if one != name))
     return _used(recording, source)
+
+
+def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
+    """Return the temperature at some rows, degrees C; None where the case names no column of it."""
+    if source.temperature_column is None:
+        return None
+    index = chosen_index(table, source.temperature_column)
+    name = heading(table.names[index])
+    given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
+    told = [text.strip("[]() ").lower() for text in given if text]
+    unit = next((TEMPERATURES[text] for text in told if text in TEMPERATURES), None if told else (1.0, 0.0))
+    if unit is None:
+        what = f"{table.label(index)}: {told[0]} is no unit of a temperature"
+        raise RecordingError(Problem(table.where, what, "", 'units = {temperature = "degC"}, "K" or "degF"'))
+    values = unit[0] * table.numbers(index, source.accept)[rows] + unit[1]
+    off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
+    if len(off):
+        row = int(rows[off[0]])
+        what = f"{table.label(index)} is {table.text(row, index)}, {values[off[0]]:.4g} degrees C: no test of rubber"
+        expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
+        raise RecordingError(Problem(table.place(row), what, "", expected))
+    return np.asarray(values, dtype=np.float64)
 
 
 def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest: int) -> NDArray[np.bool_]:

@@ -13,6 +13,9 @@ from typing import Literal
 
 #: What a case file writes as the column of a time that is not to be read.
 NO_TIME = "none"
+#: Degrees C between which rubber is tested: from below its glass transition to what silicone and fluorine rubber stand.
+#: Room temperature in kelvins is beyond it.
+WARM = (-150.0, 250.0)
 #: Quantities of a column, as in the ``columns`` and ``units`` keys of a case file.
 Quantity = Literal["time", "displacement", "force"]
 #: Kinds of the defects of a recording that have no physical cause, see `bushcli.faults`.
@@ -106,10 +109,12 @@ class Source:
         Points of a coupon at larger stretches are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, but were measured.
-    sound : tuple of str
+    accepted_faults : tuple of str
         Kinds of data faults (`bushcli.faults`) that the user has looked at and that are none.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found by its columns when None.
+    rows : mapping of str to str or float
+        Value, by column, of the rows that belong to the recording; of a file with many recordings one below the other.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional
@@ -124,6 +129,8 @@ class Source:
         The path of six motions to which it belongs.
     temperature : float, optional
         Degrees C.
+    temperature_column, temperature_unit : str or int, str
+        Column of a temperature that changes along the recording, and its unit where the case gives it.
     """
 
     mode: str
@@ -138,8 +145,9 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] | None = None
     accept: tuple[float, ...] = ()
-    sound: tuple[str, ...] = ()
+    accepted_faults: tuple[str, ...] = ()
     group: str | int | None = None
+    rows: Mapping[str, str | float] = field(default_factory=dict)
     sample_rate: float | None = None
     rate: float | None = None
     conditioning: int = 0
@@ -147,6 +155,8 @@ class Source:
     standard: str | None = None
     six: SixColumns | None = None
     temperature: float | None = None
+    temperature_column: str | int | None = None
+    temperature_unit: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

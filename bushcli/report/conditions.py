@@ -21,17 +21,7 @@ LEAST_RATIO = 50.0
 
 
 def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
-    """Return the simulated conditions as pairs of name and value in words.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    material : Material or None
-        Material that was used, where it is not that of the case.
-    source : str
-        Origin of the law's parameters; empty for the coupon tests.
-    """
+    """Return the simulated conditions as pairs of name and value in words."""
     shape = case.geometry
     entries = shape.model_dump()
     numbers = {k: v for k, v in entries.items() if isinstance(v, int | float) and not isinstance(v, bool)}

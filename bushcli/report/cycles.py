@@ -41,7 +41,6 @@ class ChannelHistory:
 
     Attributes
     ----------
-    name, mode : str
     path : Curve
         The recording; the simulated curve for a channel without one.
     simulated_force : (n,) array
@@ -92,15 +91,7 @@ class ChannelHistory:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
-    """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    """
+    """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions."""
     channels = [channel for channel in response.channels if not channel.in_time]
     found = (_of_channel(channel, misfits.get(channel.name)) for channel in channels)
     return tuple(history for history in found if history.has_history)
@@ -150,36 +141,28 @@ def _history(
         simulated_force=simulated,
         found=found,
         recorded=cycles_along(path, measured, noise, found),
-        simulated=tuple(map(_solved, cycles_along(path, simulated, NO_NOISE, found))),
+        # A simulated energy within the solver's rounding is zero.
+        simulated=tuple(
+            replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
+            if cycle is not None and abs(cycle.loss.value) < ROUNDING
+            else cycle
+            for cycle in cycles_along(path, simulated, NO_NOISE, found)
+        ),
         recorded_holds=holds_along(path, measured, noise, found),
         simulated_holds=holds_along(path, simulated, NO_NOISE, found, SURE * noise.force),
         held_out=held_out,
     )
 
 
-def _solved(cycle: Cycle | None) -> Cycle | None:
-    """Return a simulated cycle, with an energy of zero if it is within the solver's rounding."""
-    if cycle is None or not abs(cycle.loss.value) < ROUNDING:
-        return cycle
-    return replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
-
-
 def unexplained_hysteresis(histories: Iterable[ChannelHistory]) -> tuple[Condition, ...]:
     """Return a condition for each channel whose recording dissipates, well above its noise, but not its simulation."""
-    return tuple(condition for history in histories if (condition := _unexplained(history)) is not None)
+    return tuple(filter(None, map(_unexplained, histories)))
 
 
 def with_hysteresis(
     conditions: tuple[Condition, ...], histories: Iterable[ChannelHistory]
 ) -> tuple[Condition, ...]:
-    """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first.
-
-    Parameters
-    ----------
-    conditions : tuple of Condition
-        Those known so far.
-    histories : iterable of ChannelHistory
-    """
+    """Add the conditions of loops without simulated dissipation, unless the data have to be corrected first."""
     if any(one.name == "faulty_data" for one in conditions):
         return conditions
     return (*conditions, *unexplained_hysteresis(histories))
@@ -194,7 +177,11 @@ def _unexplained(history: ChannelHistory) -> Condition | None:
     real = bool(pairs) and energy > SURE * std and energy > SMALLEST_LOSS * work
     if not real or simulated > NONE_SIMULATED * energy:
         return None
-    unit, relaxed = energy_unit(history.mode), _relaxed(history)
+    unit = energy_unit(history.mode)
+    # Of the hold at the largest force, unless it is within the noise.
+    holds = [hold for _, hold, _ in history.holds if hold is not None]
+    loss = max(holds, key=lambda hold: abs(hold.force_start.value)).relaxation if holds else Uncertain(0.0)
+    relaxed = loss.value if loss.value > SURE * loss.std else 0.0
     share = f"{percent(100 * energy / work)} of the work done while loading"
     held = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
     return Condition(
@@ -203,13 +190,6 @@ def _unexplained(history: ChannelHistory) -> Condition | None:
         f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
         "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose distinguishes them)",
     )
-
-
-def _relaxed(history: ChannelHistory) -> float:
-    """Return the recorded relaxation of the hold at the largest force; 0 where it is within the noise."""
-    held = [hold for _, hold, _ in history.holds if hold is not None]
-    found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation if held else Uncertain(0.0)
-    return found.value if found.value > SURE * found.std else 0.0
 
 
 def energy_unit(mode: str) -> str:

@@ -7,9 +7,9 @@ of its columns and rows are left out on the terminal.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]
 Row = tuple[str, ...]
+_Item = TypeVar("_Item")
 #: The writers that write a block.
 On = Literal["both", "page", "terminal"]
 #: Colour of a verdict.
@@ -103,7 +104,6 @@ class Note:
 
     Attributes
     ----------
-    text : str
     at : (float, float)
         On the axes of the plot.
     place : {"left", "right", "middle"}
@@ -127,7 +127,6 @@ class Plot:
         Of the axes.
     series : sequence of Series
         Later series are drawn on top.
-    regions, bands, notes : sequences
     x, y : (float, float), optional
         Range that is shown at first; by default that of everything drawn.
     heading : str
@@ -204,7 +203,6 @@ class Picture:
     ----------
     name, kind, title, channel : str
         As of `Panels`.
-    png, svg : bytes
     panels : Panels, optional
         The plots of which it was drawn, which the page makes zoomable.
     """
@@ -225,7 +223,6 @@ class Paragraph:
 
     Attributes
     ----------
-    text : str
     kind : {"plain", "note"}
         A note is in small print on the page, and dim on a terminal.
     on : {"both", "page", "terminal"}
@@ -249,8 +246,6 @@ class Table:
     ----------
     title : str
         Empty for a table that its section's heading describes.
-    heads : tuple of str
-    rows : tuple of rows
     left : int
         Number of columns, from the left, that are words; the others are numbers and aligned right.
     on : {"both", "page", "terminal"}
@@ -285,6 +280,18 @@ class Table:
         return replace(self, title=f"{self.title} ({len(self.rows)} in all)", rows=rows)
 
 
+def table_of(
+    title: str,
+    items: Iterable[_Item],
+    columns: Iterable[tuple[str, Callable[[_Item], str]]],
+    left: int = 1,
+    most: int | None = None,
+) -> Table:
+    """Return a table with a row for each item; a column is its head, and what it shows of an item."""
+    heads, cells = zip(*columns, strict=True)
+    return Table(title, heads, tuple(tuple(cell(one) for cell in cells) for one in items), left, most=most)
+
+
 Block = Paragraph | Table | Picture
 
 
@@ -296,7 +303,6 @@ class Section:
     ----------
     heading : str
         On a terminal it is written above text, and above a table that has no title.
-    blocks : sequence of blocks
     on : {"both", "page", "terminal"}
     fold : str
         Label to be clicked on the page to unfold what is in `folded`.
@@ -322,8 +328,6 @@ class Document:
     lines : sequence of str
         Sentences below the headline.
     tone : {"good", "bad", "plain"}
-    sections : sequence of Section
-    problems : sequence of Condition
     conditions : sequence of (str, str)
         What was simulated, in pairs of name and value, for the page.
     warning : Section or None
@@ -343,13 +347,7 @@ class Document:
 
 
 def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
-    """Return the sections with the blocks that are written there; empty ones are left out.
-
-    Parameters
-    ----------
-    where : {"page", "terminal"}
-    sections : iterable of Section
-    """
+    """Return the sections with the blocks that are written there; empty ones are left out."""
 
     def kept(blocks: Iterable[Block]) -> list[Block]:
         here = [
@@ -370,14 +368,7 @@ def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[
 def paragraphs(
     lines: Iterable[str], on: On = "both", kind: Literal["plain", "note"] = "plain"
 ) -> list[Block]:
-    """Return a paragraph for each line that is not empty.
-
-    Parameters
-    ----------
-    lines : iterable of str
-    on : {"both", "page", "terminal"}
-    kind : {"plain", "note"}
-    """
+    """Return a paragraph for each line that is not empty."""
     return [Paragraph(line, kind, on) for line in lines if line]
 
 
@@ -387,12 +378,6 @@ def note(text: str) -> Paragraph:
 
 
 def of_kind(pictures: Iterable[Picture], *kinds: str) -> list[Block]:
-    """Return the pictures of these kinds, kind by kind.
-
-    Parameters
-    ----------
-    pictures : iterable of Picture
-    *kinds : str
-    """
+    """Return the pictures of these kinds, kind by kind."""
     known = list(pictures)
     return [one for kind in kinds for one in known if one.kind == kind]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.runtime.digits import beside
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -23,7 +25,6 @@ class Quantities:
 
     Attributes
     ----------
-    displacement, displacement_unit, force, force_unit, stiffness_unit : str
     per_internal : float
         Ratio of displayed to internal displacement: degrees per radian, else 1.
     rest : float
@@ -91,16 +92,8 @@ def quantities(mode: str) -> Quantities:
     return _ROTATION if found.rotational else _TRANSLATION
 
 
-def number(value: float | None, digits: int = 3) -> str:
-    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on.
-
-    Parameters
-    ----------
-    value : float or None
-        In any unit; None and nan become a dash.
-    digits : int
-        Number of significant digits; digits before the decimal point are never rounded away.
-    """
+def number(value: float | None, digits: int = 3, limits: Sequence[float] = ()) -> str:
+    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on."""
     if value is None or math.isnan(value):
         return "-"
     if math.isinf(value):
@@ -111,19 +104,11 @@ def number(value: float | None, digits: int = 3) -> str:
         return f"{value:.{digits - 1}e}"
     magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
     # All digits before the decimal point are shown: 1234, not 1230, which a reader could take for the exact value.
-    return f"{value:.{max(digits - 1 - magnitude, 0)}f}"
+    return beside(value, *limits, decimals=max(digits - 1 - magnitude, 0))
 
 
 def with_std(value: float, std: float) -> str:
-    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002".
-
-    Parameters
-    ----------
-    value : float
-        In any unit.
-    std : float
-        Standard error in the same unit; left out unless it is finite and positive.
-    """
+    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002"."""
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
     if max(abs(value), std) < 1e-4:
@@ -132,36 +117,12 @@ def with_std(value: float, std: float) -> str:
     return f"{value:.{decimals}f} ± {std:.{decimals}f}"
 
 
-def beside(value: float, limit: float, decimals: int = 0) -> str:
-    """Return a number with as many decimals as show on which side of a limit it is: 10.3 beside 10, 10.004 beside 10.
-
-    Parameters
-    ----------
-    value, limit : float
-        In the same unit.
-    decimals : int
-        Fewest decimals.
-    """
-    # Beyond twelve digits the two are the same but for rounding.
-    for digits in range(decimals, 12):
-        text = f"{value:.{digits}f}"
-        if (float(text) > limit) == (value > limit) and (float(text) < limit) == (value < limit):
-            return text
-    return f"{value:.{decimals}f}"
-
-
 def percent(value: float | None, limit: float | None = None) -> str:
-    """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is.
-
-    Parameters
-    ----------
-    value, limit : float or None
-        Percent.
-    """
+    """Return a percentage as text: one decimal below ten, and enough to show on which side of a limit it is."""
     if value is None or not math.isfinite(value):
         return "-"
     if limit is not None:
-        return f"{beside(value, limit, 2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
+        return f"{beside(value, limit, decimals=2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
     return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
 
 

@@ -29,8 +29,12 @@ def rank(fit: Fit) -> tuple[bool, bool, float, int]:
     return not fit.converged, not held_out, score if np.isfinite(score) else np.inf, len(fit.parameters)
 
 
+#: Difference of the information criterion that is strong evidence (Kass and Raftery).
+CLEAR = 6.0
+
+
 def information_criterion(fit: Fit) -> float:
-    """Return the Bayesian information criterion N ln(cost) + p ln N; a difference of 6 is clear, and lower is better.
+    """Return the Bayesian information criterion N ln(cost) + p ln N; lower is better.
 
     `cost` is the mean over the fitted channels of (rms misfit / noise)^2, as the identification minimises it. Its
     logarithm means that the remaining misfit is treated as the noise: where no law meets the recordings, a law with
@@ -44,8 +48,7 @@ def information_criterion(fit: Fit) -> float:
     References
     ----------
     Schwarz (1978), Estimating the dimension of a model, Annals of Statistics 6:461-464, doi:10.1214/aos/1176344136.
-    Kass, Raftery (1995), Bayes factors, J. Am. Stat. Assoc. 90:773-795, doi:10.1080/01621459.1995.10476572 (6 is
-    strong evidence).
+    Kass, Raftery (1995), Bayes factors, J. Am. Stat. Assoc. 90:773-795, doi:10.1080/01621459.1995.10476572.
     """
     curves = [curve for curve in fit.curves if not curve.held_out]
     if not curves:

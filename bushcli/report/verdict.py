@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.faults import DataFault
-from bushcli.report.quantity import Quantities, beside, listed, number, percent, quantities
+from bushcli.report.quantity import Quantities, listed, number, percent, quantities
+from bushcli.runtime.digits import beside
 from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:
@@ -49,7 +50,6 @@ class ChannelVerdict:
 
     Attributes
     ----------
-    name, mode : str
     text : str
         One sentence.
     within : bool or None
@@ -68,7 +68,6 @@ class SingleFactor:
 
     Attributes
     ----------
-    factor : float
     by_channel
         Channel -> the best factor for this channel alone.
     rms_before, rms_after
@@ -96,8 +95,6 @@ class Verdict:
         The whole verdict.
     within : bool or None
         Whether all recorded channels are within the tolerance; None without recorded channels.
-    channels : tuple of ChannelVerdict
-    single_factor : SingleFactor or None
     lines : tuple of str
         The sentences after the headline.
     """
@@ -220,14 +217,7 @@ def _alone(channel: Simulated, shown: Quantities) -> str:
 
 
 def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:
-    """Return whether every recorded channel is within 10 %; None where there is nothing to compare.
-
-    Parameters
-    ----------
-    verdict : Verdict
-    misfits : mapping of str to Misfit
-        By channel name.
-    """
+    """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
     found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
     # If all compared channels are within the tolerance but the verdict is not, a recorded channel was not compared.
     lost = not verdict.within and all(one.within for one in misfits.values())
@@ -235,15 +225,7 @@ def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bo
 
 
 def stiffer(ratio: float, limit: float) -> str:
-    """Return the ratio of simulated to measured stiffness in words: "78 % too stiff".
-
-    Parameters
-    ----------
-    ratio : float
-        Simulated over measured stiffness.
-    limit : float
-        Accepted deviation, percent, to which the digits shown leave no doubt.
-    """
+    """Return the ratio of simulated to measured stiffness in words: "78 % too stiff"."""
     if not math.isfinite(ratio):
         return "no stiffness to compare"
     off = 100 * abs(ratio - 1.0)
@@ -292,25 +274,14 @@ def fault_kind(fault: DataFault) -> str:
 
 
 def faulty_data(faults: Sequence[DataFault]) -> str:
-    """Return a headline without its full stop: the faults that must be corrected before anything else, and where.
-
-    Parameters
-    ----------
-    faults : sequence of DataFault
-        If none is fatal, all are named.
-    """
+    """Return a headline without its full stop: the faults that must be corrected before anything else, and where."""
     fatal = [one for one in faults if one.fatal] or list(faults)
     named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
     return f"Faulty data: {listed(list(named))}, to be corrected first"
 
 
 def fault_lines(faults: Sequence[DataFault]) -> list[str]:
-    """Return a line for each fault of the recordings: place and remedy; the fatal faults first.
-
-    Parameters
-    ----------
-    faults : sequence of DataFault
-    """
+    """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     lines = []
     for one in sorted(faults, key=lambda one: not one.fatal):
         remedy = one.remedy.rstrip(".")

@@ -102,7 +102,8 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     else:
         program = path(load.path, load.steps, load.rate)
     name = load_case_names(case.load_cases, case.recordings)[number]
-    drive = _loaded(case, load, name, program) if load.by_force else None
+    active = tuple(one.started() for one in acting(case.effects, name, load.mode))
+    drive = with_all_beside(active, program.time) if load.by_force else None
 
     def followed(model: FiniteElementModel, keep: bool, report: StepProgress) -> History:
         found = march(model, program, keep_states=keep, progress=report, drive=drive)
@@ -120,12 +121,6 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
         temperature=load.temperature,
         by_force=load.by_force,
     )
-
-
-def _loaded(case: Case, load: LoadCase, name: str, program: Program) -> PrescribedForce:
-    """Return what a program of forces prescribes: the force of the bushing with all that stands beside it."""
-    active = tuple(one.started() for one in acting(case.effects, name, load.mode))
-    return with_all_beside(active, program.time)
 
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:

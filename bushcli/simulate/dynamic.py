@@ -419,7 +419,9 @@ class Vibrations:
         basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
         found = basis.reduced()
         number = test.motion if test.six is not None else 0
-        slopes = changes(basis, solver, self._names, self.drive) if self._names else Changes()
+        uneven_too = bool(test.amplitude) and self._thinned is not None
+        even = bool(self._names) and not uneven_too
+        slopes = changes(basis, solver, self._names, self.drive) if even else Changes()
         model = DynamicModel(found, number, test.transfer, slopes)
         pose, forces = solver.pose, solver.six
         small = DynamicCurve(
@@ -446,6 +448,10 @@ class Vibrations:
         chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
         ends = [uneven.enrich(one, f) for one in chosen for f in sorted({frequency.min(), frequency.max()})]
         error = max(small.reduction_error, *ends)
+        if self._names:
+            # Over the vectors that were added.
+            slopes = changes(basis, solver, self._names, self.drive)
+            small = replace(small, model=DynamicModel(basis.reduced(), number, test.transfer, slopes))
 
         def curve(amplitude: float) -> DynamicCurve:
             stiffness, third = uneven.stiffness(np.full(len(frequency), amplitude), frequency)

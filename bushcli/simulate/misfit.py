@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import peak_percent, rms_percent
-from bushcli.recording import Recording, force_noise
+from bushcli.recording import force_noise
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -128,7 +128,8 @@ def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     reached = (recording.displacement >= low) & (recording.displacement <= high)
     if np.count_nonzero(reached) < 3:
         raise ValueError(f"channel {channel.name}: the simulation ended before the recording's third sample")
-    followed = _samples(recording, reached)
+    time = None if recording.time is None else recording.time[reached]
+    followed = Curve(recording.mode, recording.displacement[reached], recording.force[reached], time)
     # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
     # one.
     simulated = backbone.at(
@@ -180,8 +181,3 @@ def _reached(channel: Simulated) -> NDArray[np.bool_]:
     slack = 0.01 * float(np.ptp(q))
     simulated = channel.curve.displacement
     return np.asarray((q >= simulated.min() - slack) & (q <= simulated.max() + slack))
-
-
-def _samples(recording: Recording, which: NDArray[np.bool_]) -> Curve:
-    time = None if recording.time is None else recording.time[which]
-    return Curve(recording.mode, recording.displacement[which], recording.force[which], time)

@@ -356,6 +356,7 @@ class _Prediction:
             self.comm,
             self.kept.prepared,
             None if recording is None else earlier(recording),
+            None if recording is None else recording.record.temperature,
         )
 
     def _mesh_error(self, channel: SimulatedChannel, history: History, answer: Answer | None) -> float:

@@ -252,6 +252,8 @@ class Simulation(FollowedPath):
         Makes the finite-element model.
     before
         Path before the first sample, which rubber with memory remembers; None if the samples begin at rest.
+    temperature : shape (n,) or None
+        Degrees C at the samples, where it changes; rubber without memory has its mean.
     """
 
     def __init__(
@@ -267,8 +269,11 @@ class Simulation(FollowedPath):
         comm: MPI.Comm = MPI.COMM_WORLD,
         prepared: Prepare = prepare,
         before: Earlier | None = None,
+        temperature: Array | None = None,
     ) -> None:
-        self.active = tuple(one.started() for one in active)
+        self.temperature = temperature
+        mean = None if temperature is None else float(np.mean(temperature))
+        self.active = tuple(one.started() if mean is None else one.started().at(mean) for one in active)
         features = features_of(self.active)
         self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
@@ -400,7 +405,10 @@ class Simulation(FollowedPath):
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
-        program = Program(driven.value, steps.time if steps.timed else None)
+        warm = None
+        if self.temperature is not None and self.time is not None:
+            warm = np.interp(steps.time, self.time, self.temperature)
+        program = Program(driven.value, steps.time if steps.timed else None, temperature=warm)
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))

@@ -32,7 +32,6 @@ class Observed:
 
     Attributes
     ----------
-    channel, mode : str
     amplitudes : tuple of float
         Largest distance from rest of each cycle: mm, rad, or stretch - 1.
     compared : tuple of float

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from bushcli.standards.observed import ALIKE, DIFFERENT_RATE, Observed
-from cases.mode import Mode, modes
+from cases.mode import modes
 
 #: Shortest hold, s, that shows relaxation beyond that of the ramp before it.
 _HOLD = 10.0
@@ -82,7 +82,14 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
     if flat:
         why, remedy = "the specimen is never unloaded", "record the unloading as well"
         yield Lack(flat, "damping, set and softening", why, remedy)
-    single = tuple(one.channel for one in seen if one.unloads and one.alike < 2 and not _grows(one))
+    # Where a later cycle goes further than the first, the softening shows.
+    single = tuple(
+        one.channel
+        for one in seen
+        if one.unloads
+        and one.alike < 2
+        and max(one.amplitudes, default=0.0) <= (1.0 + ALIKE) * (*one.amplitudes, 0.0)[0]
+    )
     if single:
         yield Lack(
             single,
@@ -90,7 +97,11 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
             "no travel is reached twice",
             "record two or more cycles to the same travel, the first one of a new part included",
         )
-    known = tuple(one.channel for one in seen if one.conditioning and not _grows_beyond(one))
+    known = tuple(
+        one.channel
+        for one in seen
+        if one.conditioning and max(one.compared) <= (1.0 + ALIKE) * max(one.amplitudes[: one.conditioning])
+    )
     if known:
         yield Lack(
             known,
@@ -104,21 +115,14 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
         yield Lack(begun, "offset and permanent set", why, remedy)
 
 
-def _grows(one: Observed) -> bool:
-    """Whether a later cycle goes further than the first."""
-    return bool(one.amplitudes) and max(one.amplitudes) > (1.0 + ALIKE) * one.amplitudes[0]
-
-
-def _grows_beyond(one: Observed) -> bool:
-    """Whether a cycle that is compared goes further than those that condition the specimen."""
-    return max(one.compared) > (1.0 + ALIKE) * max(one.amplitudes[: one.conditioning])
-
-
 def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
     """Yield the question that recordings of a single mode leave open."""
     found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
     if len(found) == 1:
-        other = _another(modes()[next(iter(found))])
+        # A mode that loads the rubber differently: a radial one unless this one is radial.
+        sideways = bool(modes()[next(iter(found))].sideways)
+        known = [one for one in modes().values() if one.directions]
+        other = next(one.name for one in known if bool(one.sideways) != sideways)
         yield Lack(
             tuple(one.channel for one in seen),
             "whether the rubber is from another batch, or the geometry, compressibility or rig differs",
@@ -127,22 +131,12 @@ def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
         )
 
 
-def _another(mode: Mode) -> str:
-    """Return the name of a mode that loads the rubber differently: a radial one unless this one is radial."""
-    others = [one for one in modes().values() if one.directions and one is not mode]
-    return next(one.name for one in others if bool(one.sideways) != bool(mode.sideways))
-
-
-def _of_shape() -> list[Mode]:
-    """Modes of coupons that change the shape of the rubber, not its volume; simple shear is planar to the rubber."""
-    known = [one for one in modes().values() if one.specimen == "coupon" and not one.sheared]
-    return [one for one in known if not one.needs_compressibility]
-
-
 def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:
     found = {one.mode for one in coupons if not modes()[one.mode].needs_compressibility}
     states = {"planar" if modes()[name].sheared else name for name in found}
-    others = [one.name for one in _of_shape() if one.name not in states]
+    # Those that change the shape of the rubber, not its volume; simple shear is planar to the rubber.
+    shapes = [one for one in modes().values() if one.specimen == "coupon" and not one.needs_compressibility]
+    others = [one.name for one in shapes if not one.sheared and one.name not in states]
     if len(states) == 1 and others:
         yield Lack(
             tuple(one.channel for one in coupons),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 from bushcli.recording.source import Source
+from bushcli.runtime.digits import significant
 from bushcli.standards.observed import Observed
 
 
@@ -41,7 +42,6 @@ class Standard:
 
     Attributes
     ----------
-    name, title : str
     source : str
         Source of the requirements as implemented here.
     modes : frozenset of str
@@ -86,20 +86,9 @@ def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
 
 
 def speed_clause(
-    seen: Observed, source: Source, wanted: Iterable[tuple[float, float]], practice: bool = False
+    seen: Observed, source: Source, wanted: Sequence[tuple[float, float]], practice: bool = False
 ) -> Clause:
-    """Return the clause on the speed of the grips or plates.
-
-    Parameters
-    ----------
-    seen : Observed
-    source : Source
-        Its gauge length turns a strain rate into a speed.
-    wanted : iterable of (float, float)
-        Speed and its tolerance, mm/min.
-    practice : bool
-        As in `Clause`.
-    """
+    """Return the clause on the speed of the grips or plates."""
     text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
     length = source.specimen.gauge_length
     if not seen.rates:
@@ -109,21 +98,14 @@ def speed_clause(
         found = f"{shown} strain per second, and no gauge_length to turn it into a speed"
         return Clause(f"speed {text}", found, None, practice)
     speeds = [60.0 * rate * length for rate in seen.rates]
+    ends = [want + side * slack for want, slack in wanted for side in (-1, 1)]
     met = all(any(abs(speed - want) <= slack for want, slack in wanted) for speed in speeds)
-    return Clause(f"speed {text}", ", ".join(f"{speed:.3g} mm/min" for speed in speeds), met, practice)
+    shown = ", ".join(f"{significant(speed, *ends)} mm/min" for speed in speeds)
+    return Clause(f"speed {text}", shown, met, practice)
 
 
 def cycles_clause(seen: Observed, least: int, text: str) -> Clause:
-    """Return the clause of good practice on the number of cycles of the same amplitude.
-
-    Parameters
-    ----------
-    seen : Observed
-    least : int
-        Number of cycles required.
-    text : str
-        The requirement.
-    """
+    """Return the clause of good practice on the number of cycles of the same amplitude."""
     known = f", {seen.conditioning} of them marked as conditioning" if seen.conditioning else ""
     return Clause(
         text,

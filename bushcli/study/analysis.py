@@ -84,15 +84,12 @@ class Summary:
 
     Attributes
     ----------
-    count : int
     mean, std, quantiles : float, float, tuple of float
         In the unit of the answer; quantiles at 5, 50 and 95 %.
-    lowest, highest : Extreme
     influences : mapping of str to Influence
         By key, for the varied keys whose values are numbers.
     linear : float
         Share of the variance that the linear regression on all keys explains.
-    limits : Limits or None
     """
 
     count: int
@@ -139,14 +136,7 @@ class Columns:
 
 
 def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
-    """Read the columns that the statistics need.
-
-    Parameters
-    ----------
-    rows : Rows
-    keys, answers : sequence of str
-        Columns.
-    """
+    """Read the columns that the statistics need."""
     wanted = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
     found: dict[str, list[object]] = {name: [] for name in wanted}
     for table in rows.tables(wanted):
@@ -177,20 +167,7 @@ def failures(found: Columns) -> tuple[Failure, ...]:
 def summary(
     plan: Plan, found: Columns, name: str, limits: Limits | None = None, seed: int = 0
 ) -> Summary | None:
-    """Return the statistics of one answer over the designs; None where fewer than two have it.
-
-    Parameters
-    ----------
-    plan : Plan
-        What was varied, and how.
-    found : Columns
-    name : str
-        Name of the answer.
-    limits : Limits or None
-        In its unit.
-    seed : int
-        Seed of the bootstrap that gives the intervals of the Sobol indices.
-    """
+    """Return the statistics of one answer over the designs; None where fewer than two have it."""
     values = found.answers[name]
     there = np.isfinite(values) & plan.independent[found.design]
     y = values[there]
@@ -275,14 +252,7 @@ def _sobol(
 
 
 def within(limits: Limits, y: Array) -> Limits:
-    """Return the limits with the share of the answers within them.
-
-    Parameters
-    ----------
-    limits : Limits
-    y : shape (n,)
-        The answers, in the same unit.
-    """
+    """Return the limits with the share of the answers within them."""
     from scipy.special import betaincinv
 
     n = len(y)

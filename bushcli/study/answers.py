@@ -16,13 +16,14 @@ from bushcli.case import Case
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.simulate.response import Response, Simulated
+from bushcli.study.target import place_of
 from cases.mode import modes
 
 Array = NDArray[np.float64]
 
 #: Kinds of answers of a channel that need no travel, and that can be asked for at a travel (mm or degrees).
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
-_AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)(?:\s*(N|Nmm|N mm))?\Z")
+_AT = re.compile(r"(.+)\.(\w+)@(.*)\Z")
 _INDEX = re.compile(r"-?\d+")
 #: Keys of the result of `bushcli direct` under which answers can be asked for.
 RESULT_KEYS = (
@@ -122,31 +123,16 @@ def answer(case: Case, text: str) -> Asked:
     if channel not in channels:
         what = f"there is no channel {channel}"
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
-    if at:
-        _check_place(f"--answer {text}", channels[channel], kind, at[4])
-    try:
-        travel = float(at[3]) if at else None
-    except ValueError:
-        travel = math.nan
-    if travel is not None and not math.isfinite(travel):
-        raise InputError(Problem(f"--answer {text}", "has no number after @", "", EXAMPLES))
+    travel, at_load = place_of(f"--answer {text}", channels[channel], at[3]) if at else (None, False)
+    place = "load" if at_load else "travel"
+    known = (*(one for one in AT if one != "force"), "travel") if at_load else AT
+    if at and kind not in known:
+        what = f"{kind} cannot be evaluated at a {place}"
+        raise InputError(Problem(f"--answer {text}", what, "", ", ".join(f"{one}@{at[3]}" for one in known)))
     if travel == 0.0 and kind == "secant":
-        what = f"has no secant: the {'load' if at and at[4] else 'travel'} is zero"
+        what = f"has no secant: the {place} is zero"
         raise InputError(Problem(f"--answer {text}", what, "", f"{channel}.initial"))
-    return Asked(name, channel, kind, travel, _unit(channels[channel], kind), bool(at and at[4]))
-
-
-def _check_place(where: str, mode: str, kind: str, unit: str | None) -> None:
-    """Refuse a kind that cannot be evaluated at a travel or at a load, and the unit of another mode's load."""
-    found = modes()[mode]
-    known = (*(one for one in AT if one != "force"), "travel") if unit else AT
-    if kind not in known:
-        place = "a load" if unit else "a travel"
-        raise InputError(Problem(where, f"{kind} cannot be evaluated at {place}", "", ", ".join(known)))
-    wanted = "Nmm" if found.rotational else "N"
-    if unit and (found.specimen == "coupon" or unit.replace(" ", "") != wanted):
-        expected = "a stretch" if found.specimen == "coupon" else f"@500{wanted}"
-        raise InputError(Problem(where, f"{unit} is not the unit of a load in mode {mode}", "", expected))
+    return Asked(name, channel, kind, travel, _unit(channels[channel], kind), at_load)
 
 
 def _unit(mode: str, kind: str) -> str:
@@ -163,14 +149,6 @@ def answer_columns(
     answers: Sequence[Asked], response: Response, document: Mapping[str, Any] | None
 ) -> dict[str, float]:
     """Return the numbers by name.
-
-    Parameters
-    ----------
-    answers : sequence of Asked
-    response : Response
-        The curves of a design.
-    document : mapping or None
-        Its result as JSON-ready data, if an answer is a key of the result.
 
     Raises
     ------
@@ -213,15 +191,6 @@ def _of_curve(asked: Asked, channel: Simulated) -> float:
 def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     """Return the first stretch in one direction that contains a travel: displacements in rising order, and forces.
 
-    Parameters
-    ----------
-    curve : Curve
-        In the order of its program.
-    travel : float
-        mm or rad.
-    name : str
-        Name of the answer, for the message.
-
     Raises
     ------
     NoAnswer
@@ -238,8 +207,11 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
             return leg[order], force[first : last + 1][order]
     turn = math.degrees(1.0) if modes()[curve.mode].rotational else 1.0
     low, high = float(q.min()) * turn, float(q.max()) * turn
-    unit = quantity_unit(curve.mode)
-    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}")
+    unit, load = quantity_unit(curve.mode), "Nmm" if modes()[curve.mode].rotational else "N"
+    # Far beyond the curve, a load was meant.
+    meant = max(abs(low), abs(high)) * 3.0 < abs(travel * turn) and unit
+    said = f"; a load has its unit, @{travel * turn:.6g}{load}" if meant else ""
+    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}{said}")
 
 
 def travel_at(curve: Curve, load: float, name: str) -> float:

@@ -23,7 +23,6 @@ class Band:
 
     Attributes
     ----------
-    channel : str
     displacement : shape (n,)
         mm or degrees.
     force : shape (5, n)
@@ -39,14 +38,7 @@ class Band:
 
 
 def band(rows: Rows, channel: str) -> Band | None:
-    """Return the band of a channel; None where the curves share no range, or are loops of different programs.
-
-    Parameters
-    ----------
-    rows : Rows
-        With curves.
-    channel : str
-    """
+    """Return the band of a channel; None where the curves share no range, or are loops of different programs."""
     names = [f"{channel}.displacement", f"{channel}.force"]
     every = max(1, -(-rows.count // MOST_CURVES))
     found: list[tuple[Array, Array]] = []
@@ -65,10 +57,10 @@ def band(rows: Rows, channel: str) -> Band | None:
     first = found[0][0]
     if all(len(q) == len(first) and np.allclose(q, first, rtol=1e-9, atol=1e-12) for q, _ in found):
         return Band(channel, first, np.quantile([force for _, force in found], LEVELS, axis=0), len(found))
-    rising = [_rising(q, force) for q, force in found]
-    if any(one is None for one in rising):
+    # By growing displacement; a curve that turns has no band with others.
+    curves = [(q, force) if q[-1] > q[0] else (q[::-1], force[::-1]) for q, force in found]
+    if any((np.diff(q) <= 0).any() for q, _ in curves):
         return None
-    curves = [one for one in rising if one is not None]
     low, high = max(q[0] for q, _ in curves), min(q[-1] for q, _ in curves)
     if not low < high:
         return None
@@ -76,10 +68,3 @@ def band(rows: Rows, channel: str) -> Band | None:
     return Band(
         channel, at, np.quantile([np.interp(at, q, f) for q, f in curves], LEVELS, axis=0), len(curves)
     )
-
-
-def _rising(q: Array, force: Array) -> tuple[Array, Array] | None:
-    steps = np.diff(q)
-    if (steps > 0).all():
-        return q, force
-    return (q[::-1], force[::-1]) if (steps < 0).all() else None

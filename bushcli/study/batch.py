@@ -1,9 +1,10 @@
 """Recordings of several parts of one drawing -> a law for all, a stiffness factor for each, scatter and outliers.
 
 The force of a part is its own factor times that of the batch, which one law and its effects give. Parts that ran the
-same program are compared sample by sample: their median is the batch's curve until the outliers are known, then their
-mean is. The law is identified from the mean, with one simulation for all of them: the least-squares fit to all parts
-with factors whose mean is one is the fit to the mean. A part that ran another program is simulated on its own.
+same program, be it from another time or phase on, are compared sample by sample: their median is the batch's curve
+until the outliers are known, then their mean is. The law is identified from the mean, with one simulation for all of
+them: the least-squares fit to all parts with factors whose mean is one is the fit to the mean. A part that ran another
+program is simulated on its own.
 
 The logarithm of the factor and that of the misfit left after it are each tested for outliers (`study.outliers`), with
 half of the probability of a false alarm.
@@ -11,10 +12,12 @@ half of the probability of a false alarm.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +43,9 @@ Array = NDArray[np.float64]
 # Programs are equal if their samples differ by at most this share of the travel, and their numbers of samples by at
 # most this share of them: a logger that is stopped by hand writes some samples more or fewer.
 EQUAL = 0.02
+# Share of a recording that it must have in common with the others, if it begins at another time or phase. Arbitrary: of
+# two or more cycles half a cycle may be missing.
+SHARED = 0.7
 
 
 @dataclass(frozen=True)
@@ -48,8 +54,6 @@ class BatchPart:
 
     Attributes
     ----------
-    name, mode : str
-    recording : Recording
     factor, std : float
         Its stiffness over that of the batch, and the standard error that the noise leaves.
     rms_percent, noise_percent : float
@@ -83,7 +87,6 @@ class BatchCurve:
 
     Attributes
     ----------
-    mode : str
     mean : Curve
         Mean of the parts that are no outliers: mm or rad, N or N mm.
     lower, upper : (n,) array
@@ -192,30 +195,73 @@ def batch(
 
 def _programs(recordings: Sequence[Recording]) -> list[list[Recording]]:
     """Return recordings of one mode in groups that ran the same program, each with the samples that all have."""
-    groups: list[list[Recording]] = []
+    groups: list[list[tuple[Recording, float]]] = []
     for one in recordings:
-        same = next((group for group in groups if _is_same(group[0], one)), None)
-        if same is None:
-            groups.append([one])
+        for group in groups:
+            begin = shift(group[0][0].displacement, one.displacement)
+            if begin is not None and _common([*group, (one, begin)])[1] >= SHARED * len(one.force):
+                group.append((one, begin))
+                break
         else:
-            same.append(one)
-    return [[_first(one, min(len(other.force) for other in group)) for one in group] for group in groups]
+            groups.append([(one, 0.0)])
+    return [
+        [_cut(one, at - begin, n) for one, begin in group] for group in groups for at, n in [_common(group)]
+    ]
 
 
-def _is_same(one: Recording, other: Recording) -> bool:
-    q, p = one.displacement, other.displacement
-    n = min(len(q), len(p))
-    return max(len(q), len(p)) - n <= EQUAL * n and bool(np.abs(q[:n] - p[:n]).max() <= EQUAL * np.ptp(q))
+def shift(q: Array, p: Array) -> float | None:
+    """Return at which sample of a program another recording (m,) begins, a fraction too; None for another program.
+
+    A logger that is started by hand begins at another time, or at another phase of the cycles.
+    """
+    n, size = min(len(q), len(p)), float(np.ptp(q))
+    if max(len(q), len(p)) - n <= EQUAL * n and bool(np.abs(q[:n] - p[:n]).max() <= EQUAL * size):
+        return 0.0
+    from scipy.signal import correlate
+
+    lags = np.arange(1 - len(p), len(q))
+    first, last = np.maximum(lags, 0), np.minimum(lags + len(p), len(q))
+    squares = [np.concatenate([[0.0], np.cumsum(one**2)]) for one in (q, p)]
+    ends = (squares[0][last] - squares[0][first], squares[1][last - lags] - squares[1][first - lags])
+    # Mean square difference of the samples that both have, by lag.
+    apart = (ends[0] + ends[1] - 2.0 * correlate(q, p, method="fft")) / (last - first)
+    apart[last - first < max(SHARED * n, 3)] = np.inf
+    # Between samples it may be smaller.
+    near = (
+        (apart[1:-1] <= apart[:-2]) & (apart[1:-1] <= apart[2:]) & (apart[1:-1] <= (2.0 * EQUAL * size) ** 2)
+    )
+    low = np.flatnonzero(near) + 1
+    for k in low[np.argsort(np.abs(lags[low]), kind="stable")]:
+        # The difference grows with the square of the shift: its least value lies between samples.
+        before, here, after = apart[k - 1 : k + 2]
+        bend = before - 2.0 * here + after
+        begin = lags[k] + (0.5 * float((before - after) / bend) if np.isfinite(bend) and bend > 0.0 else 0.0)
+        at = np.arange(max(math.ceil(begin), 0), min(len(q), math.floor(begin) + len(p)))
+        if np.abs(q[at] - np.interp(at - begin, np.arange(len(p)), p)).max() <= EQUAL * size:
+            return float(begin)
+    return None
 
 
-def _first(one: Recording, n: int) -> Recording:
-    """Return the first n samples of a recording."""
-    cut = {
-        name: values[:n]
-        for name in ("displacement", "force", "time", "numbers", "selected")
-        if (values := getattr(one, name)) is not None
-    }
-    return one if len(one.force) == n else replace(one, **cut)
+def _common(group: Sequence[tuple[Recording, float]]) -> tuple[int, int]:
+    """Return the first sample of the program that all recordings have, and how many they have in common."""
+    begin = math.ceil(max(at for _, at in group) - 1e-9)
+    return begin, math.floor(min(at + len(one.force) - 1 for one, at in group) + 1e-9) - begin + 1
+
+
+def _cut(one: Recording, begin: float, n: int) -> Recording:
+    """Return n samples of a recording from one on; between its samples they are interpolated."""
+    if begin == 0.0 and len(one.force) == n:
+        return one
+    whole = round(begin)
+    at = begin + np.arange(n)
+    cut: dict[str, Any] = {}
+    for name in ("displacement", "force", "time", "numbers", "selected"):
+        if (values := getattr(one, name)) is not None:
+            between = begin != whole and name in ("displacement", "force")
+            cut[name] = (
+                np.interp(at, np.arange(len(values)), values) if between else values[whole : whole + n]
+            )
+    return replace(one, **cut)
 
 
 def _compared(case: Case, group: Sequence[Recording], faulty: set[str]) -> tuple[list[BatchPart], BatchCurve]:

@@ -45,13 +45,7 @@ class Cause:
 
 
 def travel_cause(part: Recording, common: Recording) -> Cause:
-    """Return in which way the program of a part differs from that of the batch.
-
-    Parameters
-    ----------
-    part, common : Recording
-        The part, and one of those with the program of the batch.
-    """
+    """Return in which way the program of a part differs from that of the batch."""
     turned = modes()[part.mode].rotational
     per, name = (180.0 / np.pi, "deg") if turned else (1.0, "mm")
     own, usual = (
@@ -72,19 +66,7 @@ def travel_cause(part: Recording, common: Recording) -> Cause:
 
 
 def effect_cause(part: Recording, batch: Array, left: Array, usual: float) -> Cause | None:
-    """Return the effect that explains most of what remains of a part's force; None if none explains enough.
-
-    Parameters
-    ----------
-    part : Recording
-        With samples (n,).
-    batch : (n,) array
-        Force of the batch at these samples, with the part's own stiffness factor, N or N mm.
-    left : (n,) array
-        What remains of the part's force.
-    usual : float
-        Root mean square of what remains of a part that is no outlier, in the same unit.
-    """
+    """Return the effect that explains most of what remains of a part's force; None if none explains enough."""
     excess = float(left @ left) - len(left) * usual**2
     if excess <= 0.0:
         return None
@@ -143,19 +125,15 @@ def _columns(part: Recording, batch: Array) -> Iterator[tuple[str, str, Array]]:
     sliding = [effect.name for effect in effects().values() if effect.slides]
     if sliding and (part.time is not None or len(part.displacement) > 2):
         # A loop: half of it on the way up, half on the way down.
-        way = np.asarray(np.sign(np.gradient(_smoothed(part.displacement))), dtype=np.float64)
+        width = max(len(part.displacement) // 200, 1)
+        padded = np.pad(part.displacement, width, mode="edge")
+        smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+        way = np.asarray(np.sign(np.gradient(smooth)), dtype=np.float64)
         yield (
             " or ".join(sliding),
             f"a loop of about {{0:.3g}} {'N mm' if turned else 'N'} to either side",
             way,
         )
-
-
-def _smoothed(q: Array) -> Array:
-    width = max(len(q) // 200, 1)
-    padded = np.pad(q, width, mode="edge")
-    smooth = np.convolve(padded, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
-    return np.asarray(smooth, dtype=np.float64)
 
 
 def joined(causes: Sequence[Cause]) -> str:

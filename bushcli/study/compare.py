@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from cases.mode import modes
+from cases.six import PAIR_MODES, REACTIONS
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,21 @@ _HOW_OF_CHANNEL = ("seconds", "newton_iterations", "text")
 EQUAL = 1e-6
 
 
+# Lists of a case of which another case may have other entries, which are then one difference.
+_LISTS = ("recordings", "specimens", "coupons", "load_cases", "vibrations")
+# Reactions of six motions below this share of the largest force, or moment, are rounding errors.
+_NOTHING = 1e-3
+
+
+@dataclass(frozen=True)
+class ReactionHistory:
+    """A reaction of six motions over time: s, N or N mm; its mode is one with forces of its kind."""
+
+    mode: str
+    time: Array
+    force: Array
+
+
 @dataclass(frozen=True)
 class ComparedResult:
     """A result to be compared.
@@ -33,13 +49,13 @@ class ComparedResult:
         As the user gave it.
     result : mapping
         Its JSON.
-    curves : mapping of str to Curve
-        Simulated or mean curves by channel: mm or rad, N or N mm.
+    curves : mapping of str to Curve or ReactionHistory
+        Simulated or mean curves by channel: mm or rad, N or N mm; of six motions, "CHANNEL Fx" and so on.
     """
 
     name: str
     result: Mapping[str, Any]
-    curves: Mapping[str, Curve]
+    curves: Mapping[str, Curve | ReactionHistory]
 
 
 @dataclass(frozen=True)
@@ -65,7 +81,6 @@ class CurveDifference:
 
     Attributes
     ----------
-    channel : str
     percent : tuple of float or None
         Percent of the first curve's force range; None where a result has no such curve, or no common displacement.
     """
@@ -91,16 +106,14 @@ class Comparison:
 
 
 def compare(items: Sequence[ComparedResult]) -> Comparison:
-    """Compare results with the first one.
-
-    Parameters
-    ----------
-    items : sequence of ComparedResult
-        At least two.
-    """
-    cases = [dict(_leaves(item.result.get("case", {}))) for item in items]
-    for case in cases:
-        case.pop("path", None)
+    """Compare results with the first one."""
+    given_cases = [dict(item.result.get("case", {})) for item in items]
+    lists = [Difference(key, tuple(_entries(case, key) for case in given_cases)) for key in _LISTS]
+    other = [one for one in lists if len(set(one.values)) > 1]
+    for case in given_cases:
+        for key in ("path", *(one.key for one in other)):
+            case.pop(key, None)
+    cases = [dict(_leaves(case)) for case in given_cases]
     numbers = [
         dict(_leaves({key: value for key, value in item.result.items() if key not in _HOW})) for item in items
     ]
@@ -117,20 +130,31 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
     channels = dict.fromkeys(name for item in items for name in item.curves)
     return Comparison(
         tuple(items),
-        _differing(cases),
+        (*_differing(cases), *other),
         _differing(common),
         tuple(CurveDifference(name, _apart([item.curves.get(name) for item in items])) for name in channels),
         tuple(tuple(one["name"] for one in item.result.get("problems", [])) for item in items),
     )
 
 
-def curves_in(result: Mapping[str, Any]) -> dict[str, Curve]:
+def _entries(case: Mapping[str, Any], key: str) -> str | None:
+    """Return the names in a list of tables: all, or how many and the ends."""
+    names = [str(one.get("name", one.get("mode"))) for one in case.get(key) or () if isinstance(one, Mapping)]
+    if len(names) > 3:
+        return f"{len(names)}: {names[0]} ... {names[-1]}"
+    return ", ".join(names) or None
+
+
+def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
     """Return the simulated curves of a result of `direct`, and the mean curves of `batch`."""
-    found = {}
+    found: dict[str, Curve | ReactionHistory] = {}
     for one in (
         *result.get("load_cases", []),
         *(result.get("curves", []) if result.get("command") == "batch" else []),
     ):
+        if isinstance(one.get("force"), Mapping):
+            found |= {f"{one['name']} {name}": reaction for name, reaction in _reactions(one)}
+            continue
         mode = modes().get(one.get("mode", ""))
         q, force = one.get("displacement"), one.get("force")
         if mode is None or not isinstance(q, list) or not isinstance(force, list) or len(q) < 2:
@@ -141,6 +165,16 @@ def curves_in(result: Mapping[str, Any]) -> dict[str, Curve]:
         x, y = np.array(pairs, dtype=float).T
         found[str(one.get("name", one["mode"]))] = Curve(mode.name, unit * (x - rest), y)
     return found
+
+
+def _reactions(channel: Mapping[str, Any]) -> Iterator[tuple[str, ReactionHistory]]:
+    """Yield the reactions of a path of six motions that are no rounding errors."""
+    time = np.array(channel["time"], dtype=float)
+    force = np.array([channel["force"][name] for name in REACTIONS], dtype=float)
+    size = np.abs(force).max(axis=1, initial=0.0)
+    for k, (name, mode) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
+        if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
+            yield name, ReactionHistory(mode, time, force[k])
 
 
 def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:
@@ -180,23 +214,28 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _apart(curves: Sequence[Curve | None]) -> tuple[float | None, ...]:
+def _apart(curves: Sequence[Curve | ReactionHistory | None]) -> tuple[float | None, ...]:
     first = curves[0]
     if first is None:
         return (None,) * len(curves)
-    base = first.backbone()
     found: list[float | None] = []
+    x, force = _over(first)
     for curve in curves:
-        if curve is None or curve.mode != base.mode:
-            found.append(None)
-            continue
-        other = curve.backbone()
-        low = max(base.displacement[0], other.displacement[0])
-        high = min(base.displacement[-1], other.displacement[-1])
-        if not high > low:
-            found.append(None)
-            continue
-        q = np.linspace(low, high, 200)
-        apart = np.interp(q, other.displacement, other.force) - np.interp(q, base.displacement, base.force)
-        found.append(float(100.0 * apart[np.argmax(np.abs(apart))] / np.ptp(base.force)))
+        difference = None
+        if curve is not None and (type(curve), curve.mode) == (type(first), first.mode):
+            own, other = _over(curve)
+            low, high = max(x[0], own[0]), min(x[-1], own[-1])
+            if high > low:
+                at = np.linspace(low, high, 200)
+                apart = np.interp(at, own, other) - np.interp(at, x, force)
+                difference = float(100.0 * apart[np.argmax(np.abs(apart))] / np.ptp(force))
+        found.append(difference)
     return tuple(found)
+
+
+def _over(curve: Curve | ReactionHistory) -> tuple[Array, Array]:
+    """Return the growing displacements or times of a curve, and its forces."""
+    if isinstance(curve, ReactionHistory):
+        return curve.time, curve.force
+    backbone = curve.backbone()
+    return backbone.displacement, backbone.force

@@ -18,6 +18,7 @@ from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.digits import significant
 from bushcli.runtime.executor import Pool
 from bushcli.simulate.measured import Measured
 from bushcli.study.rate_search import MOST_EVALUATIONS, End, search
@@ -25,6 +26,7 @@ from bushcli.study.rates import rates
 from bushcli.study.target import Target
 from bushcli.study.task import DesignCache, StudyTask
 from bushcli.study.variable import SIGMAS, Variable
+from cases.mode import modes
 
 Array = NDArray[np.float64]
 
@@ -94,10 +96,15 @@ class Reached:
         return self.value / self.wanted - 1.0
 
     @property
+    def allowed(self) -> float:
+        """Relative deviation within which the target counts as reached, a share: 0.1 % unless the target has one."""
+        given = self.target.deviation / self.target.value
+        return REACHED if math.isnan(given) else given
+
+    @property
     def met(self) -> bool:
-        """Whether the design has the rate, within the allowed deviation or else within 0.1 %."""
-        allowed = self.target.deviation / self.target.value
-        return abs(self.deviation) <= (REACHED if math.isnan(allowed) else allowed)
+        """Whether the design has the rate, within the allowed deviation."""
+        return abs(self.deviation) <= self.allowed
 
 
 @dataclass(frozen=True)
@@ -108,12 +115,8 @@ class Design:
     ----------
     case : Case
         As in the case file.
-    keys : mapping of str to Dimension
-    targets : tuple of Reached
     evaluations : int
         Number of designs that were simulated.
-    converged : bool
-    conditions : tuple of Condition
     """
 
     case: Case
@@ -126,10 +129,6 @@ class Design:
 
 def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """Return the bounds of the keys, in their units.
-
-    Parameters
-    ----------
-    variables : sequence of Variable
 
     Raises
     ------
@@ -186,8 +185,18 @@ def design(
     InputError
         A key has no range, or no search found a design that can be simulated.
     """
+    for one in targets:
+        # Without the unit a load would be searched as a travel.
+        if not modes()[one.mode].rotational and abs(one.travel) > (case.geometry.overall or math.inf):
+            what = f"asks for a travel of {one.travel:g} mm, and the bushing is {case.geometry.overall:.4g} mm in all"
+            raise InputError(Problem(f"--target {one.name}", what, f"{one.name}N, if it is a load", ""))
     low, high = bounds_of(variables)
-    begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
+    begins = [np.clip(start, low, high)]
+    if starts > 1:
+        from scipy.stats import qmc
+
+        unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
+        begins += list(low + unit * (high - low))
     cache = DesignCache(measured=Measured(tables))
     ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
@@ -219,15 +228,6 @@ def _ends(
     return ends
 
 
-def _starting_points(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
-    from scipy.stats import qmc
-
-    if count == 1:
-        return [first]
-    unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count - 1)
-    return [first, *(low + unit * (high - low))]
-
-
 def _result(
     cache: DesignCache,
     case: Case,
@@ -254,18 +254,14 @@ def _result(
         reached.append(Reached(one, shown, slopes, _spread(one, shown, slopes, tolerances)))
     scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
     conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
-    conditions = (*_left_out(case), *conditions)
+    if case.effects:
+        names = " and ".join(one.name for one in case.effects)
+        what = f"the rates are those without the effects of the case: {names}"
+        remedy = (
+            "compare the design with `bushcli direct`, and correct the targets by what the effects change"
+        )
+        conditions = (Condition("effect_left_out", what, remedy), *conditions)
     return Design(case, keys, tuple(reached), evaluations, end.converged, conditions)
-
-
-def _left_out(case: Case) -> list[Condition]:
-    """Return that the rates are those without the effects of the case, if it has any."""
-    if not case.effects:
-        return []
-    names = " and ".join(one.name for one in case.effects)
-    what = f"the rates are those without the effects of the case: {names}"
-    remedy = "compare the design with `bushcli direct`, and correct the targets by what the effects change"
-    return [Condition("effect_left_out", what, remedy)]
 
 
 def _spread(
@@ -284,6 +280,11 @@ def _spread(
     return Spread(parts, math.fsum(map(abs, parts.values())), std, share)
 
 
+def _missed(one: Reached) -> str:
+    limit = 100 * one.allowed
+    return f"{'+' * (one.deviation > 0.0)}{significant(100 * one.deviation, -limit, limit)}"
+
+
 def _conditions(
     keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
 ) -> tuple[Condition, ...]:
@@ -291,7 +292,7 @@ def _conditions(
     missed = [one for one in reached if not one.met]
     bound = [key for key, one in keys.items() if one.at_bound]
     if missed:
-        names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.3g} %" for one in missed)
+        names = ", ".join(f"{one.target.name} by {_missed(one)} %" for one in missed)
         remedy = (
             f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
         )

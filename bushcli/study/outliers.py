@@ -31,15 +31,7 @@ CONTENT, CONFIDENCE = 0.95, 0.95
 
 
 def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[np.bool_], Array]:
-    """Return which values are outliers, and the deviation of each in standard deviations of those that are not.
-
-    Parameters
-    ----------
-    values : (n,) array
-        In any unit; about normally distributed apart from the outliers.
-    false_alarm : float
-        Probability of any outlier where there is none.
-    """
+    """Return which values are outliers, and the deviation of each in standard deviations of those that are not."""
     from scipy.stats import t
 
     n, left, order = len(values), np.arange(len(values)), list[int]()
@@ -66,19 +58,7 @@ def outlying(values: Array, false_alarm: float = FALSE_ALARM) -> tuple[NDArray[n
 
 
 def foreign(value: float, like: Array, others: int, false_alarm: float = FALSE_ALARM) -> bool:
-    """Whether a further value does not belong to like ones: outside the prediction interval of a single value.
-
-    Parameters
-    ----------
-    value : float
-        The further value.
-    like : (n,) array
-        Like values, in the same unit.
-    others : int
-        Number of further values that share the probability of a false alarm.
-    false_alarm : float
-        That probability.
-    """
+    """Whether a further value does not belong to like ones: outside the prediction interval of a single value."""
     from scipy.stats import t
 
     if len(like) < FEWEST:
@@ -88,15 +68,7 @@ def foreign(value: float, like: Array, others: int, false_alarm: float = FALSE_A
 
 
 def tolerance_factor(count: int, content: float = CONTENT, confidence: float = CONFIDENCE) -> float:
-    """Return k: mean +- k standard deviations hold a share of all parts, with some confidence (Howe).
-
-    Parameters
-    ----------
-    count : int
-        Number of parts from which mean and standard deviation are known.
-    content, confidence : float
-        Share of the parts, and the confidence, both below 1.
-    """
+    """Return k: mean +- k standard deviations hold a share of all parts, with some confidence (Howe)."""
     from scipy.stats import chi2, norm
 
     free = count - 1

@@ -184,13 +184,6 @@ def problem(keys: int) -> dict[str, Any]:
 def saltelli(keys: int, base: int, seed: int) -> Array:
     """Return Saltelli's design in the unit cube for first-order and total Sobol indices, (base (keys + 2), keys).
 
-    Parameters
-    ----------
-    keys, base : int
-        Number of keys, and number of pairs of designs that are mixed, a power of two.
-    seed : int
-        Seed of the scrambling.
-
     Raises
     ------
     InputError

@@ -41,16 +41,7 @@ class End:
 def search(
     cache: DesignCache, task: StudyTask, targets: Sequence[Target], begin: Array, low: Array, high: Array
 ) -> End | str:
-    """Search from one start, in any process; return the reason as text if the start cannot be simulated.
-
-    Parameters
-    ----------
-    cache : DesignCache
-    task : StudyTask
-    targets : sequence of Target
-    begin, low, high : shape (keys,)
-        Start and bounds, in the units of the keys.
-    """
+    """Search from one start, in any process; return the reason as text if the start cannot be simulated."""
     from scipy.optimize import least_squares
 
     scale = high - low
@@ -85,13 +76,6 @@ def search(
     if at(unit) is None:
         return reason
     found = least_squares(
-        residual,
-        unit,
-        slope,
-        bounds=(0.0, 1.0),
-        xtol=XTOL,
-        ftol=FTOL,
-        gtol=None,
-        max_nfev=MOST_EVALUATIONS,
+        residual, unit, slope, bounds=(0.0, 1.0), xtol=XTOL, ftol=FTOL, gtol=None, max_nfev=MOST_EVALUATIONS
     )
     return End(low + found.x * scale, 2.0 * float(found.cost), len(known), bool(found.status > 0))

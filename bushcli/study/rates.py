@@ -73,17 +73,6 @@ def rates(
 ) -> TargetRates:
     """Return the rates of a design.
 
-    Parameters
-    ----------
-    cache : DesignCache
-    task : StudyTask
-        The case, and the keys to which `values` belong.
-    targets : sequence of Target
-    values : sequence of float
-        In the order of the task's keys, in the units of the case.
-    by : sequence of str
-        Keys of the task by which derivatives are wanted.
-
     Raises
     ------
     InputError, GeometryError

@@ -107,12 +107,7 @@ class Rows:
             raise _unwritable(error, folder) from None
 
     def add(self, rows: Sequence[Row]) -> None:
-        """Save rows, except those of designs that have a row already.
-
-        Parameters
-        ----------
-        rows : sequence of Row
-        """
+        """Save rows, except those of designs that have a row already."""
         fresh = [row for row in rows if row[DESIGN] not in self.done]
         try:
             for row in fresh:
@@ -133,13 +128,7 @@ class Rows:
             self._journal.close()
 
     def tables(self, columns: Sequence[str] | None = None) -> Iterator[Any]:
-        """Yield the blocks as Arrow tables, in the order of the designs; only one is in memory at a time.
-
-        Parameters
-        ----------
-        columns : sequence of str or None
-            None: all.
-        """
+        """Yield the blocks as Arrow tables, in the order of the designs; only one is in memory at a time."""
         for block in range(-(-self.count // BLOCK)):
             file = self._file(block)
             if file.exists():
@@ -151,12 +140,7 @@ class Rows:
                 yield table if columns is None else table.select(list(columns))
 
     def write(self, path: Path) -> None:
-        """Write all rows as one Parquet file.
-
-        Parameters
-        ----------
-        path : Path
-        """
+        """Write all rows as one Parquet file."""
         with self._parquet.ParquetWriter(path, self._schema, compression="zstd") as writer:
             for table in self.tables():
                 writer.write_table(table)
@@ -327,15 +311,7 @@ def _unwritable(error: OSError, folder: Path) -> InputError:
 
 
 def columns_of(keys: Mapping[str, bool], answers: Sequence[str], curves: Sequence[str]) -> dict[str, str]:
-    """Return the columns of a study, in the order of the table.
-
-    Parameters
-    ----------
-    keys : mapping of str to bool
-        Varied keys, and whether the values of each are numbers.
-    answers, curves : sequence of str
-        Names of columns of numbers, and of columns of lists of numbers.
-    """
+    """Return the columns of a study, in the order of the table."""
     columns = {DESIGN: "int"} | {key: "float" if number else "text" for key, number in keys.items()}
     columns |= dict.fromkeys((STATUS, KIND, REASON), "text") | dict.fromkeys(answers, "float")
     return columns | {CONDITIONS: "text", SECONDS: "float"} | dict.fromkeys(curves, "floats")

@@ -53,8 +53,6 @@ class Study:
     ----------
     case : Case
         The case as in the case file, without the varied keys' values.
-    task : StudyTask
-    plan : Plan
     summaries : mapping of str to Summary
         By answer; an answer that fewer than two designs have is left out.
     failures : tuple of Failure
@@ -67,7 +65,6 @@ class Study:
         Number of designs that failed, and of those that an earlier run had saved.
     seconds : float
         Time of all designs together, summed over the processes.
-    conditions : tuple of Condition
     """
 
     case: Case
@@ -89,12 +86,6 @@ SHOWN = 1000
 
 def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple[Case, Sequence[Value]]:
     """Return the case of the first design that is valid, and its values.
-
-    Parameters
-    ----------
-    cache : DesignCache
-    task : StudyTask
-    plan : Plan
 
     Raises
     ------
@@ -337,15 +328,7 @@ def _conditions(
 
 
 def definition(task: StudyTask, plan: Plan, case: Case) -> dict[str, Any]:
-    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
-
-    Parameters
-    ----------
-    task : StudyTask
-    plan : Plan
-    case : Case
-        The case without the varied keys' values.
-    """
+    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used."""
     # Of a list `vary` has the name of the file only.
     listed = {"list": hashlib.sha256(repr(plan.rows).encode()).hexdigest()} if plan.lines else {}
     return listed | {

@@ -12,7 +12,8 @@ from cases.mode import modes
 
 KINDS = ("initial", "secant", "tangent", "force", "travel")
 EXAMPLES = 'axial=350, radial.secant@2=2500, radial.secant@500N=2500, "axial=350 +- 10 %"'
-_LOAD = re.compile(r"(.+?)\s*(N|Nmm|N mm)\Z")
+# A number and what stands behind it.
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)\Z")
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,6 @@ class Target:
     ----------
     name : str
         As the user wrote it, without the value.
-    mode : str
     kind : str
         "initial" (stiffness at rest), "secant" (stiffness over the travel), "tangent" (stiffness there), "force", or
         "travel" (at a load).
@@ -62,6 +62,36 @@ class Target:
         return force if self.kind == "force" else f"{force}/{'deg' if turned else 'mm'}"
 
 
+def place_of(where: str, mode: str, text: str) -> tuple[float, bool]:
+    """Return what stands behind an "@", a travel (mm, degrees) or a load (N, N mm), and whether it is a load.
+
+    Raises
+    ------
+    InputError
+        There is no number, or its unit is neither that of a travel nor that of a load.
+    """
+    kind = modes()[mode]
+    travel, loads = (
+        ("deg", {"Nmm": 1.0, "Nm": 1e3, "kNm": 1e6}) if kind.rotational else ("mm", {"N": 1.0, "kN": 1e3})
+    )
+    units = " or ".join(loads)
+    expected = f"@2 or @2{travel} for a travel, @500 with {units} for a load"
+    if kind.specimen == "coupon":
+        travel, loads, expected = "", {}, "@0.5 for a stretch of 1.5, or for a shear of 0.5"
+    found = _NUMBER.match(text)
+    if found is None:
+        raise InputError(Problem(where, "has no number after @", "", expected))
+    unit = found[2].replace(" ", "")
+    if unit.startswith(","):
+        raise InputError(
+            Problem(where, "has a decimal comma", f"@{text.strip().replace(',', '.')}", expected)
+        )
+    if unit not in ("", travel, *loads):
+        what = f"{unit} is not the unit of a travel or of a load in mode {mode}"
+        raise InputError(Problem(where, what, nearest(unit, [travel, *loads]), expected))
+    return float(found[1]) * loads.get(unit, 1.0), unit in loads
+
+
 def target(text: str) -> Target:
     """Return the target that ``NAME=VALUE`` defines.
 
@@ -88,21 +118,16 @@ def target(text: str) -> Target:
     if (kind == "initial") == bool(at):
         what = "has a travel, but an initial stiffness has none" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))
-    loaded = _LOAD.match(travel.strip())
-    unit = "Nmm" if modes()[mode].rotational else "N"
+    q, loaded = place_of(where, mode, travel) if at else (math.nan, False)
     if (kind == "travel" and not loaded) or (kind == "force" and loaded):
         what = "force needs a travel" if loaded else "travel needs a load"
+        unit = "Nmm" if modes()[mode].rotational else "N"
         raise InputError(Problem(where, what, "", f"{mode}.force@5=1800, {mode}.travel@500{unit}=1.2"))
-    if loaded and loaded[2].replace(" ", "") != unit:
-        raise InputError(
-            Problem(where, f"{loaded[2]} is not the unit of a load in mode {mode}", "", f"@500{unit}")
-        )
     found = toleranced(wanted)
     try:
         value, deviation = (found.nominal, found.deviation) if found else (float(wanted), math.nan)
-        q = float(loaded[1] if loaded else travel) if at else math.nan
     except ValueError:
-        raise InputError(Problem(where, "has no number", "", EXAMPLES)) from None
+        raise InputError(Problem(where, f"{wanted or 'nothing'} is no number", "", EXAMPLES)) from None
     if not (value > 0.0 and math.isfinite(value)) or (at and not (math.isfinite(q) and q != 0.0)):
         raise InputError(
             Problem(where, "needs a value above 0, and a travel or load that is not 0", "", EXAMPLES)

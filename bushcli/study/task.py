@@ -103,15 +103,7 @@ class StudyTask:
 
 
 def with_fineness(cache: DesignCache, task: StudyTask, values: Sequence[Value]) -> StudyTask:
-    """Return the task with steps along recorded paths that are fine enough at one design.
-
-    Parameters
-    ----------
-    cache : DesignCache
-    task : StudyTask
-    values : sequence
-        Values of a design that is a valid case, in the order of the keys.
-    """
+    """Return the task with steps along recorded paths that are fine enough at one design."""
     case, material = task.load(values, cache.tables)
     if not case.effects or not case.recordings:
         return task
@@ -127,17 +119,7 @@ def written(value: Value) -> str:
 
 
 def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
-    """Simulate designs one after the other; the row of a design that fails has the reason.
-
-    Parameters
-    ----------
-    cache : DesignCache
-    task : StudyTask
-    first : int
-        Number of the first design.
-    rows : sequence of tuple
-        The values of each.
-    """
+    """Simulate designs one after the other; the row of a design that fails has the reason."""
     return [_evaluated(cache, task, first + i, values) for i, values in enumerate(rows)]
 
 
@@ -149,16 +131,7 @@ def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
 
 
 def failed_row(row: Row, kind: str, reason: str) -> Row:
-    """Return the row of a design that has failed.
-
-    Parameters
-    ----------
-    row : Row
-    kind : str
-        "input", "not_converged", "no_answer", "error" or "died".
-    reason : str
-        One sentence.
-    """
+    """Return the row of a design that has failed."""
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 
 

@@ -233,12 +233,7 @@ def _gaussian(key: str, spec: str, mean: float, std: float) -> Variable | None:
         return None
     reach = -float(_normal(np.array(TAIL))) * std
     return Variable(
-        key,
-        spec,
-        ppf=lambda u: mean + std * _normal(u),
-        low=mean - reach,
-        high=mean + reach,
-        nominal=mean,
+        key, spec, ppf=lambda u: mean + std * _normal(u), low=mean - reach, high=mean + reach, nominal=mean
     )
 
 

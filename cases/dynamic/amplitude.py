@@ -16,14 +16,15 @@ Krack and Gross (2019), Harmonic Balance for Nonlinear Vibration Problems, doi:1
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cases.dynamic.model import Branches, modulus
-from cases.dynamic.reduction import ReducedPencil, Sweep, VectorBasis
+from cases.dynamic.reduction import Change, ReducedPencil, Sweep, VectorBasis
 from cases.ranks import summed
 from cases.sine import ThinnedSpectrum
 
@@ -42,6 +43,32 @@ FLAT = 1e-9
 ENOUGH, MOST_ROUNDS = 5e-4, 4
 # Local amplitudes are tabulated up to this many times the elastic body's largest: strain gathers where rubber thins.
 ABOVE = 4.0
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A vibration in which moduli and state are in balance.
+
+    Attributes
+    ----------
+    amplitude, frequency : float
+        Of the sleeve, mm or rad; Hz.
+    stiffness : complex
+        N/mm or N mm/rad.
+    third : float
+        Third harmonic of the force over the first.
+    state : shape (k,)
+        Coefficients of the vectors under a unit motion.
+    local : shape (points,)
+        Local shear amplitude over the sleeve's.
+    """
+
+    amplitude: float
+    frequency: float
+    stiffness: complex
+    third: float
+    state: Complex
+    local: Array
 
 
 class UnevenModel:
@@ -99,14 +126,82 @@ class UnevenModel:
         frequency : shape (n,)
             Hz.
         """
-        found, third = np.empty(len(amplitude), dtype=np.complex128), np.empty(len(amplitude))
+        found = self.balances(amplitude, frequency)
+        return np.array([one.stiffness for one in found]), np.array([one.third for one in found])
+
+    def balances(self, amplitude: Array, frequency: Array) -> list[Balance]:
+        """Return the balances at amplitudes (n,) of the sleeve (mm or rad) and frequencies (n,) in Hz."""
+        found: dict[int, Balance] = {}
         for one in np.unique(frequency):
             own = np.flatnonzero(frequency == one)
             response = self._response(float(one), float(amplitude[own].max()))
             local = self._elastic
-            for i in own[np.argsort(amplitude[own])]:
-                found[i], third[i], local = self._balance(float(amplitude[i]), float(one), response, local)
-        return found, third
+            for i in map(int, own[np.argsort(amplitude[own])]):
+                found[i] = self._balance(float(amplitude[i]), float(one), response, local)
+                local = found[i].local
+        return [found[i] for i in range(len(amplitude))]
+
+    def of(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None = None) -> UnevenModel:
+        """Return the model of another relaxation over the same vectors.
+
+        Parameters
+        ----------
+        thinned, branches
+            As for the model.
+        density : float or None
+            Of the rubber, t/mm^3; None = the present one.
+        """
+        other = copy(self)
+        other._thinned, other._branches = thinned, branches
+        if density is not None:
+            other._reduced = replace(self._reduced, density=density)
+        return other
+
+    def slope(self, found: Sequence[Balance], more: UnevenModel, less: UnevenModel) -> Complex:
+        """Return by how much the stiffness of balances (n,) differs between two relaxations near this one.
+
+        To first order, with the local amplitudes held: the stiffness is stationary in the state. What the amplitudes
+        change by moving within the body is left out.
+
+        Parameters
+        ----------
+        found : sequence of Balance
+        more, less : UnevenModel
+            Those of `of`.
+        """
+        moved = np.empty(len(found), dtype=np.complex128)
+        for frequency in {one.frequency for one in found}:
+            own = [i for i, one in enumerate(found) if one.frequency == frequency]
+            largest = max(found[i].amplitude for i in own)
+            high, low = more._response(frequency, largest), less._response(frequency, largest)
+            for i in own:
+                gamma, x = found[i].amplitude * found[i].local, found[i].state
+                moved[i] = x @ self._over(high(gamma)[0] - low(gamma)[0]) @ x
+        return moved
+
+    def along(self, change: Change, found: Sequence[Balance]) -> Complex:
+        """Return the derivative of the stiffness of balances (n,) by a parameter of the model that is no relaxation's.
+
+        The viscous forces change as those of an even modulus that gives the same stiffness.
+
+        Parameters
+        ----------
+        change : Change
+            Derivatives of the matrices over all vectors.
+        found : sequence of Balance
+        """
+        i, values, reduced = self._motion, [], self._reduced
+        mass = reduced.density * reduced.rubber + reduced.metal
+        by_mass = reduced.density * change.rubber + change.metal
+        for one in found:
+            x, squared = one.state, (2.0 * np.pi * one.frequency) ** 2
+            viscous = one.stiffness - reduced.static[i, i] - x @ (reduced.equilibrium - squared * mass) @ x
+            if self._transfer and reduced.motions > reduced.driven:
+                viscous -= squared * mass[reduced.driven + i] @ x
+            s = viscous / (x @ reduced.viscous @ x)
+            by = change.equilibrium + s * change.viscous - squared * by_mass
+            values.append(change.static[i, i] + x @ by @ x)
+        return np.array(values)
 
     def enrich(self, amplitude: float, frequency: float) -> float:
         """Add vectors until they hardly change the stiffness; return by how much the last ones did, a ratio.
@@ -119,15 +214,15 @@ class UnevenModel:
             Hz.
         """
         response = self._response(frequency, amplitude)
-        found, _, local = self._balance(amplitude, frequency, response, self._elastic)
+        found = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
-            before = found
+            before, local = found.stiffness, found.local
             self._basis.add(self._residuals(response(amplitude * local)[0], frequency))
             self._take()
-            found, _, local = self._balance(amplitude, frequency, response, local)
-            if abs(found - before) <= ENOUGH * abs(found):
+            found = self._balance(amplitude, frequency, response, local)
+            if abs(found.stiffness - before) <= ENOUGH * abs(found.stiffness):
                 break
-        return abs(found - before) / abs(found)
+        return abs(found.stiffness - before) / abs(found.stiffness)
 
     def _response(self, frequency: float, amplitude: float) -> LocalResponse:
         """Return the local harmonics at a frequency up to what the largest amplitude (mm or rad) may cause."""
@@ -140,10 +235,8 @@ class UnevenModel:
 
         return harmonics
 
-    def _balance(
-        self, amplitude: float, frequency: float, response: LocalResponse, local: Array
-    ) -> tuple[complex, float, Array]:
-        """Bring moduli and state into balance; return stiffness, third harmonic, and local amplitude over the sleeve's.
+    def _balance(self, amplitude: float, frequency: float, response: LocalResponse, local: Array) -> Balance:
+        """Bring moduli and state into balance.
 
         Parameters
         ----------
@@ -162,7 +255,8 @@ class UnevenModel:
             if abs(found - known) <= SETTLED * abs(found):
                 break
             known = found
-        return found, float(abs(x @ self._over(t) @ x) / abs(found)), local
+        third = float(abs(x @ self._over(t) @ x) / abs(found))
+        return Balance(amplitude, frequency, found, third, x, local)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""

@@ -22,7 +22,8 @@ from cases.model import FiniteElementModel
 from cases.motion import PoseMotion
 from cases.newton import negative_eigenvalues
 from cases.ranks import summed
-from cases.rigid import completed, reactions, solved, turned
+from cases.reaction import reactions
+from cases.rigid import completed, solved, turned
 from cases.six import possible, skew
 from geometry.dolfinx_api import collapsed
 

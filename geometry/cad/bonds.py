@@ -84,7 +84,7 @@ def find_bonds(
         if (
             rules.get(bond)
             and all(rule.is_box for rule in rules[bond])
-            and not _by_boxes(rules.get(other, ()))
+            and not any(rule.is_box for rule in rules.get(other, ()))
         ):
             # A box around an outer face contains the inner one, too, which the other bond names more precisely.
             found = [tag for tag in found if tag not in every[other][0]]
@@ -122,11 +122,6 @@ def _refuse_exchanged(labels: Mapping[int, str], faces: Sequence[Sampled], axis:
             "an inner bond nearer to the axis than the outer one: exchange the two rules",
             view_of(labels),
         )
-
-
-def _by_boxes(rules: Sequence[Rule]) -> bool:
-    """Whether a rule of a bond says no more than where faces lie."""
-    return any(rule.is_box for rule in rules)
 
 
 def _bond(

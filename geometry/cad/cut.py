@@ -106,17 +106,14 @@ def _boundaries(
             continue
         points = _inner_points(face)
         local = found.frame.local(points)
-        plane = next((p for p in sorted(found.planes) if _lies_in(local, "xyz".index(p), found.size)), None)
+        away = dict(zip("xyz", np.abs(local).max(axis=0), strict=True))
+        plane = next((p for p in sorted(found.planes) if away[p] < FLAT * found.size), None)
         if plane is not None:
             boundaries.setdefault(f"mirror_{plane}", {})[face] = 0
         else:
             origin = _origin(points, originals, boxes)
             boundaries.setdefault(found.labels[origin], {})[face] = origin
     return boundaries
-
-
-def _lies_in(points: Array, component: int, size: float) -> bool:
-    return bool(np.abs(points[:, component]).max() < FLAT * size)
 
 
 def _inner_points(face: int) -> Array:

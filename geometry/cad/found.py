@@ -20,9 +20,8 @@ from geometry.cad.notes import captions_of, notes_of, shown
 from geometry.cad.part import Part, open_part
 from geometry.cad.roles import IGNORED, INNER, OUTER, RUBBER, roles_of
 from geometry.cad.rules import Rule
-from geometry.cad.sampling import Sampled, extent, sample
+from geometry.cad.sampling import Sampled, extent, local_thickness, sample
 from geometry.cad.splines import measured
-from geometry.cad.thickness import local_thickness
 from geometry.cad.triangles import view_of
 from geometry.cad.whole import refuse_segment
 from geometry.errors import GeometryError

@@ -20,10 +20,9 @@ from geometry.errors import GeometryError
 from geometry.estimate import Fine, tetrahedra
 from geometry.grading import Sizes, grade
 from geometry.isolated import isolated, seconds_for
-from geometry.raw import Ints, RawMesh, from_gmsh, mirrored, to_gmsh
+from geometry.raw import Ints, RawMesh, from_gmsh, mirrored, straightened, to_gmsh
 from geometry.session import model, refusing, session
 from geometry.shape import Mirrors, Names, Refinement
-from geometry.straight import straightened
 from geometry.view import View
 
 # Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on

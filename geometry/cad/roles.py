@@ -45,7 +45,7 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
             used.add(key)
             roles[tag] = given[key]
         else:
-            roles[tag] = _by_name(name) or ""
+            roles[tag] = next((role for role, words in _WORDS.items() if re.search(words, name, re.I)), "")
     for key in given:
         if key not in used:
             listed = _listed(solids)
@@ -61,7 +61,7 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
     for tag, role in roles.items():
         if not role:
             plates += 1
-            roles[tag] = _identifier(solids[tag]) or f"plate_{plates}"
+            roles[tag] = re.sub(r"\W+", "_", solids[tag]).strip("_").lower() or f"plate_{plates}"
     return roles
 
 
@@ -72,15 +72,6 @@ def _numbered(solids: Mapping[int, str]) -> View | None:
         for _, face in model().getBoundary([(3, tag)], oriented=False):
             labels.setdefault(int(face), f"{number}: {name or 'no name'}")
     return view_of(labels)
-
-
-def _by_name(name: str) -> str | None:
-    found = [role for role, words in _WORDS.items() if re.search(words, name, re.I)]
-    return found[0] if found else None
-
-
-def _identifier(name: str) -> str:
-    return re.sub(r"\W+", "_", name).strip("_").lower()
 
 
 def _listed(solids: Mapping[int, str]) -> str:

@@ -134,9 +134,10 @@ class Section(Meets):
         found, metal, drawing = self.found, self.elastic_sleeves, self._drawing
         symmetry = "symmetric" if found.symmetric else "not symmetric"
         unit = () if drawing is None else (STATES.format(drawing.stated),) if drawing.stated else ()
+        bodies = (f"{one} ({described(metal[one])})" if one in metal else one for one in found.regions)
         return (
             *unit,
-            f"bodies: {', '.join(_body(name, metal) for name in found.regions)}",
+            f"bodies: {', '.join(bodies)}",
             f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
             *((UNSTATED,) if drawing and drawing.unit is None else ()),
         )
@@ -204,7 +205,3 @@ class Section(Meets):
     def elastic_sleeves(self) -> Mapping[str, Metal]:
         regions = self.found.regions
         return metals(self.plates, regions, regions, self.where)
-
-
-def _body(name: str, metal: Mapping[str, Metal]) -> str:
-    return f"{name} ({described(metal[name])})" if name in metal else name

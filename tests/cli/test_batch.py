@@ -11,6 +11,7 @@ from click.testing import CliRunner, Result
 
 from bushcli.case import load_case
 from bushcli.cli import main
+from bushcli.study.batch import shift
 from tests.cli.test_six import CASE
 
 COUNT, SPREAD = 20, 0.04
@@ -184,3 +185,33 @@ def test_recordings_that_end_some_samples_earlier_ran_the_same_program(
     found = json.loads(done.stdout)
     assert found["programs"] == 1
     assert not any(one["own_simulation"] for one in found["parts"])
+
+
+@pytest.mark.parametrize(("begin", "expected"), [(13, 13.0), (7.4, 7.4), (-11, -11.0), (0, 0.0)])
+def test_a_recording_that_begins_at_another_phase_is_of_the_same_program(
+    begin: float, expected: float
+) -> None:
+    """Four sines of 50 samples each; a negative number is a rest before the program."""
+    program = np.sin(2.0 * np.pi * np.arange(201) / 50.0)
+    if begin < 0:
+        other = np.concatenate([np.zeros(-int(begin)), program])
+    else:
+        other = np.sin(2.0 * np.pi * (np.arange(201 - begin) + begin) / 50.0)
+    assert shift(program, other) == pytest.approx(expected, abs=0.05)
+    # Another amplitude, or hardly anything in common, is another program.
+    assert shift(program, 1.1 * other) is None
+    assert shift(program[:60], -program[:60]) is None
+
+
+def test_parts_recorded_from_another_phase_on_share_one_simulation(tmp_path: Path, curve: np.ndarray) -> None:
+    case, factors = batch_of(tmp_path, curve, planted=False)
+    for number, skipped in ((3, 17), (8, 31), (12, 5)):
+        file = tmp_path / "parts" / f"part_{number:02d}.csv"
+        head, *rows = file.read_text().splitlines()
+        file.write_text("\n".join([head, *rows[skipped:]]) + "\n")
+    done = bushcli("batch", case, "-q", "-o", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert (found["programs"], found["outliers"]) == (1, [])
+    ratio = np.array([one["factor"] for one in found["parts"]]) / factors
+    assert ratio / ratio.mean() == pytest.approx(np.ones(COUNT), rel=2e-3)

@@ -9,7 +9,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bushcli.cli import main
-from tests.cli.test_six import CASE
+from bushcli.report.plots.curves import compare_panels
+from bushcli.study.compare import ComparedResult, compare, curves_in
+from tests.cli.test_six import CASE, PATH, REACTIONS
 
 LOAD = '[[load_cases]]\nmode = "axial"\namplitude = 1.0\nsteps = 4\n'
 
@@ -111,3 +113,52 @@ def test_an_identified_law_is_compared_by_the_curves_of_its_case(tmp_path: Path)
     moved = bushcli("compare", tmp_path / "soft.toml", out)
     assert moved.exit_code == 0, moved.output
     assert "identified is compared without curves" in moved.output
+
+
+def result_of(case: dict[str, object], **more: object) -> ComparedResult:
+    result = {"case": case, "command": "direct", **more}
+    return ComparedResult("a", result, curves_in(result))
+
+
+def test_parts_that_one_case_lacks_are_one_difference() -> None:
+    parts = [
+        {"name": f"part_{i:02d}", "mode": "axial", "file": f"parts/part_{i:02d}.csv"} for i in range(1, 21)
+    ]
+    mean = [{"name": "axial", "mode": "axial", "file": "mean.csv"}]
+    found = compare([result_of({"specimens": parts}), result_of({"recordings": mean, "specimens": []})])
+    assert {one.key: one.values for one in found.keys} == {
+        "recordings": (None, "axial"),
+        "specimens": ("20: part_01 ... part_20", None),
+    }
+    # Of equal lists the entries are compared.
+    other = [{**parts[0], "file": "again.csv"}, *parts[1:]]
+    found = compare([result_of({"specimens": one}) for one in (parts, other)])
+    assert [one.key for one in found.keys] == ["specimens.part_01.file"]
+
+
+def test_six_motions_are_compared_reaction_by_reaction() -> None:
+    """The reactions over time; a moment of 1e-9 N mm is a rounding error."""
+    forces = {name: [0.0, 1e-9, 2e-9] for name in REACTIONS} | {
+        "fx": [0.0, 100.0, 200.0],
+        "mz": [0.0, 50.0, 80.0],
+    }
+    channels = [
+        {"name": "path", "mode": "path", "time": [0.0, 1.0, 2.0], "force": forces | {"fx": fx}}
+        for fx in ([0.0, 100.0, 200.0], [0.0, 100.0, 220.0])
+    ]
+    found = compare([result_of({}, load_cases=[one]) for one in channels])
+    assert {one.channel: one.percent[1] for one in found.curves} == {
+        "path fx": pytest.approx(10.0),
+        "path mz": pytest.approx(0.0),
+    }
+    (force, _) = compare_panels(found)
+    assert force.rows[0][0].labels == ("time [s]", "force [N]")
+
+
+@pytest.mark.slow
+def test_results_of_six_motions_have_a_page(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(CASE + PATH)
+    (tmp_path / "b.toml").write_text((CASE + PATH).replace("C10 = 0.5", "C10 = 0.6"))
+    done = bushcli("compare", tmp_path / "a.toml", tmp_path / "b.toml", "-q", "-o", tmp_path / "out")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "out" / "path_fx-compare.svg").exists()

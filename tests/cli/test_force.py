@@ -10,6 +10,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bushcli.cli import main
+from bushcli.curve.curve import Curve
+from bushcli.study.answers import NoAnswer, loading
+from bushcli.study.target import place_of
 from tests.cli.test_six import CASE
 
 LOADED = """
@@ -128,7 +131,10 @@ def test_rates_at_a_load_are_those_at_its_travel(tmp_path: Path) -> None:
     [
         ("axial.force@5N=3", "force needs a travel"),
         ("axial.travel@5=3", "travel needs a load"),
-        ("axial.secant@5Nmm=3", "Nmm is not the unit of a load"),
+        ("axial.secant@5Nmm=3", "Nmm is not the unit of a travel or of a load in mode axial"),
+        ("axial@500=300", 'did you mean "axial@500N, if it is a load"?'),
+        ("axial@0,5=300", 'did you mean "@0.5"?'),
+        ("axial=300N/mm", "300N/mm is no number"),
         ("axial.secant@0N=3", "that is not 0"),
     ],
 )
@@ -136,3 +142,26 @@ def test_wrong_targets_are_refused(tmp_path: Path, target: str, said: str) -> No
     done = run(tmp_path, LOADED, "design", f"--target={target}", "--vary=geometry.length=30:50")
     assert done.exit_code == 2
     assert said in done.output
+
+
+@pytest.mark.parametrize(
+    ("place", "mode", "expected"),
+    [
+        ("0.5kN", "axial", (500.0, True)),
+        ("500 N", "axial", (500.0, True)),
+        ("2mm", "radial", (2.0, False)),
+        ("-2", "radial", (-2.0, False)),
+        ("5 Nm", "torsional", (5000.0, True)),
+        ("8deg", "torsional", (8.0, False)),
+    ],
+)
+def test_a_travel_or_a_load_may_have_its_unit(place: str, mode: str, expected: tuple[float, bool]) -> None:
+    assert place_of("--answer", mode, place) == expected
+
+
+def test_a_load_without_unit_is_a_travel_that_no_curve_reaches() -> None:
+    curve = Curve("axial", [0.0, 1.0, 2.0], [0.0, 300.0, 600.0])
+    with pytest.raises(NoAnswer, match="from 0 to 2 mm; a load has its unit, @500N"):
+        loading(curve, 500.0, "axial.secant@500")
+    with pytest.raises(NoAnswer, match=r"from 0 to 2 mm$"):
+        loading(curve, 3.0, "axial.secant@3")

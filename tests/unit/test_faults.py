@@ -243,14 +243,14 @@ def test_another_channel_of_the_rubber_makes_a_wrong_unit_certain():
 )
 def test_a_fault_that_the_user_accepts_is_none(spoilt, kind):
     assert kinds(find_faults(bushing(), [spoilt])) == [("axial", kind, True)]
-    assert find_faults(bushing(), [replace(spoilt, sound=(kind,))]) == ()
+    assert find_faults(bushing(), [replace(spoilt, accepted_faults=(kind,))]) == ()
 
 
 def test_accepted_spikes_are_used(tmp_path):
     rows = [f"{0.1 * i:.1f},{0.2 * i:.2f},{58.0 * i + (900 if i == 20 else 0):.1f}" for i in range(40)]
     source = written(tmp_path, rows)
     assert bad_samples(read_recording(source)).sum() == 1
-    accepted = read_recording(replace(source, sound=("spikes",)))
+    accepted = read_recording(replace(source, accepted_faults=("spikes",)))
     assert not bad_samples(accepted).any()
     assert find_faults(bushing(), [accepted]) == ()
 

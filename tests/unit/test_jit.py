@@ -190,7 +190,7 @@ def test_forms_that_differ_in_numbers_share_their_code():
     from dolfinx import fem, mesh
     from mpi4py import MPI
 
-    from cases.literals import without_literals
+    from cases.surfaces import without_literals
 
     square = mesh.create_unit_square(MPI.COMM_SELF, 2, 2)
     x, ds = ufl.SpatialCoordinate(square), ufl.Measure("ds", square)

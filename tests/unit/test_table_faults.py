@@ -43,7 +43,7 @@ def test_moduli_of_no_elastomer_are_a_wrong_unit(scale, meant):
     (fault,) = table_faults(PLAIN, [sweeps([20.0], scale)])
     assert (fault.kind, fault.fatal) == ("unit", True)
     assert f'storage = "{meant}"' in fault.remedy
-    assert kinds(replace(sweeps([20.0], scale), accept=("unit",))) == []
+    assert kinds(replace(sweeps([20.0], scale), accepted_faults=("unit",))) == []
 
 
 def test_the_stiffness_of_a_bushing_is_judged_by_its_shape():

@@ -85,7 +85,7 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         files=source.files,
         places=places,
         remarks=remarks,
-        accept=source.accept,
+        accepted_faults=source.accepted_faults,
     )
 
 

@@ -56,7 +56,7 @@ class DynamicSource:
         Modulus of a coupon.
     frequency, amplitude, preload, preload_force, temperature : float, optional
         Of the whole file: Hz; mm, rad or strain (peak); mm, rad or strain; N, N mm or MPa; degrees C.
-    accept : tuple of FaultKind
+    accepted_faults : tuple of FaultKind
         Kinds of faults that the case file says are none.
     """
 
@@ -79,7 +79,7 @@ class DynamicSource:
     preload: float | None = None
     preload_force: float | None = None
     temperature: float | None = None
-    accept: tuple[FaultKind, ...] = ()
+    accepted_faults: tuple[FaultKind, ...] = ()
 
     @property
     def label(self) -> str:

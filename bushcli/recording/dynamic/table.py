@@ -47,7 +47,7 @@ class DynamicTable:
         File and line, or file and times, of each row.
     remarks : tuple of str
         How the files were read, and what was understood from them.
-    accept : tuple of FaultKind
+    accepted_faults : tuple of FaultKind
         Kinds of faults that the case file says are none.
     """
 
@@ -67,7 +67,7 @@ class DynamicTable:
     files: tuple[Path, ...] = ()
     places: tuple[str, ...] = field(default=(), repr=False)
     remarks: tuple[str, ...] = ()
-    accept: tuple[FaultKind, ...] = ()
+    accepted_faults: tuple[FaultKind, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""

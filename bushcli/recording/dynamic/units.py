@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from bushcli.recording.header.units import unit_size
+from bushcli.recording.header.units import TEMPERATURES, unit_size
 
 #: Powers of time, length, force and angle -> kind.
 _KINDS = {
@@ -27,12 +27,6 @@ _FREQUENCIES = {
     "hz": 1.0, "hertz": 1.0, "khz": 1e3, "mhz": 1e-3, "rad/s": 0.5 / math.pi, "rads-1": 0.5 / math.pi,
     "rad/sec": 0.5 / math.pi, "rad·s-1": 0.5 / math.pi, "rad*s-1": 0.5 / math.pi, "rpm": 1 / 60, "cpm": 1 / 60,
 }  # fmt: skip
-#: Factor to kelvins, and the value in degrees C of zero.
-_TEMPERATURES = {
-    "°c": (1.0, 0.0), "degc": (1.0, 0.0), "℃": (1.0, 0.0), "c": (1.0, 0.0), "celsius": (1.0, 0.0), "∑c": (1.0, 0.0),
-    "k": (1.0, -273.15), "kelvin": (1.0, -273.15),
-    "°f": (5 / 9, -160 / 9), "degf": (5 / 9, -160 / 9), "f": (5 / 9, -160 / 9), "fahrenheit": (5 / 9, -160 / 9),
-}  # fmt: skip
 #: "Ns/mm", "kNs/m", "Nms/rad": a force, or a moment, times seconds, written together.
 _IMPULSE = re.compile(r"(?<![^\W_])([kM]?N)(mm|m)?s(?![^\W_])")
 
@@ -52,8 +46,8 @@ def read_unit(text: str) -> DynamicUnit | None:
     low = bare.lower()
     if low in _FREQUENCIES:
         return DynamicUnit("frequency", _FREQUENCIES[low])
-    if low in _TEMPERATURES:
-        return DynamicUnit("temperature", *_TEMPERATURES[low])
+    if low in TEMPERATURES:
+        return DynamicUnit("temperature", *TEMPERATURES[low])
     if bare in ("1", "-", "--"):
         return DynamicUnit("strain", 1.0)
     if not bare or any(character.isdigit() for character in bare[:1]):

@@ -202,6 +202,13 @@ _SCALED = re.compile(
     rf"|(?P<plain>{_NUMBER}))\s*[x×*·]?\s*(?P<unit>[^\W\d_].*|[%°‰\"'].*)"
 )
 
+#: Factor to kelvins, and the value in degrees C of zero.
+TEMPERATURES = {
+    "°c": (1.0, 0.0), "degc": (1.0, 0.0), "℃": (1.0, 0.0), "c": (1.0, 0.0), "celsius": (1.0, 0.0), "∑c": (1.0, 0.0),
+    "k": (1.0, -273.15), "kelvin": (1.0, -273.15),
+    "°f": (5 / 9, -160 / 9), "degf": (5 / 9, -160 / 9), "f": (5 / 9, -160 / 9), "fahrenheit": (5 / 9, -160 / 9),
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Unit:

@@ -15,6 +15,7 @@ from bushcli.recording.text.fields import NUMBER, is_grouped, is_number, only_nu
 from bushcli.recording.text.lines import COMMENTS, Line, lines_of, split_line, trimmed
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int_]
 
 #: Lines of a file, at its beginning, from which the form of its rows is taken, and least number of lines of a run: up
 #: to these, reading line by line takes a tenth of a second.
@@ -103,9 +104,9 @@ class SplitRows:
         texts = self.texts(column)
         return np.array([to_float(text, decimal) for text in texts]), only_numbers(texts, decimal)
 
-    def first(self, count: int) -> SplitRows:
-        """Return the first rows."""
-        return SplitRows(self.fields[:count], self.lines[:count])
+    def of_rows(self, rows: Index) -> SplitRows:
+        """Return some rows, by their indices (n,) from 0."""
+        return SplitRows([self.fields[i] for i in rows], [self.lines[i] for i in rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +173,15 @@ class AlikeRows:
             found.append(np.loadtxt(lines, usecols=column, delimiter=delimiter, comments=None, ndmin=1))
         return np.concatenate(found), True
 
-    def first(self, count: int) -> AlikeRows:
-        """Return the first rows."""
-        return replace(self, end=int(self._ends[count - 1]) + 1) if count else replace(self, end=self.begin)
+    def of_rows(self, rows: Index) -> AlikeRows | SplitRows:
+        """Return some rows, by their indices (n,) from 0; consecutive ones remain a run."""
+        if len(rows) and rows[-1] - rows[0] == len(rows) - 1:
+            begin = self.begin if rows[0] == 0 else int(self._ends[rows[0] - 1]) + 1
+            return replace(self, begin=begin, end=int(self._ends[rows[-1]]) + 1, at=self.at + int(rows[0]))
+        width = len(self.form.numeric)
+        return SplitRows(
+            [[self.written(i, k) for k in range(width)] for i in rows], [self.line(int(i)) for i in rows]
+        )
 
 
 def end_of_head(text: str) -> int:

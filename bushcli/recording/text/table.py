@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from bushcli.recording.text.fields import is_number, says_missing, sentinel
 from bushcli.recording.text.rows import AlikeRows, SplitRows
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int_]
 
 #: Larger values are slips or codes for errors; the limit is so low that products of measured values stay finite.
 LARGEST = 1e100
@@ -102,6 +104,10 @@ class Table(ABC):
         RecordingError
             At the first field that is not a finite number or looks like a code for a missing value.
         """
+
+    @abstractmethod
+    def of_rows(self, rows: Index) -> Table:
+        """Return the table of some rows, by their indices (n,) from 0."""
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates, times of day or durations as seconds since the first; None for other columns.
@@ -203,6 +209,10 @@ class ArrayTable(Table):
             raise self.refuse_code(code, column, float(values[code]))
         return values
 
+    def of_rows(self, rows: Index) -> ArrayTable:
+        """Return the table of some samples; see `Table.of_rows`."""
+        return replace(self, columns=tuple(None if one is None else one[rows] for one in self.columns))
+
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or durations as seconds since the first; see `Table.clock`."""
         raw = self.columns[column]
@@ -272,6 +282,14 @@ class TextTable(Table):
         if code is not None:
             raise self.refuse_code(code, column, values[code])
         return values
+
+    def of_rows(self, rows: Index) -> TextTable:
+        """Return the table of some rows; see `Table.of_rows`."""
+        ends = np.cumsum([0, *map(len, self.parts)])
+        own = (rows[(rows >= at) & (rows < end)] - at for at, end in pairwise(ends))
+        return replace(
+            self, parts=tuple(part.of_rows(index) for part, index in zip(self.parts, own, strict=True))
+        )
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""

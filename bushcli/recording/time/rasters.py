@@ -25,8 +25,7 @@ from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
-from bushcli.recording.text.rows import AlikeRows, SplitRows
-from bushcli.recording.text.table import ArrayTable, Table, TextTable
+from bushcli.recording.text.table import ArrayTable, Table
 from bushcli.recording.time.clock import even_stamps
 from cases.mode import Mode
 
@@ -118,6 +117,10 @@ class JoinedTable(Table):
         """Return a column as numbers; see `Table.numbers`."""
         table, index = self.places[column]
         return table.numbers(index, accepted)
+
+    def of_rows(self, rows: NDArray[np.int_]) -> JoinedTable:
+        """Return the table of some rows; see `Table.of_rows`."""
+        return replace(self, places=tuple((table.of_rows(rows), index) for table, index in self.places))
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day; see `Table.clock`."""
@@ -314,18 +317,7 @@ def _filled(table: Table, index: int) -> int:
 
 
 def _first_rows(table: Table, count: int) -> Table:
-    if count == len(table):
-        return table
-    if isinstance(table, ArrayTable):
-        return replace(table, columns=tuple(None if one is None else one[:count] for one in table.columns))
-    if isinstance(table, JoinedTable):
-        return replace(table, places=tuple((_first_rows(one, count), i) for one, i in table.places))
-    assert isinstance(table, TextTable)
-    parts: list[SplitRows | AlikeRows] = []
-    for part in table.parts:
-        parts.append(part.first(min(len(part), count)))
-        count -= len(parts[-1])
-    return replace(table, parts=tuple(parts))
+    return table if count == len(table) else table.of_rows(np.arange(count))
 
 
 def interpolated(

@@ -51,7 +51,9 @@ def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
 
 def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
     """Draw the deformed shape and, dashed, the outline before the load."""
-    scale = _scale(surface)
+    values = surface.stretch[surface.rubber]
+    top = float(np.quantile(values, 1.0 - _BEYOND)) if values.size else 1.0
+    scale = Normalize(1.0, max(top, 1.01))
     with style():
         if not projection.is_section(surface):
             view = projection.cut_view(surface.reference)
@@ -61,12 +63,6 @@ def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
         body = projection.revolved(surface)
         view = projection.revolved_view()
         return _Drawing(body, body.deformed, view, scale, closed=False).figure(title, note)
-
-
-def _scale(surface: Surface) -> Normalize:
-    values = surface.stretch[surface.rubber]
-    top = float(np.quantile(values, 1.0 - _BEYOND)) if values.size else 1.0
-    return Normalize(1.0, max(top, 1.01))
 
 
 class _Drawing:

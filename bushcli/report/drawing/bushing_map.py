@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bushcli.mismatch.maps import LocalMap
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK
 from bushcli.report.drawing.picture import literal, new_figure, style
-from bushcli.report.drawing.projection import cut, cut_view, shade
+from bushcli.report.drawing.projection import cut, cut_view, normals, shade
 from bushcli.report.plots.places import numbering
 
 Array = NDArray[np.float64]
@@ -129,6 +129,8 @@ def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
     _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     outside = first[count == 1]
     shapes, values = found.points[faces[outside][:, [0, 1, 2, -1]]], found.factor[owner[outside]]
+    outward = shapes.mean(axis=1) - found.points[found.cells[owner[outside]]].mean(axis=1)
+    outward = normals(shapes) * np.sign(np.einsum("ij,ij->i", normals(shapes), outward))[:, None]
     reach = float(np.abs(found.points[:, 1]).max())
     if found.points[:, 1].min() < -0.1 * reach and found.points[:, 1].max() > 0.1 * reach:
         # Nodes lie in y = 0: a plane through them would cut no cell.
@@ -139,7 +141,10 @@ def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
         met, of_cell = cut(found.points[found.cells[:, cells].reshape(-1, 4)], y, level, above=False)
         shapes = np.concatenate([kept[:, [0, 1, 2, 2]], met])
         values = np.concatenate([np.tile(values, 2)[of], np.repeat(found.factor, len(cells))[of_cell]])
+        outward = np.concatenate([np.tile(outward, (2, 1))[of], np.tile(-y, (len(met), 1))])
     view = cut_view(shapes)
-    order = np.argsort(view.depth(shapes.mean(axis=1)))
+    # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.
+    seen = np.flatnonzero(outward @ view.towards > 0.0)
+    order = seen[np.argsort(view.depth(shapes[seen].mean(axis=1)))]
     bright = shade(shapes, view)[order]
     return view.project(shapes)[order], values[order], bright

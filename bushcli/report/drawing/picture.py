@@ -103,7 +103,7 @@ def plotted(panels: Panels) -> Picture:
             bar = figure.colorbar(
                 ScalarMappable(Normalize(-scale[0], scale[0]), DIVERGING), ax=axes, pad=0.015
             )
-            bar.set_label(literal(scale[1]), fontsize=9)
+            bar.set_label(wrapped(scale[1], 0.9 * sum(high), 9), fontsize=9)
             bar.outline.set_visible(False)  # type: ignore[operator]
         figure.suptitle(
             wrapped(panels.title, figure.get_figwidth(), 12),

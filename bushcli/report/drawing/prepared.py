@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.document import Plot, Region, Series
+from bushcli.report.document import Plot, Region
 
 Array = NDArray[np.floating[Any]]
 
@@ -32,7 +32,13 @@ def prepared(plot: Plot) -> Plot:
     """Return the plot with limits, thinned curves and outlines, and one place for each number."""
     if plot.is_prepared:
         return plot
-    plot = replace(plot, series=[_thinned(one) for one in plot.series], regions=_outlined(plot.regions))
+    series = []
+    for one in plot.series:
+        if len(one.x) > MOST and one.error is None:
+            x, y = thinned(one.x, one.y, MOST, one.mark != "line")
+            one = replace(one, x=x, y=y)
+        series.append(one)
+    plot = replace(plot, series=series, regions=_outlined(plot.regions))
     plot = replace(plot, x=plot.x or _limits(plot, 0), y=plot.y or _limits(plot, 1))
     return replace(plot, regions=_placed(plot), is_prepared=True)
 
@@ -40,7 +46,9 @@ def prepared(plot: Plot) -> Plot:
 def pane(plot: Plot) -> tuple[float, float, float, float]:
     """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
     longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
-    left = min(max(62.0 if plot.labels[1] else 12.0, 7.2 * longest + 16), 0.45 * plot.width)
+    # An axis without label has its numbers, too, unless it has names.
+    least = 62.0 if plot.labels[1] or not plot.y_names else 12.0
+    left = min(max(least, 7.2 * longest + 16), 0.45 * plot.width)
     left += 16 if plot.labels[1] else 0
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)
     bottom = (46.0 if plot.labels[0] else 26.0) + 16 * lines
@@ -96,13 +104,6 @@ def _limits(plot: Plot, axis: int) -> tuple[float, float]:
 
 
 # -- curves ------------------------------------------------------------------------------------------------------------
-
-
-def _thinned(series: Series) -> Series:
-    if len(series.x) <= MOST or series.error is not None:
-        return series
-    x, y = thinned(series.x, series.y, MOST, series.mark != "line")
-    return replace(series, x=x, y=y)
 
 
 def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, Array]:

@@ -161,7 +161,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
     group = group.ravel()
     owner = np.repeat(np.arange(len(surface.reference)), 4)
-    normal = _normal(surface.reference)
+    normal = normals(surface.reference)
     order = np.argsort(group, kind="stable")
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     one, other = owner[order[first]], owner[order[first + count - 1]]
@@ -173,8 +173,10 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
 def revolved(surface: Surface) -> Surface:
     """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
-    bounding = _bounding(surface.reference)
-    face, side = np.nonzero(bounding.reshape(-1, 4))
+    middle = np.round(face_edges(surface.reference).mean(axis=1), 5)
+    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
+    # Sides that belong to one face only bound the half-plane.
+    face, side = np.nonzero((count[group.ravel()] == 1).reshape(-1, 4))
     ends = edges[side]
     angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
 
@@ -209,10 +211,10 @@ def faces_the_eye(pieces: Array, view: Projection) -> NDArray[np.bool_]:
 
     Their corners, (n, 4, 3), are counter-clockwise seen from outside.
     """
-    return np.asarray(_normal(pieces) @ view.towards > 0.0)
+    return np.asarray(normals(pieces) @ view.towards > 0.0)
 
 
-def _normal(pieces: Array) -> Array:
+def normals(pieces: Array) -> Array:
     """Unit normals of faces (n, 3 or 4, 3), outwards where their corners are counter-clockwise, (n, 3)."""
     normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, -1] - pieces[:, 1])
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30))
@@ -224,7 +226,7 @@ def shade(pieces: Array, view: Projection, contrast: float = 0.16) -> Array:
     The contrast is low where the colour of a face shows a value.
     """
     light = view.towards + 0.7 * view.up - 0.5 * view.right
-    return np.asarray(1.0 - contrast * (1.0 - np.abs(_normal(pieces) @ light) / np.linalg.norm(light)))
+    return np.asarray(1.0 - contrast * (1.0 - np.abs(normals(pieces) @ light) / np.linalg.norm(light)))
 
 
 # What a plane makes of a triangle or a tetrahedron, by the number of corners below it: the corners of each part lie on
@@ -268,12 +270,6 @@ def cut(
             parts.append(corners[at][:, i] + share * (corners[at][:, j] - corners[at][:, i]))
             owner.append(at)
     return np.concatenate(parts), np.concatenate(owner)
-
-
-def _bounding(faces: Array) -> NDArray[np.bool_]:
-    middle = np.round(face_edges(faces).mean(axis=1), 5)
-    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
-    return np.asarray(count[group.ravel()] == 1)
 
 
 def _turned(points: Array, angle: float) -> Array:

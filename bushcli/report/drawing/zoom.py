@@ -113,17 +113,23 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
 def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
     """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
     if logarithmic:
-        factors = (1, 2, 5) if high < 50 * low else (1,)
+        mantissas = (1, 2, 5) if high < 50 * low else (1,)
         powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-        every = [factor * 10.0**power for power in powers for factor in factors]
+        every = [factor * 10.0**power for power in powers for factor in mantissas]
         found = [v for v in every if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
         if len(found) > 1:
             return found
     raw = (high - low) / most
     power = 10.0 ** math.floor(math.log10(raw))
-    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= raw * (1 - 1e-9))
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [i * step for i in range(first, last + 1)]
+    factors = (0.5, 1, 2, 5, 10)
+    chosen = next(i for i in range(1, 5) if power * factors[i] >= raw * (1 - 1e-9))
+    found = []
+    # One number alone gives no scale: the steps are then finer.
+    while len(found) < 2 and chosen >= 0:
+        step = power * factors[chosen]
+        found = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+        chosen -= 1
+    return found
 
 
 def _grid(plot: Plot) -> str:

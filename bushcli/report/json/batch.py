@@ -9,7 +9,7 @@ from bushcli.inverse.file_units import in_file_units
 from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.quantity import quantities
 from bushcli.report.views.batch import stiffness
-from bushcli.study.batch import Batch, BatchCurve, BatchPart
+from bushcli.study.batch import Batch
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
 
@@ -38,36 +38,32 @@ def batch_json(found: Batch, timings: Mapping[str, float]) -> dict[str, Any]:
             "of": ["logarithm of the stiffness factor", "logarithm of the rms misfit with it"],
             "false_alarm": FALSE_ALARM,
         },
-        "parts": [_part(one) for one in found.parts],
+        "parts": [
+            {
+                **part(one, "name mode factor std deviation rms_percent noise_percent"),
+                "stiffness": stiffness(one),
+                "own_simulation": one.simulated,
+                **part(one, "outlier"),
+                "causes": [part(cause, "kind text") for cause in one.causes],
+            }
+            for one in found.parts
+        ],
         "outliers": [one.name for one in found.outliers],
-        "curves": [_curve(one) for one in found.curves],
+        "curves": [
+            {
+                **part(one, "mode parts"),
+                "stiffness": shown.stiffness(one.mean.secant_stiffness()),
+                "scatter_percent": 100.0 * one.scatter,
+                "k": one.k,
+                "content": CONTENT,
+                "confidence": CONFIDENCE,
+                "displacement": shown.shown(one.mean.displacement),
+                "force": one.mean.force,
+                **part(one, "lower upper"),
+            }
+            for one in found.curves
+            for shown in [quantities(one.mode)]
+        ],
         "data_faults": faults_json(found.faults),
     }
     return cleaned(document)
-
-
-def _part(one: BatchPart) -> dict[str, Any]:
-    return {
-        **part(one, "name mode factor std deviation rms_percent noise_percent"),
-        "stiffness": stiffness(one),
-        "own_simulation": one.simulated,
-        "outlier": list(one.outlier),
-        "causes": [part(cause, "kind text") for cause in one.causes],
-    }
-
-
-def _curve(one: BatchCurve) -> dict[str, Any]:
-    shown = quantities(one.mode)
-    return {
-        "mode": one.mode,
-        "parts": one.parts,
-        "stiffness": shown.stiffness(one.mean.secant_stiffness()),
-        "scatter_percent": 100.0 * one.scatter,
-        "k": one.k,
-        "content": CONTENT,
-        "confidence": CONFIDENCE,
-        "displacement": shown.shown(one.mean.displacement).tolist(),
-        "force": one.mean.force.tolist(),
-        "lower": one.lower.tolist(),
-        "upper": one.upper.tolist(),
-    }

@@ -13,7 +13,6 @@ from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
 from bushcli.standards import Observed
-from bushcli.standards.protocol import Protocol
 
 
 def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
@@ -31,7 +30,21 @@ def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
     document["coupons"] = [_summary(curve) for curve in found.coupons]
     if found.tables:
         document["dynamic"] = dynamic_tables_json(found.tables)
-    return cleaned(document | _protocol(found.tests))
+    tests = found.tests
+    document |= {
+        "protocol": [_observed(one) for one in (*tests.recordings, *tests.coupons)],
+        "standards": [
+            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
+            for channel, name, asked in tests.judged
+        ],
+        "open_questions": [vars(lack) for lack in tests.lacks],
+        "sources": [
+            {"channel": one.name, "columns": [vars(column) for column in one.columns], **part(one, "unused")}
+            for one in tests.files
+        ],
+        "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
+    }
+    return cleaned(document)
 
 
 def _summary(curve: Recording) -> dict[str, Any]:
@@ -52,39 +65,17 @@ def _summary(curve: Recording) -> dict[str, Any]:
     }
 
 
-def _protocol(found: Protocol) -> dict[str, Any]:
-    return {
-        "protocol": [_observed(one) for one in (*found.recordings, *found.coupons)],
-        "standards": [
-            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
-            for channel, name, asked in found.judged
-        ],
-        "open_questions": [vars(lack) | {"channels": list(lack.channels)} for lack in found.lacks],
-        "sources": [
-            {
-                "channel": one.name,
-                "columns": [vars(column) for column in one.columns],
-                "unused": list(one.unused),
-            }
-            for one in found.files
-        ],
-        "remarks": [{"channel": channel, "text": text} for channel, text in found.remarks],
-    }
-
-
 def _observed(one: Observed) -> dict[str, Any]:
-    shown = quantities(one.mode)
+    per = quantities(one.mode).per_internal
     return {
         "channel": one.channel,
         "cycles": len(one.compared),
         "conditioning": one.conditioning,
-        "amplitudes": [shown.per_internal * value for value in one.compared],
-        "conditioning_amplitudes": [
-            shown.per_internal * value for value in one.amplitudes[: one.conditioning]
-        ],
-        "rates": [shown.per_internal * rate for rate in one.rates],
-        "holds_s": list(one.holds),
-        "rests_s": list(one.rests),
-        "pauses_s": list(one.pauses),
+        "amplitudes": [per * value for value in one.compared],
+        "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
+        "rates": [per * rate for rate in one.rates],
+        "holds_s": one.holds,
+        "rests_s": one.rests,
+        "pauses_s": one.pauses,
         **part(one, "timed from_rest unloads"),
     }

@@ -55,14 +55,7 @@ def head(
 
 
 def part(value: object, names: str) -> dict[str, Any]:
-    """Return attributes that have the same names in JSON.
-
-    Parameters
-    ----------
-    value : object
-    names : str
-        Separated by spaces, in the order of the JSON.
-    """
+    """Return attributes that have the same names in JSON."""
     return {name: getattr(value, name) for name in names.split()}
 
 

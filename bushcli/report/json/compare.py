@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.report.json.common import cleaned, part, versions
-from bushcli.study.compare import Comparison, Difference
+from bushcli.study.compare import Comparison
 
 
 def compare_json(found: Comparison, timings: Mapping[str, float]) -> dict[str, Any]:
@@ -28,13 +28,9 @@ def compare_json(found: Comparison, timings: Mapping[str, float]) -> dict[str, A
                 {"name": item.name, "command": item.result.get("command"), "problems": list(names)}
                 for item, names in zip(found.items, found.problems, strict=True)
             ],
-            "keys": {one.key: _values(one) for one in found.keys},
-            "numbers": {one.key: _values(one) for one in found.numbers},
+            "keys": {one.key: part(one, "values percent") for one in found.keys},
+            "numbers": {one.key: part(one, "values percent") for one in found.numbers},
             "curves": [part(one, "channel percent") for one in found.curves],
             "problems": [],
         }
     )
-
-
-def _values(one: Difference) -> dict[str, Any]:
-    return {"values": list(one.values), "percent": list(one.percent)}

@@ -21,8 +21,8 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
                 "closed": known.closed,
                 "displacement": [shown.at(q) - shown.rest for q in (known.lowest, known.highest)],
                 "rate": None if known.rate is None else shown.per_internal * known.rate,
-                "recorded": None if recorded is None else _cycle_json(recorded, shown, errors=True),
-                "simulated": None if simulated is None else _cycle_json(simulated, shown),
+                "recorded": _cycle_json(recorded, shown, errors=True),
+                "simulated": _cycle_json(simulated, shown),
             }
             for known, recorded, simulated in history.cycles
         ],
@@ -32,26 +32,29 @@ def history_json(history: ChannelHistory) -> dict[str, Any]:
                 "cycle": known.cycle,
                 "displacement": shown.at(known.displacement) - shown.rest,
                 "duration": known.duration,
-                "recorded": None if recorded is None else _hold_json(recorded, errors=True),
-                "simulated": None if simulated is None else _hold_json(simulated),
+                "recorded": _hold_json(recorded, errors=True),
+                "simulated": _hold_json(simulated),
             }
             for known, recorded, simulated in history.holds
         ],
     }
 
 
-def _cycle_json(cycle: Cycle, shown: Quantities, errors: bool = False) -> dict[str, Any]:
-    per = 1.0 / shown.per_internal
+def _cycle_json(cycle: Cycle | None, shown: Quantities, errors: bool = False) -> dict[str, Any] | None:
+    if cycle is None:
+        return None
     values = {
         "energy": (cycle.energy, 1.0),
         "loss_percent": (cycle.loss, 100.0),
-        "secant_stiffness": (cycle.secant, per),
+        "secant_stiffness": (cycle.secant, 1.0 / shown.per_internal),
         "peak_force": (cycle.peak_force, 1.0),
     }
     return _values(values, errors)
 
 
-def _hold_json(hold: Hold, errors: bool = False) -> dict[str, Any]:
+def _hold_json(hold: Hold | None, errors: bool = False) -> dict[str, Any] | None:
+    if hold is None:
+        return None
     values = {
         "force_start": (hold.force_start, 1.0),
         "force_end": (hold.force_end, 1.0),

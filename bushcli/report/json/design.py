@@ -7,7 +7,7 @@ from typing import Any
 
 from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.views.design import overrides
-from bushcli.study.design import Design, Reached
+from bushcli.study.design import Design
 
 
 def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
@@ -27,20 +27,17 @@ def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
         key: part(one, "value lower upper start at_bound") for key, one in found.keys.items()
     }
     document["set"] = overrides(found)
-    document["targets"] = {one.target.name: _target(one) for one in found.targets}
-    return cleaned(document)
-
-
-def _target(one: Reached) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        "unit": one.target.unit,
-        "wanted": one.wanted,
-        "allowed": one.target.deviation * one.target.per_shown,
-        "value": one.value,
-        "deviation_percent": 100 * one.deviation,
-        "met": one.met,
-        "derivatives": dict(one.slopes),
+    document["targets"] = {
+        one.target.name: {
+            "unit": one.target.unit,
+            "wanted": one.wanted,
+            "allowed": one.target.deviation * one.target.per_shown,
+            "value": one.value,
+            "deviation_percent": 100 * one.deviation,
+            "met": one.met,
+            "derivatives": one.slopes,
+            **({"tolerances": part(one.spread, "contributions worst std share")} if one.spread else {}),
+        }
+        for one in found.targets
     }
-    if one.spread is not None:
-        document["tolerances"] = part(one.spread, "contributions worst std share")
-    return document
+    return cleaned(document)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis, NextTest, Quantity
+from bushcli.diagnosis.result import Diagnosis, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
@@ -28,18 +28,29 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         Seconds by stage.
     """
     document, searched = head("diagnose", found.case, found.conditions, timings), found.searched
+    modes, test = {one.name: one.mode for one in found.channels}, found.next_test
     document |= {
         "verdict": found.verdict,
         "headline": headline(found),
         "text": paragraph(found),
-        "asked": None if found.asked is None else list(found.asked),
-        **part(found, "law_from law_fixed uniform_odds"),
+        **part(found, "asked law_from law_fixed uniform_odds"),
         "law": found.material.law,
         "plain": material_json(found.plain),
         "material": material_json(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
-        "effects": [_effect(found, effect) for effect in found.effects],
-        "probability": dict(found.probability),
+        "effects": [
+            {
+                "name": effect_name(effect.name),
+                **part(effect, "title channels summary"),
+                "parameters": {
+                    name: _quantity(found, f"{effect.name}.{name}", quantity)
+                    for name, quantity in effect.parameters.items()
+                },
+                **part(effect, "probability evidence plausible remark"),
+            }
+            for effect in found.effects
+        ],
+        "probability": found.probability,
         "models": [
             part(one, "law effects probability log_evidence misfit form_error variants")
             for one in found.models
@@ -47,7 +58,14 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "rivals": _rivals(found),
         "groups": [part(one, "name effects probability text") for one in found.groups],
         "form_error": part(found.form_error, "share percent covers"),
-        "missing": _missing(found),
+        "missing": None
+        if found.missing is None
+        else {
+            **part(found.missing, "probability share text"),
+            "profiles": [
+                _profile(one, modes.get(one.channel, one.channel)) for one in found.missing.profiles
+            ],
+        },
         "searched": {
             **part(searched, "complete left ended"),
             "trials": [
@@ -59,16 +77,24 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "mismatch": [_mismatch(one, len(found.channels)) for one in found.location.mismatch],
         "remaining": [_mismatch(one, len(found.channels)) for one in found.remaining.mismatch],
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
-        "misfit": _misfit(found),
-        "next_test": None if found.next_test is None else _next_test(found, found.next_test),
+        # By channel, percent of the recorded force range; null for channels that are not held out.
+        "misfit": {
+            **{
+                when: {one.name: getattr(one, f"{when}_percent") for one in found.channels}
+                for when in ("before", "after", "noise")
+            },
+            **{
+                f"held_out_{when}": {
+                    one.name: getattr(one, f"{when}_percent") if one.held_out else None
+                    for one in found.channels
+                }
+                for when in ("before", "after")
+            },
+        },
+        # The mode is that of the recorded channel of this name, else the name itself.
+        "next_test": test and _next_test(test, modes.get(test.channel, test.channel)),
         "maps": [
-            {
-                "channel": one.name,
-                "channels": one.channels,
-                "local_gain": one.local_gain,
-                "uniform_gain": one.uniform_gain,
-                **part(one, "helps_locally text"),
-            }
+            {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}
             for one in found.maps
         ],
         **part(found, "forward_solves failed_solves seconds"),
@@ -86,27 +112,12 @@ def _rivals(found: Diagnosis) -> list[list[str]]:
     return sets
 
 
-def _missing(found: Diagnosis) -> dict[str, Any] | None:
-    if found.missing is None:
-        return None
-    modes = {one.name: one.mode for one in found.channels}
-    return {
-        **part(found.missing, "probability share text"),
-        "profiles": [_profile(one, modes.get(one.channel, one.channel)) for one in found.missing.profiles],
-    }
-
-
 def _profile(one: MissingProfile, mode: str) -> dict[str, Any]:
     units = quantities(mode)
     scale = units.per_internal if one.along in ("displacement", "rate") else 1.0
     length = units.displacement_unit or "1"
     unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
-    return {
-        **part(one, "channel along branch"),
-        "unit": unit,
-        "x": scale * one.x,
-        **part(one, "mean std"),
-    }
+    return {**part(one, "channel along branch"), "unit": unit, "x": scale * one.x, **part(one, "mean std")}
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
@@ -127,18 +138,6 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
     }
 
 
-def _effect(found: Diagnosis, effect: DiagnosedEffect) -> dict[str, Any]:
-    return {
-        "name": effect_name(effect.name),
-        **part(effect, "title channels summary"),
-        "parameters": {
-            name: _quantity(found, f"{effect.name}.{name}", quantity)
-            for name, quantity in effect.parameters.items()
-        },
-        **part(effect, "probability evidence plausible remark"),
-    }
-
-
 def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
     units = quantities(one.mode)
     return {
@@ -151,31 +150,13 @@ def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
     }
 
 
-def _misfit(found: Diagnosis) -> dict[str, Any]:
-    """Return the misfits by channel, percent of the recorded force range; null for channels not held out."""
-    held = [one.name for one in found.channels if one.held_out]
-    before = {one.name: one.before_percent for one in found.channels}
-    after = {one.name: one.after_percent for one in found.channels}
-    return {
-        "before": before,
-        "after": after,
-        "noise": {one.name: one.noise_percent for one in found.channels},
-        "held_out_before": {name: value if name in held else None for name, value in before.items()},
-        "held_out_after": {name: value if name in held else None for name, value in after.items()},
-    }
-
-
-def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
-    # The mode is that of the recorded channel of this name, else the name itself.
-    modes = {one.name: one.mode for one in found.channels}
-    units = quantities(modes.get(test.channel, test.channel))
+def _next_test(test: NextTest, mode: str) -> dict[str, Any]:
+    units = quantities(mode)
     return {
         **part(test, "name channel"),
         "points": [units.per_internal * point for point in test.points],
         "rates": [units.per_internal * rate for rate in test.rates],
-        "holds": list(test.holds),
+        "holds": test.holds,
         "unit": units.displacement_unit or "1",
-        "minutes": test.minutes,
-        "separates": test.separates,
-        **part(test, "information possible text"),
+        **part(test, "minutes separates information possible text"),
     }

@@ -54,8 +54,7 @@ def direct_json(
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     shown = quantities(channel.mode)
     coupon = modes()[channel.mode].specimen == "coupon"
-    rejected = sum(not attempt.accepted for attempt in channel.attempts)
-    document = {
+    document: dict[str, Any] = {
         "name": channel.name,
         "mode": channel.mode,
         "units": {
@@ -67,8 +66,9 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
             "energy": energy_unit(channel.mode),
         },
         "time": channel.curve.time,
-        # A stretch is given relative to rest, where it is zero, as in the case file's path.
-        "displacement": shown.shown(channel.curve.displacement) - shown.rest,
+        # A stretch is given relative to rest, where it is zero, as in the case file's path; that of the leading one of
+        # six motions is no displacement of the path.
+        **({} if channel.six else {"displacement": shown.shown(channel.curve.displacement) - shown.rest}),
         "force": channel.curve.force,
         "stiffness": {
             "initial": shown.stiffness(channel.curve.initial_stiffness()),
@@ -79,7 +79,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         "reach": shown.at(channel.reach) - shown.rest,
         "newton_iterations": channel.newton,
         "steps_tried": len(channel.attempts),
-        "steps_rejected": rejected,
+        "steps_rejected": sum(not attempt.accepted for attempt in channel.attempts),
         "unknowns": channel.unknowns,
         "principal_stretches": list(channel.strained.range),
         "unstable_percent": 100 * channel.strained.unstable,
@@ -87,30 +87,33 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         "seconds": dict(channel.seconds),
     }
     if found is not None:
-        document["recording"] = _recording(channel, found)
-    if channel.six is not None:
-        # It is that of the leading motion; six motions have no single displacement.
-        document.pop("displacement")
-    return document | _six(channel) | _contact(channel)
-
-
-def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
-    shown = quantities(channel.mode)
-    source = channel.recording.source if channel.recording else None
-    return {
-        "file": str(source) if source else None,
-        "samples": len(channel.recording.displacement) if channel.recording else 0,
-        **part(found, "rms_percent peak_percent noise_percent"),
-        "stiffness_measured": shown.stiffness(found.measured.secant),
-        "stiffness_simulated": shown.stiffness(found.predicted.secant),
-        "stiffness_ratio": found.stiffness_ratio,
-        "initial_stiffness_measured": shown.stiffness(found.measured.initial),
-        "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
-        "within_10_percent": found.within_10_percent,
-        "within_tolerance": found.within,
-        "tolerance_percent": found.tolerance.percent,
-        **part(found, "compared force_range"),
-    }
+        source = channel.recording.source if channel.recording else None
+        document["recording"] = {
+            "file": str(source) if source else None,
+            "samples": len(channel.recording.displacement) if channel.recording else 0,
+            **part(found, "rms_percent peak_percent noise_percent"),
+            "stiffness_measured": shown.stiffness(found.measured.secant),
+            "stiffness_simulated": shown.stiffness(found.predicted.secant),
+            "stiffness_ratio": found.stiffness_ratio,
+            "initial_stiffness_measured": shown.stiffness(found.measured.initial),
+            "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
+            "within_10_percent": found.within_10_percent,
+            "within_tolerance": found.within,
+            "tolerance_percent": found.tolerance.percent,
+            **part(found, "compared force_range"),
+        }
+    document |= _six(channel)
+    document["contact"] = [
+        {
+            "surfaces": one.surfaces,
+            "first": one.first if channel.in_time else shown.at(one.first),
+            "largest_force": one.force,
+            "at": one.at if channel.in_time else shown.at(one.at),
+            **part(one, "radius height"),
+        }
+        for one in channel.touched
+    ]
+    return document
 
 
 def _six(channel: Simulated) -> dict[str, Any]:
@@ -142,23 +145,6 @@ def _six(channel: Simulated) -> dict[str, Any]:
     return document
 
 
-def _contact(channel: Simulated) -> dict[str, Any]:
-    shown = quantities(channel.mode)
-    return {
-        "contact": [
-            {
-                "surfaces": list(one.surfaces),
-                "first": one.first if channel.in_time else shown.at(one.first),
-                "largest_force": one.force,
-                "at": one.at if channel.in_time else shown.at(one.at),
-                "radius": one.radius,
-                "height": one.height,
-            }
-            for one in channel.touched
-        ]
-    }
-
-
 def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     document: dict[str, Any] = {
         **part(verdict, "headline text"),
@@ -186,10 +172,9 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     factor = verdict.single_factor
     if factor is not None:
         document["single_factor"] = {
-            "factor": factor.factor,
-            "by_channel": dict(factor.by_channel),
-            "rms_percent_before": dict(factor.rms_before),
-            "rms_percent_after": dict(factor.rms_after),
+            **part(factor, "factor by_channel"),
+            "rms_percent_before": factor.rms_before,
+            "rms_percent_after": factor.rms_after,
             "explains_most": factor.explains,
         }
     return document

@@ -20,22 +20,12 @@ Array = NDArray[np.float64]
 
 
 def dynamic_tables_json(tables: Sequence[DynamicTable]) -> list[dict[str, Any]]:
-    """Return tables as JSON-ready data: columns of equal length, null where a condition is not known.
-
-    Parameters
-    ----------
-    tables : sequence of DynamicTable
-    """
+    """Return tables as JSON-ready data: columns of equal length, null where a condition is not known."""
     return [_shown(table) for table in tables]
 
 
 def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
-    """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded".
-
-    Parameters
-    ----------
-    compared : iterable of ComparedTable
-    """
+    """Return simulated beside measured stiffness as JSON-ready data: the measured columns are in "recorded"."""
     found = []
     for one in compared:
         recorded = _shown(one.table)
@@ -59,10 +49,7 @@ def compared_json(compared: Iterable[ComparedTable]) -> list[dict[str, Any]]:
                 "loss_angle_deg": _listed(np.degrees(np.angle(one.simulated))),
                 "reduction_error": one.reduction_error,
                 "recorded": recorded,
-                "misfit": {
-                    "stiffness_percent": one.stiffness_percent,
-                    "loss_angle_deg": one.loss_angle_deg,
-                },
+                "misfit": {"stiffness_percent": one.stiffness_percent, "loss_angle_deg": one.loss_angle_deg},
             }
         )
     return found

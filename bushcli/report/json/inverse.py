@@ -38,7 +38,14 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     del document["weighting"]
     found = answer(best)
     document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
-    document["misfit"] = _misfit(best)
+    document["misfit"] = {
+        key: {
+            "rms_percent": curve.rms_percent,
+            "before_percent": curve.started_percent,
+            **part(curve, "noise_percent held_out"),
+        }
+        for key, curve in curves_by_mode(best).items()
+    }
     document["channels"] = {history.name: history_json(history) for history in histories}
     document |= part(best, "method message cost") | {
         "bic": information_criterion(best),
@@ -46,8 +53,7 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     }
     if best.tables:
         document["dynamic"] = compared_json(best.tables)
-    document["leverage"] = {channel: dict(changes) for channel, changes in best.leverage.items()}
-    document["profile_sweeps"] = best.profile_sweeps
+    document |= part(best, "leverage profile_sweeps")
     document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
     document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
     document["evaluations"] = [
@@ -57,18 +63,6 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     if len(fits) > 1:
         document["models"] = [_model(fit) for fit in fits]
     return cleaned(document)
-
-
-def _misfit(fit: Fit) -> dict[str, Any]:
-    return {
-        key: {
-            "rms_percent": curve.rms_percent,
-            "before_percent": curve.started_percent,
-            "noise_percent": curve.noise_percent,
-            "held_out": curve.held_out,
-        }
-        for key, curve in curves_by_mode(fit).items()
-    }
 
 
 def _model(fit: Fit) -> dict[str, Any]:

@@ -48,6 +48,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     if channel.faulty.any():
         bad = np.where(channel.faulty, recorded.force, np.nan)
         series.append(Series("left_out", "left out: faulty data", q, bad, "crosses"))
+    near = np.concatenate([recorded.force[~channel.faulty | channel.faulty.all()], channel.after])
     regions = []
     for i, mismatch in numbered(found, channel):
         outlines = [
@@ -66,7 +67,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         series,
         regions,
         x=padded(np.concatenate([q, path]), 0.03),
-        y=_force_limits(channel),
+        y=force_limits(near, channel.before if simulated(channel) else near),
         heading=_heading(found, channel),
         height=430.0,
     )
@@ -77,7 +78,8 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
     The lines are interrupted where samples were left out.
     """
-    x = _abscissa(channel)
+    time = channel.recording.time
+    x = np.asarray(np.arange(1.0, len(channel.before) + 1.0)) if time is None else time
     before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
     if changed(channel):
@@ -98,7 +100,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
-        (_abscissa_label(channel), "misfit [% of range]"),
+        ("sample" if time is None else "time [s]", "misfit [% of range]"),
         series,
         regions,
         x=padded(x, 0.01),
@@ -146,16 +148,6 @@ def force_range(channel: DiagnosedChannel) -> float:
     """Return the recorded force range; faulty samples count only if all samples are faulty."""
     force = channel.recording.force
     return float(np.ptp(force if channel.faulty.all() else force[~channel.faulty]))
-
-
-def _abscissa(channel: DiagnosedChannel) -> Array:
-    if channel.recording.time is None:
-        return np.asarray(np.arange(1.0, len(channel.before) + 1.0))
-    return channel.recording.time
-
-
-def _abscissa_label(channel: DiagnosedChannel) -> str:
-    return "time [s]" if channel.recording.time is not None else "sample"
 
 
 def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
@@ -226,9 +218,3 @@ def _oriented(one: Array, other: Array) -> Array:
     x, y = points.T
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     return points if area >= 0 else points[::-1]
-
-
-def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
-    recorded = channel.recording.force if channel.faulty.all() else channel.recording.force[~channel.faulty]
-    near = np.concatenate([recorded, channel.after])
-    return force_limits(near, channel.before if simulated(channel) else near)

@@ -64,7 +64,8 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
     if found.within:
         return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
     if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
-        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
+        off = percent(found.peak_percent, found.tolerance.percent)
+        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {off}"
     return f"{name}: simulation {stiffer(found.stiffness_ratio, found.tolerance.percent)}"
 
 
@@ -98,7 +99,7 @@ def curve_panels(channel: Simulated, found: Misfit | None, file: str) -> Panels:
         shown,
         span,
         f"simulated - recorded, in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
-        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
+        f"peak {percent(found.peak_percent, reach)}, noise {percent(found.noise_percent)}",
     )
     return Panels(f"{file}-curve", "curve", title, [[plot], [below]], channel.name)
 

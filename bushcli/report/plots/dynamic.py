@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,16 +28,13 @@ _DENSE = 300
 COLOURS = 10
 
 
-def dynamic_panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
-    """Return the plots of a load case: lines from the reduced model, dots at the frequencies that were asked for.
+def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
+    """Return the plots of each load case, of which the names of the files are given."""
+    return [_panels([one for one in curves if one.name == name], file) for name, file in names.items()]
 
-    Parameters
-    ----------
-    curves : sequence of DynamicCurve
-        One for each preload and amplitude.
-    file : str
-        Name of the load case's files.
-    """
+
+def _panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
+    """Return lines from the reduced model, dots at the frequencies that were asked for; a colour for each preload."""
     asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
     wide = bool(asked[-1] > WIDE * asked[0])
     lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])

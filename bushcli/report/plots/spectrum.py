@@ -19,27 +19,35 @@ Array = NDArray[np.float64]
 _DENSE, _COLOURS = 300, 10
 
 
-def master_columns(one: TableSpectrum) -> tuple[tuple[str, ...], list[Array]]:
-    """Return the names and columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
+def master_columns(one: TableSpectrum) -> dict[str, Array]:
+    """Return the columns of a master curve: rows as measured, where they were shifted to, and as fitted."""
     table, fit = one.table, one.fit
     fitted = fit.at(table.frequency, table.temperature)
-    names = ("temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa")
+    names = ["temperature_C", "frequency_Hz", "reduced_frequency_Hz", "storage_MPa", "loss_MPa"]
     columns = [table.temperature, table.frequency, fit.reduced(table.frequency, table.temperature)]
     columns += [table.storage, table.loss, fitted.real, fitted.imag]
-    return (*names, "storage_fitted_MPa", "loss_fitted_MPa"), columns
+    names += ["storage_fitted_MPa", "loss_fitted_MPa"]
+    return dict(zip(names, columns, strict=True))
 
 
-def master_panels(one: TableSpectrum, file: str) -> Panels:
-    """Return the master curve of a table: dots in the colour of their temperature, lines of the spectrum.
+def table_panels(one: TableSpectrum | TableSweep, file: str) -> Panels:
+    """Return the plots of what a table says: its master curve, or its moduli over amplitude.
 
     Parameters
     ----------
-    one : TableSpectrum
+    one : TableSpectrum or TableSweep
     file : str
         Name of its files.
     """
+    from bushcli.inverse.coupon_tables import TableSweep
+
+    return sweep_panels(one, file) if isinstance(one, TableSweep) else master_panels(one, file)
+
+
+def master_panels(one: TableSpectrum, file: str) -> Panels:
+    """Return the master curve of a table: dots in the colour of their temperature, lines of the spectrum."""
     fit, symbol = one.fit, one.table.quantity
-    _, (temperature, frequency, reduced, storage, loss, *_) = master_columns(one)
+    temperature, frequency, reduced, storage, loss, *_ = master_columns(one).values()
     line = np.geomspace(reduced.min(), reduced.max(), _DENSE)
     curve = fit.spectrum.at(2.0 * np.pi * line)
     # The lag of the rig, which the line is without, turns each row by its own frequency.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from bushcli.report.plots.cycles import in_rows
 from bushcli.report.plots.direct import around
 from bushcli.report.plots.fit import bar
 from bushcli.report.quantity import number, quantities
+from bushcli.report.views.study import share_percent
 from bushcli.study.analysis import Summary
 from bushcli.study.bands import Band
 from bushcli.study.study import Study
@@ -102,14 +104,8 @@ def _scatters(found: Study, names: Sequence[str], labels: Mapping[str, str]) -> 
     keys = varied or [found.plan.keys[0]]
     rows = [[_scatter(found, name, key, labels[name], key == keys[0]) for key in keys] for name in names]
     width = max(300.0, 900.0 / len(keys)) if len(keys) > _ZOOMED else 900.0 / len(keys)
-    rows = [[_sized(plot, width) for plot in row] for row in rows]
+    rows = [[replace(plot, width=width) for plot in row] for row in rows]
     return Panels("scatter", "scatter", "Answers against the varied keys", rows, still=len(keys) > _ZOOMED)
-
-
-def _sized(plot: Plot, width: float) -> Plot:
-    from dataclasses import replace
-
-    return replace(plot, width=width)
 
 
 def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot:
@@ -149,7 +145,7 @@ def _spread(found: Study, name: str, label: str) -> Plot:
     heading = (
         f"median {number(one.quantiles[1], 4)}"
         if one.limits is None
-        else f"{100 * one.limits.share:.1f} % within"
+        else f"{share_percent(one.limits.share)} within"
     )
     top = (0.0, 1.06 * float(count.max()))
     regions = [Region("bar", "", boxes)]

@@ -32,10 +32,14 @@ for (const figure of document.querySelectorAll("figure.plot")) {
     return steps(low, high, most);
   }
   function steps(low, high, most) {
-    const found = [];
-    const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
-    const step = power * [1, 2, 5, 10].find((factor) => power * factor >= raw * (1 - 1e-9));
-    for (let i = Math.ceil(low / step - 1e-9); i <= Math.floor(high / step + 1e-9); i++) found.push(i * step);
+    const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw)), factors = [0.5, 1, 2, 5, 10];
+    let chosen = factors.findIndex((factor) => factor >= 1 && power * factor >= raw * (1 - 1e-9)), found = [];
+    // One number alone gives no scale: the steps are then finer.
+    for (; found.length < 2 && chosen >= 0; chosen--) {
+      const step = power * factors[chosen];
+      found = [];
+      for (let i = Math.ceil(low / step - 1e-9); i <= Math.floor(high / step + 1e-9); i++) found.push(i * step);
+    }
     return found;
   }
   function element(name, attributes, text) {

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
+from bushcli.report.document import Document, Picture, Section, Table, note, of_kind, table_of
 from bushcli.report.quantity import listed, number, percent, quantities, with_std
-from bushcli.study.batch import Batch, BatchPart
+from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.causes import joined
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
@@ -19,6 +19,17 @@ _IN_WORDS = {
     "stiffness": "its stiffness",
     "shape": "the shape of its curve",
 }
+_HOW = (
+    "The factor is a part's stiffness over that of the batch, with the standard error that noise leaves; its "
+    "deviation is that of its logarithm, in standard deviations of the parts that are no outliers; the misfit is "
+    "what remains with the factor. Outliers are found by the generalised extreme studentised deviate test (Rosner "
+    "1983) of the logarithms of factor and misfit: a batch without outliers is said to have one with a "
+    f"probability of {100 * FALSE_ALARM:g} %."
+)
+_BAND = (
+    f"The band holds {100 * CONTENT:g} % of all parts with a confidence of {100 * CONFIDENCE:g} % (Howe 1969), if "
+    "the logarithms of their stiffnesses are normally distributed; outliers do not count."
+)
 
 
 def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
@@ -27,23 +38,22 @@ def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
     Parameters
     ----------
     found : Batch
+        The batch.
     pictures : sequence of Picture
         Those of its folder.
     """
-    out = found.outliers
-    sections = [
-        Section("Curves", of_kind(pictures, "curve"), on="page"),
-        Section("Parts", [_parts(found), *paragraphs([_how(found)], "page", "note")]),
-        Section("Scatter", [_scatter(found), *paragraphs([_band()], "page", "note")]),
-        Section("Law of all parts", [_law(found)]),
-    ]
-    lines = [f"{one.name}: an outlier by {_why(one)}." for one in out]
+    lines = [f"{one.name}: an outlier by {_why(one)}." for one in found.outliers]
     lines += [f"{one.name}: {joined(one.causes)}." for one in found.parts if one.causes and not one.outlier]
     return Document(
         batch_headline(found),
         lines,
-        "bad" if out else "good",
-        sections,
+        "bad" if found.outliers else "good",
+        [
+            Section("Curves", of_kind(pictures, "curve"), on="page"),
+            Section("Parts", [_parts(found), note(_HOW)]),
+            Section("Scatter", [_scatter(found), note(_BAND)]),
+            Section("Law of all parts", [_law(found)]),
+        ],
         found.conditions,
         conditions(replace(found.case, material=found.fit.material)),
     )
@@ -52,8 +62,8 @@ def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
 def batch_headline(found: Batch) -> str:
     """Return the result in one sentence."""
     scatter = ", ".join(
-        f"{one.mode} {number(quantities(one.mode).stiffness(one.mean.secant_stiffness()))} "
-        f"{quantities(one.mode).stiffness_unit} with a standard deviation of {percent(100.0 * one.scatter)}"
+        f"{one.mode} {_mean(one)} {quantities(one.mode).stiffness_unit} with a standard deviation of "
+        f"{percent(100.0 * one.scatter)}"
         for one in found.curves
     )
     names = [one.name for one in found.outliers]
@@ -66,6 +76,10 @@ def stiffness(one: BatchPart) -> float:
     return quantities(one.mode).stiffness(one.recording.secant_stiffness())
 
 
+def _mean(one: BatchCurve) -> str:
+    return number(quantities(one.mode).stiffness(one.mean.secant_stiffness()))
+
+
 def _why(one: BatchPart) -> str:
     found = " and ".join(_IN_WORDS[kind] for kind in one.outlier)
     if one.causes:
@@ -74,64 +88,46 @@ def _why(one: BatchPart) -> str:
 
 
 def _parts(found: Batch) -> Table:
-    rows = tuple(
+    return table_of(
+        "Parts",
+        found.parts,
         (
-            one.name,
-            one.mode,
-            with_std(one.factor, one.std),
-            "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}",
-            number(stiffness(one)),
-            quantities(one.mode).stiffness_unit,
-            percent(one.rms_percent),
-            percent(one.noise_percent),
-            ", ".join(one.outlier),
-        )
-        for one in found.parts
+            ("part", lambda one: one.name),
+            ("mode", lambda one: one.mode),
+            ("factor", lambda one: with_std(one.factor, one.std)),
+            ("deviation", lambda one: "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}"),
+            ("secant stiffness", lambda one: number(stiffness(one))),
+            ("", lambda one: quantities(one.mode).stiffness_unit),
+            ("misfit", lambda one: percent(one.rms_percent)),
+            ("noise", lambda one: percent(one.noise_percent)),
+            ("outlier in", lambda one: ", ".join(one.outlier)),
+        ),
+        left=2,
     )
-    heads = ("part", "mode", "factor", "deviation", "secant stiffness", "", "misfit", "noise", "outlier in")
-    return Table("Parts", heads, rows, left=2)
 
 
 def _scatter(found: Batch) -> Table:
-    rows = tuple(
+    return table_of(
+        "Scatter of the stiffness",
+        found.curves,
         (
-            one.mode,
-            str(one.parts),
-            number(shown.stiffness(one.mean.secant_stiffness())),
-            shown.stiffness_unit,
-            percent(100.0 * one.scatter),
-            f"± {percent(100.0 * one.k * one.scatter)}",
-        )
-        for one in found.curves
-        for shown in [quantities(one.mode)]
+            ("mode", lambda one: one.mode),
+            ("parts", lambda one: str(one.parts)),
+            ("mean stiffness", _mean),
+            ("", lambda one: quantities(one.mode).stiffness_unit),
+            ("standard deviation", lambda one: percent(100.0 * one.scatter)),
+            ("tolerance band", lambda one: f"± {percent(100.0 * one.k * one.scatter)}"),
+        ),
     )
-    heads = ("mode", "parts", "mean stiffness", "", "standard deviation", "tolerance band")
-    return Table("Scatter of the stiffness", heads, rows, left=1)
 
 
 def _law(found: Batch) -> Table:
     from bushcli.inverse.file_units import in_file_units, parameter_unit
 
     fit = in_file_units(found.fit)
-    rows = tuple(
-        (name, parameter_unit(fit, name).replace("1", ""), with_std(one.value, one.std))
-        for name, one in fit.parameters.items()
+    columns = (
+        ("parameter", lambda name: name),
+        ("", lambda name: parameter_unit(fit, name).replace("1", "")),
+        ("value", lambda name: with_std(fit.parameters[name].value, fit.parameters[name].std)),
     )
-    return Table(f"Law of all parts: {fit.material.law}", ("parameter", "", "value"), rows, left=2)
-
-
-def _how(found: Batch) -> str:
-    return (
-        "The factor is a part's stiffness over that of the batch, with the standard error that noise leaves; its "
-        "deviation is that of its logarithm, in standard deviations of the parts that are no outliers; the misfit is "
-        "what remains with the factor. Outliers are found by the generalised extreme studentised deviate test (Rosner "
-        "1983) of the logarithms of factor and misfit: a batch without outliers is said to have one with a "
-        f"probability of {100 * FALSE_ALARM:g} %."
-    )
-
-
-def _band() -> str:
-    return (
-        f"The band holds {100 * CONTENT:g} % of all parts with a confidence of {100 * CONFIDENCE:g} % (Howe 1969), if "
-        "the logarithms of their stiffnesses are normally distributed; outliers do not count."
-    )
+    return table_of(f"Law of all parts: {fit.material.law}", fit.parameters, columns, left=2)

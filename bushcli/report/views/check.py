@@ -12,7 +12,7 @@ from bushcli.faults import DataFault, condition
 from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Row, Section, Table
+from bushcli.report.document import Document, Row, Section, Table, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.dynamic_tables import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
@@ -28,7 +28,6 @@ class Checked:
 
     Attributes
     ----------
-    case : Case
     curves, coupons : sequence of Recording
         Recordings of the bushing, and coupon tests.
     tests : Protocol
@@ -97,19 +96,23 @@ def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
 
 def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     """Return a row for each recording: samples, cycles, ranges of displacement and force."""
-    heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
-    rows: list[Row] = []
-    for curve in curves:
-        shown, q, force = quantities(curve.mode), curve.displacement, curve.force
-        cycles = len({branch.cycle for branch in branches(curve)})
-        ends = (
-            number(shown.at(q.min())),
-            number(shown.at(q.max())),
-            shown.displacement_unit or shown.displacement,
-        )
-        forces = (number(float(force.min())), number(float(force.max())), shown.force_unit)
-        rows.append((curve.name, curve.mode, str(len(q)), str(cycles), *ends, *forces))
-    return Table(title, heads, tuple(rows), left=2)
+    return table_of(
+        title,
+        [(curve, quantities(curve.mode)) for curve in curves],
+        (
+            ("channel", lambda one: one[0].name),
+            ("mode", lambda one: one[0].mode),
+            ("samples", lambda one: str(len(one[0].force))),
+            ("cycles", lambda one: str(len({branch.cycle for branch in branches(one[0])}))),
+            ("from", lambda one: number(one[1].at(one[0].displacement.min()))),
+            ("to", lambda one: number(one[1].at(one[0].displacement.max()))),
+            ("", lambda one: one[1].displacement_unit or one[1].displacement),
+            ("force from", lambda one: number(float(one[0].force.min()))),
+            ("to", lambda one: number(float(one[0].force.max()))),
+            ("", lambda one: one[1].force_unit),
+        ),
+        left=2,
+    )
 
 
 def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:

@@ -22,14 +22,25 @@ def compare_document(found: Comparison, pictures: Sequence[Picture] = ()) -> Doc
     pictures : sequence of Picture
         Those of its folder.
     """
-    sections = [
-        Section("Curves", [*([_curves(found)] if found.curves else []), *of_kind(pictures, "curve")]),
-        Section(
-            "Keys of the cases",
-            [_table("Keys that differ", found, found.keys)] if found.keys else [],
+    curves = Table(
+        "Largest difference to the first curve, of its force range",
+        ("channel", *(item.name for item in found.items)),
+        tuple(
+            (one.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in one.percent))
+            for one in found.curves
         ),
-        Section("Numbers", [_table("Numbers that differ", found, found.numbers)] if found.numbers else []),
-        Section("Problems of each result", [_problems(found)]),
+    )
+    problems = tuple(
+        (item.name, str(item.result.get("command", "")), ", ".join(names) or "none")
+        for item, names in zip(found.items, found.problems, strict=True)
+    )
+    sections = [
+        Section("Curves", [curves, *of_kind(pictures, "curve")]),
+        Section("Keys of the cases", [_table("Keys that differ", found, found.keys)]),
+        Section("Numbers", [_table("Numbers that differ", found, found.numbers)]),
+        Section(
+            "Problems of each result", [Table("Problems", ("result", "of", "problems"), problems, left=3)]
+        ),
     ]
     return Document(compare_headline(found), [], "plain", sections)
 
@@ -45,15 +56,6 @@ def compare_headline(found: Comparison) -> str:
     return f"{names}: {said}{few}, {differ or 'no'} number{'s differ' if differ > 1 else ' differs'}"
 
 
-def _curves(found: Comparison) -> Table:
-    rows = tuple(
-        (one.channel, *("-" if value is None else f"{value + 0.0:+.2f} %" for value in one.percent))
-        for one in found.curves
-    )
-    heads = ("channel", *(item.name for item in found.items))
-    return Table("Largest difference to the first curve, of its force range", heads, rows, left=1)
-
-
 def _table(title: str, found: Comparison, differences: Sequence[Difference]) -> Table:
     heads = ["key", *(item.name for item in found.items), *(["change"] if len(found.items) == 2 else [])]
     rows = []
@@ -62,14 +64,6 @@ def _table(title: str, found: Comparison, differences: Sequence[Difference]) -> 
         last = [("" if change is None else f"{change:+.3g} %")] if len(found.items) == 2 else []
         rows.append((one.key, *map(_shown, one.values), *last))
     return Table(title, tuple(heads), tuple(rows), left=1, most=_MOST)
-
-
-def _problems(found: Comparison) -> Table:
-    rows = tuple(
-        (item.name, str(item.result.get("command", "")), ", ".join(names) or "none")
-        for item, names in zip(found.items, found.problems, strict=True)
-    )
-    return Table("Problems", ("result", "of", "problems"), rows, left=3)
 
 
 def _shown(value: Any) -> str:

@@ -21,15 +21,7 @@ _NOTE = (
 
 
 def history_section(histories: Sequence[ChannelHistory], pictures: Sequence[Picture] = ()) -> Section:
-    """Return cycles and holds channel by channel; without blocks where no path comes back or holds.
-
-    Parameters
-    ----------
-    histories : sequence of ChannelHistory
-        Channels with cycles or holds.
-    pictures : sequence of Picture
-        Those of other kinds are left out.
-    """
+    """Return cycles and holds channel by channel; without blocks where no path comes back or holds."""
     tables: list[Table] = []
     for history in histories:
         tables.append(cycle_table(history))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Row, Section, Table, note
+from bushcli.report.document import Document, Paragraph, Row, Section, Table, note, table_of
 from bushcli.report.quantity import number
-from bushcli.study.design import Design
+from bushcli.runtime.digits import beside
+from bushcli.study.design import Design, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
 _NOTE = (
@@ -21,7 +22,7 @@ def design_document(found: Design) -> Document:
     began = "The conditions above are those of the case file, where the search began."
     sections = [
         Section("", [Paragraph(began, on="page")]),
-        *(Section(table.title, [table]) for table in (_targets(found), _keys(found), _slopes(found))),
+        *(Section(table.title, [table]) for table in _tables(found)),
         Section(_SPREAD, [_spreads(found), note(_NOTE)]),
     ]
     met = all(one.met for one in found.targets)
@@ -44,30 +45,46 @@ def design_headline(found: Design) -> str:
     return f"Design: {values}"
 
 
-def _targets(found: Design) -> Table:
-    rows: list[Row] = []
-    for one in found.targets:
-        deviation = f"{round(100 * one.deviation, 3) + 0.0:+.3f} %"
-        values = (number(one.wanted, 5), number(one.value, 5), deviation, "reached" if one.met else "missed")
-        rows.append((one.target.name, one.target.unit, *values))
-    return Table("Targets", ("target", "", "wanted", "value", "deviation", ""), tuple(rows), left=2)
+def _deviation(one: Reached) -> str:
+    """Return the deviation with the digits that show whether it is within what is allowed."""
+    limit = 100 * one.allowed
+    text = beside(round(100 * one.deviation, 9), -limit, limit, decimals=3)
+    return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
 
 
-def _keys(found: Design) -> Table:
-    rows: list[Row] = []
-    for key, one in found.keys.items():
-        others = (number(value, 5) for value in (one.start, one.lower, one.upper))
-        rows.append((key, number(one.value, 6), *others, "at its bound" if one.at_bound else ""))
-    return Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), tuple(rows))
-
-
-def _slopes(found: Design) -> Table:
-    keys = list(found.targets[0].slopes)
-    rows = [
-        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
+def _tables(found: Design) -> list[Table]:
+    """Return targets, keys, and the derivatives of the targets by the keys."""
+    targets = table_of(
+        "Targets",
+        found.targets,
+        (
+            ("target", lambda one: one.target.name),
+            ("", lambda one: one.target.unit),
+            ("wanted", lambda one: number(one.wanted, 5)),
+            ("value", lambda one: number(one.value, 5)),
+            ("deviation", _deviation),
+            ("", lambda one: "reached" if one.met else "missed"),
+        ),
+        left=2,
+    )
+    keys = table_of(
+        "Design",
+        found.keys.items(),
+        (
+            ("key", lambda one: one[0]),
+            ("value", lambda one: number(one[1].value, 6)),
+            ("started at", lambda one: number(one[1].start, 5)),
+            ("lower bound", lambda one: number(one[1].lower, 5)),
+            ("upper bound", lambda one: number(one[1].upper, 5)),
+            ("", lambda one: "at its bound" if one[1].at_bound else ""),
+        ),
+    )
+    slopes = tuple(
+        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in found.targets[0].slopes))
         for one in found.targets
-    ]
-    return Table("Derivatives, per unit of each key", ("target", "", *keys), tuple(rows), left=2)
+    )
+    heads = ("target", "", *found.targets[0].slopes)
+    return [targets, keys, Table("Derivatives, per unit of each key", heads, slopes, left=2)]
 
 
 def _spreads(found: Design) -> Table:

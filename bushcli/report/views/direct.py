@@ -10,15 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
-from bushcli.report.document import (
-    Document,
-    Picture,
-    Row,
-    Section,
-    Table,
-    of_kind,
-    paragraphs,
-)
+from bushcli.report.document import Document, Picture, Row, Section, Table, of_kind, paragraphs
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -33,6 +25,7 @@ from bushcli.report.views.cycles import history_section
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.digits import beside
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
@@ -102,15 +95,6 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 
     These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
     that are not simulated.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
     """
     left = tuple(
         Condition(
@@ -150,13 +134,18 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
             secant = number(shown.stiffness(channel.curve.secant_stiffness()))
             rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
             continue
-        misfit = [percent(one) for one in (found.rms_percent, found.peak_percent, found.noise_percent)]
+        peak = percent(found.peak_percent, found.tolerance.percent)
+        misfit = [percent(found.rms_percent), peak, percent(found.noise_percent)]
+        ends = [1.0 + side * found.tolerance.band for side in (-1, 1)]
         for name, first, rest in (
             ("secant", channel.name, (*misfit, "yes" if found.within else "no")),
             ("initial", "", ("",) * 4),
         ):
             ours, theirs = (getattr(one, name) for one in (found.predicted, found.measured))
-            ratio = f"{ours / theirs:.2f}" if theirs and np.isfinite(ours / theirs) else "-"
+            limits = ends if name == "secant" else ()
+            ratio = (
+                beside(ours / theirs, *limits, decimals=2) if theirs and np.isfinite(ours / theirs) else "-"
+            )
             both = (number(shown.stiffness(ours)), number(shown.stiffness(theirs)))
             rows.append((first, f"{name}, {unit}", *both, ratio, *rest))
     within = f"within {response.case.tolerance.text}"
@@ -252,14 +241,7 @@ def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Arra
 
 
 def displacement_at(channel: Simulated, displacement: float) -> float:
-    """Return a displacement in mm or degrees; on a path of six motions it is a time.
-
-    Parameters
-    ----------
-    channel : Simulated
-    displacement : float
-        mm or rad; s on a path of six motions.
-    """
+    """Return a displacement in mm or degrees; on a path of six motions it is a time."""
     return displacement if channel.in_time else quantities(channel.mode).at(displacement)
 
 

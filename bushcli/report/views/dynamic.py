@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Row, Section, Table, of_kind
+from bushcli.report.document import Document, Paragraph, Picture, Section, Table, of_kind, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
@@ -95,51 +95,43 @@ def title(curve: DynamicCurve) -> str:
 
 def _summary(curves: Sequence[DynamicCurve]) -> Table:
     """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
-    heads = (
-        "load case",
-        "preload",
-        "amplitude",
-        "static rate",
-        "|K*| from",
-        "to",
+
+    def largest(curve: DynamicCurve) -> float:
+        return float(np.abs(curve.stiffness).max())
+
+    return table_of(
         "",
-        "over static",
-        "loss angle to",
+        curves,
+        (
+            ("load case", title),
+            ("preload", preload_in_words),
+            ("amplitude", amplitude_in_words),
+            ("static rate", lambda curve: number(curve.static, 4)),
+            ("|K*| from", lambda curve: number(float(np.abs(curve.stiffness).min()), 4)),
+            ("to", lambda curve: number(largest(curve), 4)),
+            ("", lambda curve: stiffness_unit(curve.mode)),
+            ("over static", lambda curve: number(largest(curve) / abs(curve.static), 3)),
+            ("loss angle to", lambda curve: f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"),
+        ),
+        left=3,
     )
-
-    def row(curve: DynamicCurve) -> Row:
-        size = np.abs(curve.stiffness)
-        rates = (number(value, 4) for value in (curve.static, float(size.min()), float(size.max())))
-        ratio = number(float(size.max()) / abs(curve.static), 3)
-        angle = f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"
-        return (
-            title(curve),
-            preload_in_words(curve),
-            amplitude_in_words(curve),
-            *rates,
-            stiffness_unit(curve.mode),
-            ratio,
-            angle,
-        )
-
-    return Table("", heads, tuple(map(row, curves)), left=3)
 
 
 def _table(curve: DynamicCurve) -> Table:
-    unit = stiffness_unit(curve.mode)
-    heads = ["frequency [Hz]", f"|K*| [{unit}]", f"K' [{unit}]", f"K'' [{unit}]", "loss angle [deg]"]
-    K, angle = curve.stiffness, np.degrees(curve.loss_angle)
-    columns = [[f"{one:.4g}" for one in curve.frequency]]
-    columns += [[number(value, 4) for value in values] for values in (abs(K), K.real, K.imag)]
-    columns += [[f"{one:.2f}" for one in angle]]
+    unit, K = stiffness_unit(curve.mode), curve.stiffness
     name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
     if curve.amplitude is not None:
         name += f", amplitude {amplitude_in_words(curve)}"
-    if curve.third_harmonic is not None:
-        heads.append("third harmonic [%]")
-        columns.append([f"{100 * one:.2f}" for one in curve.third_harmonic])
-    rows = tuple(zip(*columns, strict=True))
-    return Table(name, tuple(heads), rows, left=0, most=_ROWS)
+    columns: list[tuple[str, Callable[[int], str]]] = [
+        ("frequency [Hz]", lambda i: f"{curve.frequency[i]:.4g}"),
+        (f"|K*| [{unit}]", lambda i: number(abs(K[i]), 4)),
+        (f"K' [{unit}]", lambda i: number(K[i].real, 4)),
+        (f"K'' [{unit}]", lambda i: number(K[i].imag, 4)),
+        ("loss angle [deg]", lambda i: f"{math.degrees(curve.loss_angle[i]):.2f}"),
+    ]
+    if (third := curve.third_harmonic) is not None:
+        columns.append(("third harmonic [%]", lambda i: f"{100 * third[i]:.2f}"))
+    return table_of(name, range(len(K)), columns, left=0, most=_ROWS)
 
 
 def _solved(response: DynamicResponse) -> Paragraph:

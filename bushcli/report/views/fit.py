@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -47,7 +48,8 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
     """
     worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
     return Document(
-        f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better",
+        # Rounded up, because no curve is worse.
+        f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",
         [] if fit.converged else ["The fit did not converge."],
         "plain",
         [fit_section(fit, pictures)],
@@ -58,14 +60,7 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
 
 
 def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
-    """Return the section on a law fitted to coupon tests.
-
-    Parameters
-    ----------
-    fit : Fit
-    pictures : sequence of Picture
-        Those of other kinds are left out.
-    """
+    """Return the section on a law fitted to coupon tests."""
     solved = (
         f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
         f"{fit.sweeps} evaluations, {fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"

@@ -19,11 +19,12 @@ from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
 from bushcli.report.quantity import listed, number, percent, with_std
-from bushcli.report.ranking import information_criterion
+from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
+from bushcli.runtime.digits import beside
 
 # A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
@@ -36,8 +37,8 @@ _ERRORS = (
     "a parameter is poorly determined, from its profile."
 )
 _RANKING = (
-    "BIC above the smallest one: 6 or more is clearly worse. Where a channel was held out, its prediction decides: the "
-    "identification has not seen it."
+    f"BIC above the smallest one: {CLEAR:g} or more is clearly worse. Where a channel was held out, its prediction "
+    "decides: the identification has not seen it."
 )
 
 
@@ -59,10 +60,7 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
     ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
     sections = [
         Section("Laws compared", ranking if len(fits) > 1 else []),
-        Section(
-            f"Parameters identified from {curves_of(best)}",
-            [estimate_table(best), note(_ERRORS)],
-        ),
+        Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
         Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
         *([compared_section(best.tables, pictures)] if best.tables else []),
         history_section(histories, pictures),
@@ -187,15 +185,7 @@ def is_uncertain(estimate: Estimate) -> bool:
 
 
 def with_error(fit: Fit, name: str) -> str:
-    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa".
-
-    Parameters
-    ----------
-    fit : Fit
-        The identified law.
-    name : str
-        Full name of the parameter.
-    """
+    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa"."""
     estimate = fit.parameters[name]
     unit = parameter_unit(fit, name)
     tail = "" if unit == "1" else f" {unit}"
@@ -292,11 +282,7 @@ def _interval(estimate: Estimate) -> str:
 
 
 def _flags(estimate: Estimate) -> str:
-    flags = []
-    if estimate.at_bound:
-        flags.append("at bound")
-    if is_uncertain(estimate):
-        flags.append("poorly determined")
+    flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
     if estimate.interval is not None:
         for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
             if limit in _LIMITED:
@@ -329,16 +315,21 @@ def leverage_table(fit: Fit) -> Table:
     """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
     rows = [
-        (channel, *(_change(fit.parameters[name], changes.get(name, math.nan)) for name in names))
+        # A value on its bound does not change as the linear theory predicts.
+        (
+            channel,
+            *(
+                "-"
+                if fit.parameters[name].at_bound or not math.isfinite(change)
+                else f"{100 * change:+.1f} %"
+                for name in names
+                for change in [changes.get(name, math.nan)]
+            ),
+        )
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
     return Table(title, ("channel", *names), tuple(rows), on="page")
-
-
-def _change(estimate: Estimate, relative: float) -> str:
-    # A value on its bound does not change as the linear theory predicts.
-    return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
 
 
 def model_table(fits: Sequence[Fit]) -> Table:
@@ -354,7 +345,7 @@ def model_table(fits: Sequence[Fit]) -> Table:
         misfits = [percent(rms[name]) if name in rms else "not solved" for name in order]
         cost = number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-"
         problems = ", ".join(dict.fromkeys(c.name for c in fit.conditions))
-        judged = (f"{score - least:+.0f}", "yes" if fit.converged else "no", problems)
+        judged = (f"+{beside(score - least, CLEAR)}", "yes" if fit.converged else "no", problems)
         rows.append((fit.material.law, str(len(fit.parameters)), *misfits, cost, *judged))
     channels = [f"{name} (held out)" if name in held else name for name in order]
     heads = ("law", "parameters", *channels, "misfit/noise", "BIC", "converged", "problems")

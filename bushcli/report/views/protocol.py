@@ -6,7 +6,7 @@ from bushcli.recording import RecordedProgram, Recording
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.document import Section, paragraphs
 from bushcli.report.quantity import listed, number, quantities
-from bushcli.standards import Clause, Observed
+from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol
 from cases.mode import modes
 
@@ -29,7 +29,14 @@ def protocol_sections(found: Protocol) -> list[Section]:
         Section("How the files were read", paragraphs([*map(_file, found.files), *said])),
         Section("What the tests are", paragraphs(tests)),
         *(
-            Section(f"{channel} and {name}", paragraphs(map(_clause, asked)))
+            Section(
+                f"{channel} and {name}",
+                paragraphs(
+                    f"{_MARKS[clause.met]}: {'good practice, ' if clause.practice else ''}{clause.text} "
+                    f"(found: {clause.found})"
+                    for clause in asked
+                ),
+            )
             for channel, name, asked in found.judged
         ),
         Section("What the recordings leave open", paragraphs(lacks)),
@@ -83,8 +90,3 @@ def _line(one: Observed) -> str:
     words += [] if one.unloads else ["without unloading"]
     words += [] if one.from_rest else ["not from rest"]
     return f"{one.channel}: {', '.join(words)}"
-
-
-def _clause(clause: Clause) -> str:
-    asked = "good practice, " if clause.practice else ""
-    return f"{_MARKS[clause.met]}: {asked}{clause.text} (found: {clause.found})"

@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind
+from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, table_of
 from bushcli.report.quantity import number
+from bushcli.runtime.digits import beside
 from bushcli.study.study import Study
 
 #: Names of the ways to choose designs.
@@ -76,10 +77,15 @@ def headline(found: Study) -> str:
         one = found.summaries[worst]
         whole = f" with a result, of {total}" if one.count < total else ""
         sample = f"{one.count} designs{whole} ({NAMES[found.plan.sampling]})"
-        return f"{100 * shares[worst]:.1f} % of {sample} are within the limits of {worst}"
+        return f"{share_percent(shares[worst])} of {sample} are within the limits of {worst}"
     if found.failed:
         return f"{total - found.failed} of {of} have a result"
     return f"{of}, all with a result"
+
+
+def share_percent(share: float) -> str:
+    """Return a share in percent: 100 % and 0 % only where no design is on the other side."""
+    return f"{beside(100 * share, 0.0, 100.0, decimals=1)} %"
 
 
 def lines(found: Study) -> list[str]:
@@ -109,14 +115,13 @@ def _answers(found: Study) -> Table:
     rows: list[Row] = []
     for name, one in found.summaries.items():
         row: Row = (name, units[name], str(one.count), number(one.mean, 4), number(one.std, 3))
-        row += tuple(number(value, 4) for value in one.quantiles)
+        ends = (one.limits.low, one.limits.high) if one.limits else ()
+        row += tuple(number(value, 4, ends) for value in one.quantiles)
         if limited and one.limits is not None:
             low, high = one.limits.interval
-            row += (
-                f"{number(one.limits.low, 4)} to {number(one.limits.high, 4)}",
-                f"{100 * one.limits.share:.1f} %",
-            )
-            row += (f"{100 * low:.1f} to {100 * high:.1f} %",)
+            # As they were given: a rounded limit could be on the other side of a value.
+            row += (f"{one.limits.low:.10g} to {one.limits.high:.10g}", share_percent(one.limits.share))
+            row += (f"{share_percent(low).removesuffix(' %')} to {share_percent(high)}",)
         elif limited:
             row += ("-", "-", "-")
         rows.append(row)
@@ -124,12 +129,16 @@ def _answers(found: Study) -> Table:
 
 
 def _worst(found: Study) -> Table:
-    rows: list[Row] = []
-    for name, one in found.summaries.items():
-        for what, extreme in (("lowest", one.lowest), ("highest", one.highest)):
-            at = tuple(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values())
-            rows.append((name, what, number(extreme.value, 4), str(extreme.design), *at))
-    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), tuple(rows), left=2)
+    rows = tuple(
+        (
+            *(name, what, number(extreme.value, 4, (one.limits.low, one.limits.high) if one.limits else ())),
+            str(extreme.design),
+            *(v if isinstance(v, str) else number(float(v), 5) for v in extreme.at.values()),
+        )
+        for name, one in found.summaries.items()
+        for what, extreme in (("lowest", one.lowest), ("highest", one.highest))
+    )
+    return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), rows, left=2)
 
 
 def _influences(found: Study) -> Table:
@@ -150,9 +159,17 @@ def _influences(found: Study) -> Table:
 
 
 def _failures(found: Study) -> Table:
-    rows: list[Row] = []
-    for one in found.failures:
-        designs = ", ".join(map(str, one.designs)) + (", ..." if one.count > len(one.designs) else "")
-        rows.append((one.kind.replace("_", " "), one.reason, designs, str(one.count)))
-    heads = ("kind", "reason, of the first", "designs", "number")
-    return Table("Designs without a result", heads, tuple(rows), left=3)
+    return table_of(
+        "Designs without a result",
+        found.failures,
+        (
+            ("kind", lambda one: one.kind.replace("_", " ")),
+            ("reason, of the first", lambda one: one.reason),
+            (
+                "designs",
+                lambda one: ", ".join([*map(str, one.designs), *["..."] * (one.count > len(one.designs))]),
+            ),
+            ("number", lambda one: str(one.count)),
+        ),
+        left=3,
+    )

@@ -38,8 +38,8 @@ STAGING = ".bushcli-run"
 _LARGEST = 200_000_000
 _FOLDER = "a folder for the results"
 
-Content = Callable[[Path], None] | Mapping[str, Any]
-"""A function that writes a file at a path, or the result, which becomes JSON."""
+Content = str | bytes | Callable[[Path], None] | Mapping[str, Any]
+"""What is in a file, a function that writes one at a path, or the result, which becomes JSON."""
 
 
 class NotDrawn(Exception):
@@ -95,14 +95,6 @@ def _is_there(path: Path) -> bool:
 
 def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:
     """Refuse to replace inputs of the case, links, folders, write-protected files, or files that no run wrote.
-
-    Parameters
-    ----------
-    directory : Path
-    names : iterable of str
-        Files to be written.
-    inputs : collection of Path
-        Files that the case reads.
 
     Raises
     ------
@@ -179,10 +171,6 @@ def occupy(directory: Path) -> Callable[[], None]:
     The operating system releases the lock when the process ends, in whatever way. File systems without locks, as some
     in a network, are used without one.
 
-    Parameters
-    ----------
-    directory : Path
-
     Raises
     ------
     InputError
@@ -243,23 +231,16 @@ def moves_to(directory: Path, command: str, question: str) -> tuple[str, Path] |
     before = "".join(letter for letter in str(found["command"]) if letter.isalnum())
     # A result that was moved before and calculated again is there already.
     places = _numbered(directory / f"earlier-{before}")
-    return before, next(one for one in places if not os.path.lexists(one) or _is_same(found, one))
-
-
-def _is_same(result: Mapping[str, Any], folder: Path) -> bool:
-    """Whether a folder holds a finished result of the same question."""
-    there = None if folder.is_symlink() else earlier_result(folder)
-    return there is not None and is_finished(there) and there.get(QUESTION, "") == result.get(QUESTION)
+    for place in places:
+        there = None if place.is_symlink() else earlier_result(place)
+        is_same = there is not None and is_finished(there) and there.get(QUESTION, "") == found.get(QUESTION)
+        if is_same or not os.path.lexists(place):
+            return before, place
+    raise AssertionError("there is always a free name")
 
 
 def place_of(directory: Path, result: Mapping[str, Any]) -> Path:
-    """Return the folder for a result: the given one, or one inside it for an unfinished result beside a finished one.
-
-    Parameters
-    ----------
-    directory : Path
-    result : mapping of str to object
-    """
+    """Return the folder for a result: one inside the given one for an unfinished result beside a finished one."""
     found = earlier_result(directory)
     if found is None or is_finished(result) or not is_finished(found):
         return directory
@@ -280,11 +261,6 @@ def _numbered(path: Path) -> Iterator[Path]:
 @contextmanager
 def staging(directory: Path) -> Iterator[Path]:
     """Make the folder for what a run writes while it calculates, and remove it with all that is left in it.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder of results, which no other run uses (`occupy`).
 
     Raises
     ------
@@ -318,24 +294,6 @@ def write_files(
     drawn: Callable[[], Mapping[str, Content]] | None = None,
 ) -> tuple[Path, ...]:
     """Write files into a folder, which is created if necessary; first the numbers, then what is drawn.
-
-    Parameters
-    ----------
-    directory : Path
-    files : mapping of str to Content
-        By name; result.json first, so that after a failure half way the files beside it are recognised as bushcli's.
-    inputs : collection of Path
-        Files that the case reads.
-    beside : iterable of str
-        Names of files that were written already, such as fields, into the folder or into its `STAGING`.
-    drawn : callable or None
-        Returns the pictures and the page; called when the other files are on disk. Interruptions that were held back
-        (`bushcli.runtime.interrupt.hold`) are raised before.
-
-    Returns
-    -------
-    tuple of Path
-        The files written.
 
     Raises
     ------
@@ -403,21 +361,7 @@ def _drawn(
 def _set_aside(
     place: Path, result: Mapping[str, Any] | None, parts: Path
 ) -> tuple[frozenset[str], frozenset[str]]:
-    """Copy the result of another question to a folder of its own; it is complete there before it changes here.
-
-    Parameters
-    ----------
-    place : Path
-    result : mapping of str to object or None
-        The new result; None if there is none, and all files of an earlier run stay.
-    parts : Path
-        Folder for the copy until it is complete.
-
-    Returns
-    -------
-    tuple of two sets of str
-        The names of an earlier run's files that stay, and those that the new result replaces or removes.
-    """
+    """Copy the result of another question to a folder of its own; it is complete there before it changes here."""
     if result is None:
         return frozenset(), frozenset()
     before = earlier_result(place)
@@ -454,22 +398,16 @@ def _write_all(place: Path, files: Mapping[str, Content], listed: Collection[str
         # Created exclusively, in case somebody has placed a link of this name.
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666))
         try:
-            _writer(content, sorted(listed))(part)
+            if isinstance(content, Mapping):
+                content = json.dumps({**content, FILES: sorted(listed)}, indent=2, allow_nan=False) + "\n"
+            if callable(content):
+                content(part)
+            else:
+                part.write_bytes(content.encode() if isinstance(content, str) else content)
             part.replace(place / name)
         finally:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
-
-
-def _writer(content: Content, listed: list[str]) -> Callable[[Path], None]:
-    if not isinstance(content, Mapping):
-        return content
-    text = json.dumps({**content, FILES: listed}, indent=2, allow_nan=False) + "\n"
-
-    def write(path: Path) -> None:
-        path.write_text(text, encoding="utf-8")
-
-    return write
 
 
 def _unwritable(directory: Path, error: OSError) -> InputError:

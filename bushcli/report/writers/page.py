@@ -28,16 +28,7 @@ _MOST = 100
 
 
 def page(document: Document, result: Mapping[str, Any], inputs: Sequence[Path] = ()) -> str:
-    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
-
-    Parameters
-    ----------
-    document : Document
-    result : mapping of str to object
-        The result as JSON-ready data, of which the page has the origin.
-    inputs : sequence of Path
-        The files that the case reads, of which the page has the checksums.
-    """
+    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance."""
     sections = on("page", document.sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
+from bushcli.runtime.digits import beside, significant
 from bushcli.standards.observed import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause, speed_clause
 
@@ -23,12 +24,13 @@ def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
     yield cycles_clause(seen, CYCLES, f"{CYCLES} cycles in succession, of which the last counts")
     largest = max(seen.amplitudes)
     met = abs(largest - STRAIN) <= 0.1 * STRAIN
-    yield Clause(f"compression to {STRAIN:.0%}", f"{largest:.1%}", met, practice=True)
+    reached = beside(100 * largest, 90 * STRAIN, 110 * STRAIN, decimals=1)
+    yield Clause(f"compression to {STRAIN:.0%}", f"{reached}%", met, practice=True)
     yield speed_clause(seen, source, [(SPEED, 0.1 * SPEED)], practice=True)
     longest = max((*seen.holds, *seen.rests), default=0.0)
     yield Clause(
         "no pause between the cycles",
-        f"the longest is {longest:.3g} s",
+        f"the longest is {significant(longest, 1.0)} s",
         longest <= 1.0 if seen.timed else None,
         practice=True,
     )

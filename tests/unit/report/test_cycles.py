@@ -15,8 +15,7 @@ from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
 from bushcli.report.drawing.prepared import prepared
-from bushcli.report.drawing.results import history_figures
-from bushcli.report.plots.cycles import cycle_panels
+from bushcli.report.plots.cycles import cycle_panels, history_panels
 from bushcli.report.views.cycles import cycle_table, history_section, hold_table
 
 DATA = Path(__file__).parents[1] / "data"
@@ -188,13 +187,11 @@ def test_the_terminal_shows_cycles_and_holds(simulated, measured):
 
 
 def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
-    loops, held = history_figures(histories(simulated(measured)), {"axial": "axial"})
+    loops, held = history_panels(histories(simulated(measured)), {"axial": "axial"})
     assert (loops.name, held.name) == ("axial-cycles", "axial-holds")
     assert loops.title.startswith("Axial: loops dissipate 24")
     assert loops.title.endswith(", 0 N mm simulated")
     assert held.title == "Axial: the held force relaxes by 16 % recorded, 0 % simulated"
-    for found in (loops, held):
-        assert found.png.startswith(b"\x89PNG\r\n\x1a\n")
 
 
 def test_files_and_page_hold_the_section(simulated, measured, tmp_path):

@@ -17,11 +17,12 @@ from bushcli.report.drawing.bushing_map import map_figure
 from bushcli.report.drawing.looks import LOOKS, style_sheet
 from bushcli.report.drawing.picture import plotted, style
 from bushcli.report.drawing.prepared import MOST, position, prepared, thinned
-from bushcli.report.drawing.results import diagnosis_figures, direct_figures, mesh_figures
+from bushcli.report.drawing.results import diagnosis_pictures, direct_pictures, mesh_pictures
+from bushcli.report.drawing.results import drawn as pictures_of
 from bushcli.report.drawing.zoom import figure, svg, ticks
 from bushcli.report.plots.diagnosis import curve_plot
 from bushcli.report.plots.places import numbering
-from bushcli.report.writers.files import map_vtu
+from bushcli.report.writers.tables import map_vtu
 from bushcli.simulate.meshes import Meshed
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
@@ -36,7 +37,7 @@ def drawn(answer, channel):
     def make(*channels, fit=None, title="a bushing"):
         found = answer(*(channels or (channel("axial", 130.0, 100.0),)), title=title)
         names = {c.name: c.name for c in found.response.channels}
-        return {p.name: p for p in direct_figures(found.response, found.misfits, fit, names)}
+        return {p.name: p for p in pictures_of(direct_pictures(found.response, found.misfits, fit, names))}
 
     return make
 
@@ -85,9 +86,9 @@ def test_the_same_result_gives_the_same_file(drawn):
     assert all(first[name].svg == second[name].svg and first[name].png == second[name].png for name in first)
 
 
-def test_meshes_have_pictures(ring):
+def test_meshes_have_pictures(ring, case):
     mesh = Meshed("section", ("axial",), 2, 2, 6, {}, {}, ring)
-    assert [picture.name for picture in mesh_figures([mesh])] == ["mesh-section"]
+    assert [picture.name for picture in mesh_pictures(case().geometry, [mesh])] == ["mesh-section"]
 
 
 def test_faces_between_points_of_a_circle_follow_it():
@@ -235,7 +236,8 @@ def test_maps_on_triangles_and_tetrahedra_are_drawn_and_written(diagnoses):
         square, points=corners[:4, :2], cells=np.array([(0, 1, 2), (1, 3, 2)]), factor=np.array([0.1, -0.1])
     )
     solid = replace(cube, points=corners, cells=tets, factor=np.linspace(-0.2, 0.2, 6))
-    for one, faces, kind in ((flat, 2 * 2, 5), (solid, 6 * 2, 10)):
+    # Three faces of the cube are turned towards the eye.
+    for one, faces, kind in ((flat, 2 * 2, 5), (solid, 3 * 2, 10)):
         (drawn,) = (c for c in map_figure(one).axes[0].collections if isinstance(c, PolyCollection))
         assert len(drawn.get_paths()) == faces
         root = ET.fromstring(map_vtu(one))
@@ -249,9 +251,9 @@ def test_a_channel_without_places_in_its_record_has_no_picture_of_them(case, dia
     """For example a channel that is held out."""
     found = diagnoses.diagnosis(case(), "missing_physics")
     names = {one.name: one.name for one in (*found.channels, *found.maps)}
-    assert any(one.kind == "record_map" for one in diagnosis_figures(found, names))
+    assert any(one.kind == "record_map" for one in diagnosis_pictures(found, names))
     bare = replace(found, location=replace(found.location, bins=()))
-    assert not any(one.kind == "record_map" for one in diagnosis_figures(bare, names))
+    assert not any(one.kind == "record_map" for one in diagnosis_pictures(bare, names))
 
 
 @pytest.mark.parametrize("made", ["half_plane", "solid"])
@@ -302,10 +304,10 @@ def test_a_map_is_a_file_for_paraview(diagnoses):
     assert (volume > 0).all()
 
 
-def test_a_section_is_mirrored_and_a_solid_shows_its_outside(diagnoses):
+def test_a_section_is_mirrored_and_a_solid_shows_what_is_turned_to_the_eye(diagnoses):
     section, half = diagnoses.half_plane(), diagnoses.solid()
-    # Of the half its outside and inside, two ends, and the two cuts at y = 0.
-    for one, faces in ((section, 2 * 8 * 20), (half, 2 * 24 * 8 + 2 * 24 * 4 + 2 * 4 * 8)):
+    # Of the half the inside but for two of 24 faces around, where the outside is seen; one end; two cuts at y = 0.
+    for one, faces in ((section, 2 * 8 * 20), (half, 24 * 8 + 24 * 4 + 2 * 4 * 8)):
         assert len(painted(one).get_paths()) == faces
 
 
@@ -428,10 +430,13 @@ def test_a_plot_is_well_formed_and_names_are_escaped(case, diagnoses):
         (0.0, 10.0, [0, 2, 4, 6, 8, 10]),
         (-0.18, 6.18, [0, 1, 2, 3, 4, 5, 6]),
         (-1e-3, 1e-3, [-1e-3, -5e-4, 0, 5e-4, 1e-3]),
+        # Steps of 50 would leave the zero alone.
+        (-0.48, 0.48, [-0.4, -0.2, 0, 0.2, 0.4]),
     ],
 )
 def test_ticks_are_round(low, high, expected):
-    assert ticks(low, high, 7 if high > 7 else 9 if high > 1 else 5) == pytest.approx(expected, abs=1e-12)
+    most = 7 if high > 7 else 9 if high > 1 else 4 if high > 0.1 else 5
+    assert ticks(low, high, most) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -172,10 +172,7 @@ def test_a_result_of_another_question_or_command_is_kept_with_its_files(tmp_path
     }
     assert [
         (out / place / name).read_text() for place, name in (("earlier-direct", "0.csv"), (".", "3.csv"))
-    ] == [
-        "0.csv",
-        "3.csv",
-    ]
+    ] == ["0.csv", "3.csv"]
     assert not (out / "0.csv").exists()
     assert not list(out.glob(".bushcli*"))
 

@@ -8,7 +8,8 @@ import re
 import pytest
 
 from bushcli.report import direct_document, direct_json, fit_document, fit_json
-from bushcli.report.drawing.results import direct_figures, fit_figures
+from bushcli.report.drawing.results import direct_pictures, drawn
+from bushcli.report.plots.fit import fit_panels
 from bushcli.report.writers.page import page as page_of
 
 
@@ -18,7 +19,7 @@ def page(answer, channel):
         found = answer(channel("axial", 645.0, 363.0, **changes), title=title)
         result = direct_json(found.response, found.misfits, fit, {"total": 1.0})
         names = {c.name: "axial" for c in found.response.channels}
-        pictures = direct_figures(found.response, found.misfits, fit, names)
+        pictures = drawn(direct_pictures(found.response, found.misfits, fit, names))
         return page_of(direct_document(found.response, found.misfits, fit, pictures), result)
 
     return make
@@ -93,6 +94,6 @@ def test_titles_and_names_are_escaped(page):
 
 
 def test_a_fit_has_a_page(case, fit):
-    text = page_of(fit_document(case(), fit, fit_figures(fit)), fit_json(case(), fit, {}))
+    text = page_of(fit_document(case(), fit, drawn([fit_panels(fit)])), fit_json(case(), fit, {}))
     assert "yeoh fits 3 coupon tests to 20.0 % rms or better" in text
     Tags(text)

@@ -80,10 +80,7 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
                 *of_kind(pictures, "probabilities"),
             ],
         ),
-        Section(
-            "The most probable models",
-            [model_table(found), note(_PROBABILITIES)],
-        ),
+        Section("The most probable models", [model_table(found), note(_PROBABILITIES)]),
         *([missing] if words.is_missing(found) else []),
         _left_out(found, pictures),
         Section(

@@ -20,7 +20,6 @@ class ShownQuantity:
 
     Attributes
     ----------
-    value, std, lower, upper : float
     unit : str
         "1" for a parameter without a unit.
     prior : tuple of float, optional
@@ -57,17 +56,7 @@ class ShownQuantity:
 
 
 def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
-    """Return a parameter of the most probable model in the units of the case file: angles in degrees.
-
-    Parameters
-    ----------
-    name : str
-        Full name, "mullins.m"; a parameter of the law has no point in its name.
-    quantity : Quantity
-        The parameter in internal units.
-    channels : iterable of DiagnosedChannel
-        Channels of the diagnosis; they say whether a displacement is an angle.
-    """
+    """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
     at, name_of_unit = _conversion(name, quantity, channels)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
@@ -93,13 +82,6 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
 
     The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x, that of
     exp(x) is exp(x) times it.
-
-    Parameters
-    ----------
-    effect : DiagnosedEffect
-        An effect of the diagnosis.
-    channels : sequence of DiagnosedChannel
-        Channels of the diagnosis; they say whether a displacement is an angle.
     """
     parts = []
     for name, quantity in effect.parameters.items():
@@ -132,15 +114,7 @@ def tail(of: str) -> str:
 
 
 def span(lower: float, upper: float) -> str:
-    """Return an interval in words: "0.1 to 0.3".
-
-    Parameters
-    ----------
-    lower : float
-        Lower end, in any unit.
-    upper : float
-        Upper end, in the same unit.
-    """
+    """Return an interval in words: "0.1 to 0.3"."""
     return f"{number(lower)} to {number(upper)}"
 
 
@@ -149,8 +123,11 @@ def _conversion(
 ) -> tuple[Callable[[float], float], str]:
     """Return the conversion from internal units to those of the case file, and the unit there."""
     found = _parameter(name)
-    if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
-        return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
+    if found is not None and found.of_channel:
+        effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
+        acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
+        if any(modes()[one.mode].rotational for one in acting):
+            return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
     factor, name_of_unit = _degrees(quantity.unit)
     return lambda value: factor * value, name_of_unit
 
@@ -160,12 +137,6 @@ def _parameter(name: str) -> EffectParameter | None:
     if effect_name(effect) not in effects():
         return None
     return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
-
-
-def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
-    effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
-    acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
-    return any(modes()[one.mode].rotational for one in acting)
 
 
 def _degrees(of: str) -> tuple[float, str]:

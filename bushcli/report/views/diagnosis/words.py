@@ -28,7 +28,6 @@ class Likely:
 
     Attributes
     ----------
-    effects : tuple of str
     probability : float
         Sum over all models with these effects and any law.
     """
@@ -227,11 +226,7 @@ def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
 
 def tone(found: Diagnosis) -> Tone:
     """Return the tone of the verdict, which selects its colour."""
-    tones: dict[str, Tone] = {
-        "explained": "good",
-        "unexplained": "bad",
-        "faulty_data": "bad",
-    }
+    tones: dict[str, Tone] = {"explained": "good", "unexplained": "bad", "faulty_data": "bad"}
     return tones.get(found.verdict, "plain")
 
 
@@ -345,31 +340,13 @@ def law_title(name: str) -> str:
 
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
-    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset".
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of effects, with their rigs.
-    none : str
-        Words for an empty set.
-    """
+    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset"."""
     first, *others = [phrase(name) for name in names] or [none]
     return f"{first} with {listed(others)}" if others else first
 
 
 def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
-    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
-
-    Parameters
-    ----------
-    law : str
-        Name of the law.
-    names : sequence of str
-        Names of effects, with their rigs.
-    variants : mapping of str to str, optional
-        Effect -> what distinguishes it from the same effect in another model: "viscoelasticity, 2 branches".
-    """
+    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
     if not names:
         return f"{law_title(law)} alone"
     known = variants or {}
@@ -392,37 +369,11 @@ def short_chance(probability: float) -> str:
 
 
 def unlikely(found: Diagnosis, limit: float) -> list[str]:
-    """Return the effects that are less probable than a limit and that these recordings could show.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    limit : float
-        Probability, from 0 to 1.
-
-    Returns
-    -------
-    list of str
-        Names, the most probable first; unknown physics and `nothing` are among them.
-    """
+    """Return the effects that are less probable than a limit and that these recordings could show."""
     ranked = sorted(found.probability.items(), key=lambda one: -one[1])
     return [name for name, p in ranked if p < limit and name not in found.searched.untestable]
 
 
 def undetectable(found: Diagnosis, limit: float) -> list[str]:
-    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    limit : float
-        Probability, from 0 to 1; an effect that reaches it beside another effect is left out.
-
-    Returns
-    -------
-    list of str
-        Names, in the order of the search.
-    """
+    """Return the effects that these recordings cannot show; they count as absent, which nothing in the data says."""
     return [name for name in found.searched.untestable if found.probability.get(name, 0.0) < limit]

@@ -1,0 +1,64 @@
+"""Plots of many curves over each other: the parts of a batch with their band, and the results of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bushcli.curve.curve import Curve
+from bushcli.report.document import Panels, Plot, Series
+from bushcli.report.plots.direct import capital, rest_lines
+from bushcli.report.quantity import quantities
+from bushcli.runtime.names import file_names
+from bushcli.study.batch import Batch
+from bushcli.study.compare import Comparison, ReactionHistory
+
+# Colours of lines, after which they begin again.
+_COLOURS = 10
+
+
+def batch_panels(found: Batch) -> list[Panels]:
+    """Return the parts of each mode, their mean and the tolerance band."""
+    panels = []
+    for curve in found.curves:
+        shown = quantities(curve.mode)
+        parts = [part for part in found.parts if part.mode == curve.mode]
+        series = [
+            _joined(key, label, drawn)
+            for key, label, is_outlier in (("recorded", "parts", False), ("left_out", "outliers", True))
+            if (drawn := [part.recording for part in parts if bool(part.outlier) == is_outlier])
+        ]
+        q = shown.shown(curve.mean.displacement)
+        series += [
+            Series("before", "tolerance band", np.r_[q, np.nan, q], np.r_[curve.lower, np.nan, curve.upper]),
+            Series("after", "mean", q, curve.mean.force),
+        ]
+        plot = Plot("curves", shown.labels, series, bands=rest_lines(shown))
+        title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
+        panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
+    return panels
+
+
+def _joined(key: str, label: str, curves: Sequence[Curve]) -> Series:
+    """Return curves as one series, with gaps, so that no line joins two of them."""
+    q = [value for one in curves for value in (quantities(one.mode).shown(one.displacement), [np.nan])]
+    force = [value for one in curves for value in (one.force, [np.nan])]
+    return Series(key, label, np.concatenate(q), np.concatenate(force))
+
+
+def compare_panels(found: Comparison) -> list[Panels]:
+    """Return the curves of each channel."""
+    panels, names = [], file_names(found.channels)
+    for channel in found.channels:
+        drawn = {i: item for i, item in enumerate(found.items) if channel in item.curves}
+        series = []
+        for i, item in drawn.items():
+            curve = item.curves[channel]
+            shown = quantities(curve.mode)
+            x = curve.time if isinstance(curve, ReactionHistory) else shown.shown(curve.displacement)
+            series.append(Series(f"line-{i % _COLOURS}", item.name, x, curve.force))
+        label = "time [s]" if isinstance(curve, ReactionHistory) else shown.displacement_label
+        plot = Plot("curves", (label, shown.force_label), series, bands=rest_lines(shown))
+        panels.append(Panels(f"{names[channel]}-compare", "curve", capital(channel), [[plot]], channel))
+    return panels

@@ -1,0 +1,173 @@
+"""Numbers of results -> CSV, with twelve significant digits, and maps of the bushing -> VTK."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.report.quantity import FORCE_UNITS, MOTION_UNITS, quantities, shown_motion
+from cases.six import MOTIONS, REACTIONS
+
+if TYPE_CHECKING:
+    from bushcli.mismatch.maps import LocalMap
+    from bushcli.simulate.dynamic import DynamicCurve
+    from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.response import SixCurve
+    from bushcli.study.batch import Batch, BatchCurve
+    from bushcli.study.compare import Comparison
+
+Array = NDArray[np.float64]
+
+# VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
+_VTK = {
+    ("simplex", 3): (5, (0, 1, 2)),
+    ("simplex", 4): (10, (0, 1, 2, 3)),
+    ("tensor", 4): (9, (0, 1, 3, 2)),
+    ("tensor", 8): (12, (0, 1, 3, 2, 4, 5, 7, 6)),
+    ("ring", 4): (9, (0, 1, 2, 3)),
+    ("ring", 8): (12, (0, 1, 2, 3, 4, 5, 6, 7)),
+}
+
+
+def number_table(columns: Mapping[str, Array]) -> str:
+    """Return a table of numbers: columns of equal length, by their names."""
+    rows = "".join(
+        ",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack([*columns.values()])
+    )
+    return ",".join(columns) + "\n" + rows
+
+
+def word_table(rows: Iterable[Iterable[object]]) -> str:
+    """Return a table of words and numbers, these with eight significant digits."""
+    text = io.StringIO()
+    cells = ([f"{cell:.8g}" if isinstance(cell, float) else cell for cell in row] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows(cells)
+    return text.getvalue()
+
+
+def forces(mode: str, displacement: Array, columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Return forces over a displacement as columns: a word, the quantity and its unit name a force."""
+    shown = quantities(mode)
+    q, force = shown.csv_names
+    return {q: shown.shown(displacement)} | {f"{word}_{force}": column for word, column in columns.items()}
+
+
+def six_table(six: SixCurve) -> str:
+    """Return all motions and reactions of a path, named as in recordings."""
+    units = (unit.replace(" ", "") for unit in (*MOTION_UNITS, *FORCE_UNITS))
+    names = [f"{name}_{unit}" for name, unit in zip((*MOTIONS, *REACTIONS), units, strict=True)]
+    columns = zip(names, [*shown_motion(six).T, *six.force.T], strict=True)
+    return number_table({"time_s": six.time, **dict(columns)})
+
+
+def dynamic_table(curves: Sequence[DynamicCurve]) -> str:
+    """Return the dynamic stiffness of a load case, with the columns of a rig's table."""
+    shown = quantities(curves[0].mode)
+    travel, force = shown.csv_names
+    kind = "MPa" if shown.force_unit == "MPa" else "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    moduli = (f"{name}_{kind}" for name in ("stiffness", "storage", "loss"))
+    # "preload_mm" and "preload_N", as a rig writes them; "preload_stretch".
+    preloads = (f"preload_{name if kind == 'MPa' else name.split('_', 1)[1]}" for name in (travel, force))
+    peaks = [] if curves[0].amplitude is None else [f"amplitude_{travel.split('_', 1)[1]}"]
+    names = ["frequency_Hz", *peaks, *preloads, *moduli, "loss_angle_deg"]
+    rows = []
+    for curve in curves:
+        K, preload = curve.stiffness, [shown.at(curve.preload), curve.force]
+        peak = [] if curve.amplitude is None else [shown.per_internal * curve.amplitude]
+        held = np.broadcast_to([*peak, *preload], (len(K), len(peak) + 2))
+        rows.append(np.column_stack([curve.frequency, held, abs(K), K.real, K.imag, np.degrees(np.angle(K))]))
+    return number_table(dict(zip(names, np.vstack(rows).T, strict=True)))
+
+
+def compared_table(one: ComparedTable) -> str:
+    """Return a measured table beside its simulation, a row for each of its rows."""
+    table, shown = one.table, quantities(one.table.mode)
+    travel, force = (name.split("_", 1)[1] for name in shown.csv_names)
+    kind = "Nmm_per_rad" if shown.per_internal != 1.0 else "N_per_mm"
+    columns = {
+        "frequency_Hz": table.frequency,
+        f"amplitude_peak_{travel}": shown.per_internal * table.amplitude,
+        f"preload_{travel}": shown.per_internal * one.preload,
+        f"preload_{force}": table.preload_force,
+        "temperature_C": table.temperature,
+        f"stiffness_{kind}": table.stiffness,
+        "loss_angle_deg": np.degrees(table.loss_angle),
+        f"simulated_stiffness_{kind}": np.abs(one.simulated),
+        "simulated_loss_angle_deg": np.degrees(np.angle(one.simulated)),
+    }
+    known = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+    return number_table(known)
+
+
+def part_table(found: Batch) -> str:
+    """Return a row for each part of a batch."""
+    from bushcli.report.views.batch import stiffness
+    from bushcli.study.causes import joined
+
+    heads = "part,mode,factor,std,deviation,stiffness,rms_percent,noise_percent,outlier,causes"
+    rows = (
+        (
+            *(one.name, one.mode, one.factor, one.std, one.deviation, stiffness(one)),
+            *(one.rms_percent, one.noise_percent, " ".join(one.outlier), joined(one.causes)),
+        )
+        for one in found.parts
+    )
+    return word_table([heads.split(","), *rows])
+
+
+def mean_tables(curve: BatchCurve) -> tuple[str, str]:
+    """Return the mean curve of a mode, which a recording may stand for, and the band of its tolerance."""
+    mean, shown = curve.mean, quantities(curve.mode)
+    q, force = shown.csv_names
+    travel = {q: shown.shown(mean.displacement)}
+    times = {} if mean.time is None else {"time_s": mean.time}
+    band = {f"mean_{force}": mean.force, f"lower_{force}": curve.lower, f"upper_{force}": curve.upper}
+    return number_table(times | travel | {force: mean.force}), number_table(travel | band)
+
+
+def difference_table(found: Comparison) -> str:
+    """Return the keys and the numbers in which results differ."""
+    rows = [
+        (one.key, *("" if value is None else value for value in one.values))
+        for one in (*found.keys, *found.numbers)
+    ]
+    return word_table([("key", *(item.name for item in found.items)), *rows])
+
+
+def map_vtu(found: LocalMap) -> str:
+    """Return the map as an unstructured grid; a half-plane as (R, Z, 0), mm.
+
+    References
+    ----------
+    VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
+    """
+    from bushcli.report.plots.places import numbering
+
+    def array(kind: str, name: str, values: np.ndarray, more: str = "") -> str:  # type: ignore[type-arg]
+        text = " ".join(f"{value:.9g}" for value in values.ravel())
+        return f'<DataArray type="{kind}" Name="{name}" format="ascii" {more}>{text}</DataArray>'
+
+    corners = found.cells.shape[1]
+    points = np.zeros((len(found.points), 3))
+    points[:, : found.points.shape[1]] = found.points
+    kind, order = _VTK[numbering(found), corners]
+    cells = found.cells[:, order]
+    offsets = corners * np.arange(1, len(cells) + 1)
+    return f"""<?xml version="1.0"?>
+<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">
+<Points>{array("Float64", "points", points, 'NumberOfComponents="3"')}</Points>
+<Cells>
+{array("Int64", "connectivity", cells)}
+{array("Int64", "offsets", offsets)}
+{array("UInt8", "types", np.full(len(cells), kind))}
+</Cells>
+<CellData Scalars="stiffness_change">{array("Float64", "stiffness_change", found.factor)}</CellData>
+</Piece></UnstructuredGrid>
+</VTKFile>
+"""
