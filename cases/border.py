@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
-from cases.motion import posed
+from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.rigid import Tangent, tangent
@@ -38,7 +38,7 @@ class Border:
     """
 
     def __init__(self, model: FiniteElementModel) -> None:
-        self._model, self._motion = model, posed(model.motion)
+        self._model, self._motion = model, pose_motion_of(model.motion)
         self._free = list(self._motion.free_numbers)
         count = len(self._free)
         own = model.system.owned_constrained

@@ -189,9 +189,14 @@ class Equilibrium:
         return np.concatenate([self.tangent_rate(ahead=True), self.free_rate])
 
     def tangent_rate(self, factorised: bool = False, ahead: bool = False) -> Array:
-        """Return dx/dq of this rank's unknowns at the last solution; `factorised`: factorise the tangent there.
+        """Return dx/dq of this rank's unknowns at the last solution.
 
-        ``ahead``: at a corner of the path, on the segment after it.
+        Parameters
+        ----------
+        factorised
+            Whether to factorise the tangent there.
+        ahead
+            Whether to take, at a corner of the path, the rate on the segment after it.
         """
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:

@@ -11,6 +11,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
+from typing_extensions import override
 from ufl.algorithms import expand_derivatives
 from ufl.constantvalue import Zero
 
@@ -338,21 +339,21 @@ class PoseMotion(Motion):
         """Twist per unit of q, (6,), on the way to q or of what lies ahead, with the free motions at rest."""
         return np.asarray(twist_of(self.pose(q)) @ self.path.rate(q, ahead))
 
+    @override
     def rate(self, q: float, ahead: bool = False) -> Array:
-        """Derivative of the constrained unknowns by q, over all local unknowns (zero elsewhere)."""
         return self.over_all(self.twist(q, ahead) @ self.twists(q))
 
+    @override
     def rigid(self, x: Array, q: float) -> Array:
-        """Rigid motions of the body as it is deformed: all six that symmetry leaves, as in `Motion`."""
         moved = twists(x - self.pose(q)[:3, None], np.zeros(6))
         return moved[list(possible(self._mesh.mirrors))]
 
+    @override
     def boundary_bend(self, name: str, q: float) -> Array | None:
-        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
         return self.over_all(self.twist(q) @ self.twists(q, by=name)) if self.arms_depend_on(name) else None
 
+    @override
     def pose(self, q: float) -> Array:
-        """Where the sleeve is, (6,) in mm and rad: prescribed and free motions."""
         pose = self.path.pose(q)
         pose[list(self.free_numbers)] = self.free
         return pose
@@ -382,15 +383,17 @@ class PoseMotion(Motion):
         x = self.constrained.x.T if self._shifts is None else self.constrained.x.T + self._shifts()
         return rotation(self.pose(q)[3:]) @ x
 
+    @override
     def _motion(self, x: Array, q: float) -> Array:
         return displacement(x, self.pose(q))
 
     @property
+    @override
     def _turns(self) -> bool:
         return True
 
 
-def posed(motion: Motion) -> PoseMotion:
+def pose_motion_of(motion: Motion) -> PoseMotion:
     """Return the motion of a model as that of a path of six motions, which its caller knows it to be."""
     if not isinstance(motion, PoseMotion):
         raise TypeError("the model has no path of six motions")

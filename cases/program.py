@@ -102,7 +102,7 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
     return Program(q, time)
 
 
-def along(six: SixPath, steps: int) -> Program:
+def steps_along(six: SixPath, steps: int) -> Program:
     """Steps of a path of six motions: `steps` on its longest segment, proportionally fewer on the others.
 
     The length of a segment is the largest change on it, each motion and load as a share of its range.

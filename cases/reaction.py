@@ -9,7 +9,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from cases.model import Array, FiniteElementModel
-from cases.motion import posed
+from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.six import possible
 
@@ -45,7 +45,7 @@ def reactions(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array
     """
     constrained = model.motion.constrained.dofs
     owned = constrained < model.system.owned
-    work = posed(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
+    work = pose_motion_of(model.motion).twists(q)[:, owned] @ residual.array_r[constrained[owned]]
     return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
 
 

@@ -66,7 +66,7 @@ def refined(at: ConvergedState, loads: Array, guess: Array, most: int = MOST_COR
         # At that rate the iterations that are left must suffice.
         if len(known) == most or (known and error * rate ** (1 + most - len(known)) > close):
             return None
-        before, pushed = errors, np.asarray(errors * rate > close)
+        before, pushed = errors, errors * rate > close
         directions = left[pushed]
         images = solved(at.model, at.ksp, _pulls(at, directions))
         for earlier, its_images in known:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import FiniteElementModel
-from cases.motion import posed
+from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.rates import ghosted
 from cases.reaction import reactions
@@ -77,7 +77,7 @@ def tangent(model: FiniteElementModel, ksp: PETSc.KSP, q: float, wanted: Sequenc
     wanted
         Motions by number; the others' rows and columns are zero.
     """
-    twist = model.motion.over_all(posed(model.motion).twists(q))
+    twist = model.motion.over_all(pose_motion_of(model.motion).twists(q))
     allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
@@ -114,7 +114,7 @@ def adjoint(model: FiniteElementModel, ksp: PETSc.KSP, q: float, reaction: int) 
     reaction
         Number of the reaction.
     """
-    motion, found = posed(model.motion), tangent(model, ksp, q)
+    motion, found = pose_motion_of(model.motion), tangent(model, ksp, q)
     busy = [k for k in motion.free_numbers if found.stiffness[k].any()]
     direction: Array = found.answers[reaction].copy()
     if busy:
@@ -199,7 +199,7 @@ def turned(model: FiniteElementModel, residual: PETSc.Vec, q: float) -> Array:
     """
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
-    force, arms = residual.array_r[c.dofs[owned]], posed(model.motion).arms(q)[:, owned]
+    force, arms = residual.array_r[c.dofs[owned]], pose_motion_of(model.motion).arms(q)[:, owned]
     components = np.eye(3)[:, c.component[owned]]
     # D_ab: the sum of the force's component a times the arm's b.
     dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity

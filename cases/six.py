@@ -189,7 +189,13 @@ class SixPath:
         return np.asarray(self.loads[i] + (q - self.time[i]) * self.load_rate(q))
 
     def load_rate(self, q: float, ahead: bool = False) -> Array:
-        """Derivative of `load_at` by q, shape (6,); `ahead` as for `rate`."""
+        """Derivative of `load_at` by q, shape (6,).
+
+        Parameters
+        ----------
+        q, ahead
+            As for `rate`; q in s.
+        """
         return self._rate(self.loads, q, ahead)
 
     @property

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
-from cases.motion import posed
+from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.rigid import completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
@@ -54,7 +54,7 @@ class SixSensitivity(Sensitivity):
         """
         assert not path_rates
         assert drive is None
-        model, motion, q = self.model, posed(self.model.motion), solver.q
+        model, motion, q = self.model, pose_motion_of(self.model.motion), solver.q
         solver.factorise()
         found = tangent(model, solver.factor, q)
         slopes = Slopes(model.body, model.state.x.array)
@@ -90,7 +90,7 @@ class SixSensitivity(Sensitivity):
 
     def _power(self, solver: Equilibrium) -> Array:
         """Derivative of the power, through the reactions and through the twists along the path."""
-        motion, q = posed(self.model.motion), solver.q
+        motion, q = pose_motion_of(self.model.motion), solver.q
         assert solver.six is not None
         pose, rate = motion.pose(q), motion.path.rate(q)
         total = (twist_of(pose) @ rate) @ self.reactions

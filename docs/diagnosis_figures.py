@@ -23,12 +23,13 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from bushcli.effects.names import within
+from bushcli.report.drawing import looks
 from bushcli.report.views.diagnosis.words import law_title
 
 PICTURE = Path(__file__).with_name("pictures") / "diagnosis.png"
-# Okabe and Ito's palette, as in the report.
-BLACK, BLUE, ORANGE, GREEN, RED, GREY = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#5f6670"
-SENSES = {"too_soft": (GREEN, -1.0), "too_stiff": (RED, 1.0)}
+# As in the report.
+BLACK, BLUE, ORANGE, GREY = (colours[0] for colours in (looks.INK, looks.BLUE, looks.AMBER, looks.GREY))
+SENSES = {"too_soft": (looks.SOFT[0], -1.0), "too_stiff": (looks.STIFF[0], 1.0)}
 Columns = dict[str, np.ndarray]
 
 

@@ -13,6 +13,7 @@ from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.effects.rig import vibrating
+from bushcli.report.drawing.looks import AMBER, BLUE
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -57,7 +58,7 @@ def main(names: list[str]) -> None:
         }
         figure, axes = plt.subplots(figsize=(5.2, 3.4), layout="constrained")
         for (label, force), style in zip(
-            curves.items(), ({"color": "0.65", "lw": 1.2}, {"color": "#c0392b", "lw": 1.4}), strict=True
+            curves.items(), ({"color": AMBER[0], "lw": 1.4}, {"color": BLUE[0], "lw": 1.4}), strict=True
         ):
             axes.plot(q, force / 1000.0, label=label, **style)
         axes.axhline(0.0, color="0.85", lw=0.8, zorder=0)
@@ -84,8 +85,8 @@ def draw_table(name: str, values: dict[str, float]) -> None:
     seen = vibrating([ActiveEffect(effects()[name], values)], part, frequency, 0.0, 0.0).value
     figure, axes = plt.subplots(2, 1, figsize=(5.2, 3.8), layout="constrained", sharex=True)
     for stiffness, label, style in (
-        (part, "bushing", {"color": "0.65", "lw": 1.2}),
-        (seen, name, {"color": "#c0392b", "lw": 1.4}),
+        (part, "bushing", {"color": AMBER[0], "lw": 1.4}),
+        (seen, name, {"color": BLUE[0], "lw": 1.4}),
     ):
         axes[0].plot(frequency, np.abs(stiffness), label=label, **style)
         axes[1].plot(frequency, np.degrees(np.angle(stiffness)), **style)

@@ -16,7 +16,7 @@ def dynamic(run: Run, weighting: str) -> int:
     """Compute dynamic stiffness and loss angle of CASE over frequency, about each preload.
 
     The load cases are those with a table [load_cases.dynamic]. A law without parameters is fitted to the coupon tests
-    first. The rubber has relaxed under the preload; the vibration is small.
+    first. The rubber has relaxed under the preload. The vibration is small, or has the amplitudes that the case gives.
     """
     from bushcli import report
     from bushcli.recording.dynamic.read import read_dynamic

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.faults.fault import DataFault
-from bushcli.faults.stiffness import unit_stiffness
+from bushcli.faults.scale import unit_stiffness
 from bushcli.recording.dynamic.table import DynamicTable
 from cases.mode import modes
 from geometry.shape import Shape

@@ -86,15 +86,7 @@ def condition(fault: DataFault) -> Condition:
 
 
 def places(recording: Recording, samples: Sequence[int] | NDArray[np.intp]) -> str:
-    """Return the times of samples, or their numbers from 1 without time: ``at 12.5 s, 40.1 s and 3 more``.
-
-    Parameters
-    ----------
-    recording : Recording
-        The recording with the samples.
-    samples : sequence of int
-        Sample indices from 0; at least one.
-    """
+    """Return the times of samples, or their numbers from 1 without time: ``at 12.5 s, 40.1 s and 3 more``."""
     shown = [
         f"{recording.time[i]:.6g} s" if recording.time is not None else f"sample {i + 1}"
         for i in list(samples)[:_LISTED]

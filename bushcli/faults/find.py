@@ -9,11 +9,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.faults.extremes import extremes
 from bushcli.faults.fault import DataFault, Mask, places
 from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force, stuck_rows
 from bushcli.faults.scale import scales
-from bushcli.faults.sense import magnitude, no_signal, positions, reversed_sign
+from bushcli.faults.sense import extremes, magnitude, no_signal, positions, reversed_sign
 from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, displacement_noise, force_noise

@@ -71,21 +71,7 @@ def clipped(force: Array, displacement: Array, noise: float) -> Mask:
 
 
 def stuck_force(force: Array, displacement: Array, stiffness: float, noise: float, clip: Mask) -> Mask:
-    """Return which samples (n,) only repeat an earlier force while the displacement goes on.
-
-    Parameters
-    ----------
-    force : (n,) array
-        N, N mm or MPa.
-    displacement : (n,) array
-        mm, rad or stretch - 1.
-    stiffness : float
-        Slope of the whole recording, N/mm, N mm/rad or MPa; the force that a motion should have made follows from it.
-    noise : float
-        Standard deviation of the force's noise, N, N mm or MPa.
-    clip : (n,) array of bool
-        Clipped samples, which repeat for that reason.
-    """
+    """Return which samples (n,) only repeat an earlier force while the displacement goes on."""
     bad = np.zeros(len(force), dtype=bool)
     step, chance, smallest = quantum(force), _chance(force, noise), _smallest_jump(force)
     for start, stop in repetitions(force):
@@ -104,17 +90,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
 
 
 def stuck_rows(force: Array, displacement: Array, noise: float, displacement_noise: float) -> Mask:
-    """Return which samples (n,) repeat force and displacement exactly, although both are noisy even while a rig holds.
-
-    Parameters
-    ----------
-    force : (n,) array
-        N, N mm or MPa.
-    displacement : (n,) array
-        mm, rad or stretch - 1.
-    noise, displacement_noise : float
-        Standard deviation of the noise of each, in its unit.
-    """
+    """Return which samples (n,) repeat force and displacement exactly, although both are noisy even in a hold."""
     bad = np.zeros(len(force), dtype=bool)
     chances = _chance(force, noise), _chance(displacement, displacement_noise)
     for start, stop in repetitions(force):
@@ -139,15 +115,6 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
     """Return which samples (n,) only repeat an earlier displacement, before a jump that makes up for them.
 
     A hold repeats the displacement too, but the motion after it begins where it ended.
-
-    Parameters
-    ----------
-    displacement : (n,) array
-        mm, rad or stretch - 1.
-    force : (n,) array
-        N, N mm or MPa.
-    x : (n,) array
-        Time in s, or sample number.
     """
     bad = np.zeros(len(displacement), dtype=bool)
     span, smallest = float(np.ptp(force)), _smallest_jump(displacement)
@@ -168,18 +135,7 @@ def _smallest_jump(values: Array) -> float:
 
 
 def _catches_up(values: Array, x: Array, start: int, stop: int, smallest: float) -> bool:
-    """Whether a run ends with a jump that makes up for it, while x takes its typical steps.
-
-    Parameters
-    ----------
-    values : (n,) array
-    x : (n,) array
-        What the values change with: the displacement of a force, the time of a displacement.
-    start, stop : int
-        The run.
-    smallest : float
-        `_smallest_jump` of the values.
-    """
+    """Whether a run ends with a jump that makes up for it, while x takes its typical steps."""
     if start < 2 or stop + 2 >= len(values):
         return False
     before = slice(max(start - _BESIDE, 0), start + 1)

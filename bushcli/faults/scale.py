@@ -1,6 +1,6 @@
 """Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
 
-The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.stiffness` give a shear
+The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.scale` give a shear
 modulus. How common moduli are gives the probability that a column was read in another unit: a modulus that rubber
 hardly has, beside one that most rubber has with that unit. It is a fault without doubt where two statements contradict
 each other: another channel of the same rubber, the size of the specimen, the strength of its bond, or the range of all
@@ -20,12 +20,27 @@ from numpy.typing import NDArray
 from bushcli.case.typical import SHEAR, SHEAR_WORDS
 from bushcli.faults.fault import DataFault, Mask
 from bushcli.faults.signal import moving, slope
-from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording
 from bushcli.recording.header.units import find_unit
 from bushcli.recording.source import UNITS, Quantity, dimension
 from cases.mode import modes
 from geometry.shape import Shape
+
+# Least stiffness with voids over that without: voids may take most of the rubber out of the load's path.
+_VOIDED = 0.2
+
+
+def unit_stiffness(shape: Shape, mode: str) -> tuple[float, float] | None:
+    """Return bounds of the stiffness over the shear modulus."""
+    kind, annulus = modes()[mode], shape.annulus
+    if kind.specimen == "coupon":
+        return None if kind.unit_slope is None else (kind.unit_slope, kind.unit_slope)
+    if annulus is None or kind.unit_stiffness is None:
+        return None
+    low, _ = kind.unit_stiffness(annulus.inner_radius, annulus.outer_radius, annulus.shortest)
+    _, high = kind.unit_stiffness(annulus.inner_radius, annulus.outer_radius, annulus.longest)
+    return low * (1.0 if annulus.whole else _VOIDED), high
+
 
 Array = NDArray[np.float64]
 
@@ -102,17 +117,7 @@ class _Change:
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
-    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit.
-
-    Parameters
-    ----------
-    shape : Shape
-        Shape of the bushing, from which the stiffness for a shear modulus of 1 MPa follows.
-    recordings : sequence of Recording
-        All recordings of the case, bushing or coupon.
-    bad : sequence of (n,) array of bool
-        Samples to leave out, by recording.
-    """
+    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit."""
     known = [
         one
         for recording, mask in zip(recordings, bad, strict=True)

@@ -40,15 +40,7 @@ _FAR = 3.0
 
 
 def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force falls while the displacement rises."""
     used = ~bad & moving(recording)
     q, force = recording.displacement[used], recording.force[used]
     if not _moves(q, force):
@@ -67,15 +59,7 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 
 
 def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force lacks the sign that the displacement has.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force lacks the sign that the displacement has."""
     q, force = recording.displacement[~bad], recording.force[~bad]
     if not _moves(q, force):
         return
@@ -97,15 +81,7 @@ def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 
 
 def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force is noise, as of a load cell that is not connected.
-
-    Parameters
-    ----------
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the force is noise, as of a load cell that is not connected."""
     q, force = recording.displacement[~bad], recording.force[~bad]
     if len(q) < _FEWEST or not _moves(q, force):
         return
@@ -133,16 +109,7 @@ def _roughness(values: NDArray[np.float64]) -> float:
 
 
 def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the displacement stays so far from zero that it is a position of the rig.
-
-    Parameters
-    ----------
-    shape : Shape
-    recording : Recording
-        Displacement (mm, rad) and force (N, N mm).
-    bad : (n,) array of bool
-        Samples to leave out.
-    """
+    """Yield a fault where the displacement stays so far from zero that it is a position of the rig."""
     mode = modes()[recording.mode]
     kind = dimension("displacement", mode.specimen, mode.rotational)
     if kind != "length" or shape.annulus is None or bad.all():
@@ -159,3 +126,28 @@ def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFau
             True,
             np.zeros(len(recording.force), dtype=bool),
         )
+
+
+#: Fewest rows; share of rows at which the motion reverses; least median step between them as a share of the range.
+#: Judgement: a sampled signal has such steps only where the noise hides the motion, and is then no recording either.
+_FEWEST_ROWS, _REVERSALS, _STEP = 8, 0.9, 0.3
+
+
+def extremes(recording: Recording) -> Iterator[DataFault]:
+    """Yield a fault if a recording consists of the extremes of its cycles."""
+    steps = np.diff(recording.displacement)
+    if len(steps) + 1 < _FEWEST_ROWS or not np.ptp(recording.displacement) > 0.0:
+        return
+    reversals = float(np.mean(steps[1:] * steps[:-1] < 0.0))
+    if reversals < _REVERSALS or np.median(np.abs(steps)) < _STEP * np.ptp(recording.displacement):
+        return
+    yield DataFault(
+        recording.name,
+        "extremes",
+        f"the motion reverses at {'each' if reversals == 1.0 else f'{100 * reversals:.0f} % of the'} "
+        f"sample{'' if reversals == 1.0 else 's'}: this is a table of peaks and valleys, or a signal that was "
+        "sampled too slowly, and the curve between its points is unknown",
+        "export the samples of some whole cycles, at least twenty in each, with their time",
+        True,
+        np.zeros(len(recording.force), dtype=bool),
+    )

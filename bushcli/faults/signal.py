@@ -33,15 +33,7 @@ def abscissa(recording: Recording) -> Array:
 
 
 def slope(x: Array, y: Array) -> float:
-    """Return the slope of a straight line through points (n,); 0 where x does not change.
-
-    Parameters
-    ----------
-    x : (n,) array
-        Abscissa in any unit.
-    y : (n,) array
-        Ordinate in any unit.
-    """
+    """Return the slope of a straight line through points (n,); 0 where x does not change."""
     x = x - x.mean()
     power = float(x @ x)
     return float(x @ (y - y.mean())) / power if power > 0 else 0.0

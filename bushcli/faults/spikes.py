@@ -80,25 +80,7 @@ class _Miss:
 def spikes(
     values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0, ends: bool = False
 ) -> Mask:
-    """Return which samples of a signal are spikes.
-
-    Parameters
-    ----------
-    values : (n,) array
-    x : (n,) array
-        Strictly increasing: time or sample number.
-    branch : (n,) array of int
-        Number of the branch that each sample is of; between branches the signal may have a kink.
-    explained : (n,) array or float
-        By how much the signal may stand out at each sample for another reason, in its own unit.
-    ends : bool
-        Judge samples with neighbours on one side only, too. Not for signals that may turn at any sample.
-
-    Returns
-    -------
-    (n,) array of bool
-        All False if more samples stand out than single bad ones could.
-    """
+    """Return which samples of a signal are spikes."""
     n = len(values)
     bad = np.zeros(n, dtype=bool)
     if n < _FEWEST:
@@ -117,15 +99,7 @@ def spikes(
 
 
 def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, ends: bool) -> NDArray[np.intp]:
-    """Return the samples of the spikes that are the largest in their neighbourhood.
-
-    Parameters
-    ----------
-    values, x, branch, floor : (n,) array
-        As in `spikes`; `floor` is the least size of a spike.
-    ends : bool
-        As in `spikes`.
-    """
+    """Return the samples of the spikes that are the largest in their neighbourhood."""
     n = len(values)
     at_end = np.maximum(floor, _CHANGES * np.quantile(np.abs(np.diff(values)), 1.0 - _EXCEEDED))
     back = slice(None, None, -1)
@@ -194,18 +168,7 @@ def _miss(
     gap: int,
     first: bool,
 ) -> _Miss:
-    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts.
-
-    Parameters
-    ----------
-    values, x, branch, floor : (n,) array
-        As in `_largest`.
-    at_end : (n,) array
-        Least size of a spike where one side alone judges.
-    gap : int
-    first : bool
-        Whether the samples that this side alone judges are the first ones, not the last.
-    """
+    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts."""
     parabola, size, clean = _by_parabola(values, x, branch, gap)
     score = parabola
     for samples in _ON_LINES:

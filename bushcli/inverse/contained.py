@@ -80,6 +80,9 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
         found.append(Addition(names, off, (shape,), "law", earlier))
     for active in task.effects:
+        if active.effect.needs_temperature:
+            # It shifts the branches, and promises nothing before they are there: it begins at its start values.
+            continue
         free = {active.full_name(p): p for p in active.parameters if active.full_name(p) in start}
         latest: dict[str, str] = {}
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):

@@ -16,8 +16,7 @@ from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import TEMPERATURES
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
-from bushcli.recording.six import motion_columns, read_motions
-from bushcli.recording.six_table import six_table
+from bushcli.recording.six import motion_columns, read_motions, six_table
 from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,110 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
-from bushcli.recording.six_table import named_in, six_table
+from bushcli.recording.header.name import heading
+from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text.table import Table
+from bushcli.recording.text.table import ArrayTable, Table
+from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
+
+# Names of motions and reactions in a header: "ux_mm", "Fx [N]", "rotz_deg", "rz".
+_ALIASES = {
+    **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
+    **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
+}
+_WORDS = ("the motion", "the reactions")
+
+
+def named_in(table: Table) -> dict[str, int]:
+    """Return the columns, from 0, that have names of motions or reactions, by "ux" to "mz"."""
+    found: dict[str, int] = {}
+    for index, name in enumerate(table.names):
+        first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
+        for known, aliases in _ALIASES.items():
+            if first in aliases and known not in found:
+                found[known] = index
+    return found
+
+
+def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
+    """Return the table of a recording of six motions."""
+    found = opened(source, list(chosen.values()), tables)
+    if isinstance(found, Table):
+        return _one_clock(found, chosen, source)
+    if len(found.tables) == 1 and not found.failed:
+        return _one_clock(found.tables[0], chosen, source)
+    every = {name for table in found.tables for name in _columns(table, chosen)}
+    together = joined(found.tables, source, modes()["axial"])
+    for among in (found.tables, together):
+        fitting = [table for table in among if every and every == _columns(table, chosen).keys()]
+        if len(fitting) == 1:
+            return _one_clock(fitting[0], chosen, source)
+        if fitting:
+            what = f"{len(fitting)} sheets or groups have motions and reactions: "
+            what += listed([table.part for table in fitting])
+            raise RecordingError(
+                Problem(str(source.file), what, "", 'choose in the case file: group = "..."')
+            )
+    parts = [one for table in together if (one := _part(table, chosen, source)) is not None]
+    if len(parts) > 1:
+        return _on_one_raster(source, parts, chosen)
+    # A sheet with a bad row may be the sheet that is meant.
+    for error in found.failed.values():
+        raise error
+    what = "no sheet or group has all motions and reactions; there are "
+    what += listed([table.part for table in found.tables])
+    expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
+    raise RecordingError(Problem(str(source.file), what, "", expected))
+
+
+def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
+    """Return the columns, from 0, of a table that the case file names or that have the name of a motion or reaction."""
+    names = [heading(name).name for name in table.names]
+    known = {key: heading(text).name for key, text in chosen.items()}
+    own = {key: names.index(name) for key, name in known.items() if name in names}
+    return {key: index for key, index in named_in(table).items() if key not in known} | own
+
+
+def _one_clock(table: Table, chosen: Mapping[str, str], source: Source) -> Table:
+    """Return a table whose motions and reactions have one clock."""
+    columns = _columns(table, chosen)
+    forced = [index for key, index in columns.items() if key in REACTIONS]
+    moved = [index for key, index in columns.items() if key in MOTIONS]
+    return own_clocks(table, forced, moved, source, modes()["axial"], _WORDS)
+
+
+def _part(table: Table, chosen: Mapping[str, str], source: Source) -> RasterColumns | None:
+    """Return the motions and reactions of a table with its stamps; None if it lacks either."""
+    columns = _columns(table, chosen)
+    return stamped(table, tuple(columns.values()), source, modes()["axial"]) if columns else None
+
+
+def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:
+    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
+    forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
+    if len(forced) != 1:
+        what = f"reactions are in {len(forced)} groups with different time stamps: "
+        what += listed([part.table.part for part in forced])
+        expected = "export them with one common raster; forces are not interpolated"
+        raise RecordingError(Problem(str(source.file), what, "", expected))
+    (own,) = forced
+    keys = [key for part in parts for key in _columns(part.table, chosen)]
+    for key in keys:
+        if keys.count(key) > 1:
+            what = f"{key} is in several groups with different time stamps"
+            expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
+            raise RecordingError(Problem(str(source.file), what, "", expected))
+    moved = [
+        RasterColumns(part.table, (index,), part.stamps)
+        for part in parts
+        if part is not own
+        for index in part.columns
+    ]
+    return interpolated(own, moved, source, _WORDS)
+
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, str | int]

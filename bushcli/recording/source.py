@@ -175,11 +175,9 @@ class Source:
             "bushing" or "coupon".
         rotational : bool
         """
-        if specimen == "coupon" and quantity == "displacement" and self.specimen.gauge_length is not None:
-            return "length"
-        if specimen == "coupon" and quantity == "force" and self.specimen.area is not None:
-            return "force"
-        return dimension(quantity, specimen, rotational)
+        sizes = {"displacement": self.specimen.gauge_length, "force": self.specimen.area}
+        raw = specimen == "coupon" and sizes.get(quantity) is not None
+        return dimension(quantity, "bushing" if raw else specimen, rotational and not raw)
 
     @property
     def is_untimed(self) -> bool:
@@ -218,10 +216,11 @@ def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
     rotational : bool
         Whether the displacement is an angle.
     """
-    if quantity == "time":
-        return "time"
-    if specimen == "coupon":
-        return "strain" if quantity == "displacement" else "stress"
-    if quantity == "displacement":
-        return "angle" if rotational else "length"
-    return "moment" if rotational else "force"
+    kinds = (
+        ("strain", "stress")
+        if specimen == "coupon"
+        else ("angle", "moment")
+        if rotational
+        else ("length", "force")
+    )
+    return {"time": "time", "displacement": kinds[0], "force": kinds[1]}[quantity]

@@ -11,12 +11,13 @@ import re
 from bisect import bisect
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.blocks import in_one_order
-from bushcli.recording.header.header_lines import header
+from bushcli.recording.header.head import header, in_one_order
 from bushcli.recording.header.name import named_columns
 from bushcli.recording.text.decode import decoded
 from bushcli.recording.text.fields import (
@@ -24,7 +25,16 @@ from bushcli.recording.text.fields import (
     begins_with_missing,
     ungrouped,
 )
-from bushcli.recording.text.lines import COMMENTS, Line, lines_of, numbers_in, split_line, trimmed
+from bushcli.recording.text.lines import (
+    COMMENTS,
+    Dialect,
+    Line,
+    Sheet,
+    lines_of,
+    numbers_in,
+    split_line,
+    trimmed,
+)
 from bushcli.recording.text.rows import AlikeRows, Form, SplitRows, end_of_head, sifted
 from bushcli.recording.text.table import CALCULATE, SHOWN, TextTable
 
@@ -35,6 +45,14 @@ _SAMPLE = 1_000
 _EXAMPLE = "e.g. time_s,displacement_mm,force_N"
 #: Numbers, dates and times of day in a line above the names.
 _NUMBERS = re.compile(r"\d[\d.,:/]*")
+
+
+class _Given(NamedTuple):
+    """What the case file says of a text, and whether a single column is enough."""
+
+    delimiter: str | None
+    decimal: str | None
+    single: bool
 
 
 def read_table(
@@ -57,67 +75,71 @@ def read_table(
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    text = decoded(path)
-    begin = end_of_head(text)
+    text, given = decoded(path), _Given(delimiter, decimal, single)
+    begin, found = end_of_head(text), None
     if begin:
         try:
             body = [line for line in lines_of(path, text[:begin]) if not line.comment]
-            form = Form.of_head(body, *_dialect(path, body, delimiter, decimal, single))
+            form = Form.of_head(body, *_dialect(path, body, given))
         except RecordingError:
             form = None
         lines, runs = ([], []) if form is None else sifted(path, text, begin, form)
-        found = _table(path, lines, runs, delimiter, decimal, single) if runs else None
-        if found is not None:
-            return found
-    found = _table(path, lines_of(path, text), [], delimiter, decimal, single)
+        found = _table(path, lines, runs, given) if runs else None
+    if found is None:
+        found = _table(path, lines_of(path, text), [], given)
     assert found is not None
     return found
 
 
-def _table(
-    path: Path,
-    lines: list[Line],
-    runs: list[AlikeRows],
-    delimiter: str | None,
-    decimal: str | None,
-    single: bool,
-) -> TextTable | None:
+def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) -> TextTable | None:
     """Return the table of a text from its lines but for those of runs; None where only all lines together tell more."""
     body = [line for line in lines if not line.comment]
-    given = decimal
-    alone = _of_one_column(body, delimiter, decimal) if single else None
-    delimiter, decimal = alone or _dialect(path, body, delimiter, decimal, single)
-    split = [split_line(line.text, delimiter) for line in body]
-    left_out = _without_thousands(split, decimal)
-    start, width, repeats, reordered = _rows(path, lines, body, split, delimiter, decimal, 1 if alone else 2)
-    if runs and (reordered or (delimiter, decimal) != (runs[0].form.delimiter, runs[0].form.decimal)):
+    alone = _of_one_column(body, given) if given.single else None
+    dialect = alone or _dialect(path, body, given)
+    sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
+    said = _without_thousands(sheet.split, dialect.decimal)
+    width, repeats, reordered = _rows(sheet, 1 if alone else 2)
+    rows = sheet.split[sheet.start :]
+    grouped = None
+    if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
+        grouped = ambiguous_thousands(rows, dialect.decimal)
+    if runs and (
+        reordered or dialect != (runs[0].form.delimiter, runs[0].form.decimal) or grouped is not None
+    ):
         return None
-    left_out += repeats
-    width = _named_width(lines, body[start].number, delimiter, width, len(split[start]))
-    top = header(path, lines, body[start].number, width, delimiter, decimal)
-    left_out += _commented(lines, body[start].number, width, delimiter, decimal)
-    numbers = [line.number for line in body[start:]]
-    if given is None and (decimal == "," or delimiter in ";\t"):
-        if runs and ambiguous_thousands(split[start:], decimal) is not None:
-            return None
-        _refuse_thousands(path, split[start:], numbers, decimal)
+    commented = _commented(sheet, width)
+    found = _with_header(sheet, width, len(rows[0]), (*said, *repeats, *commented))
+    if grouped is not None:
+        raise _ambiguous(found, *grouped)
     parts: list[SplitRows | AlikeRows] = []
-    fields = split[start:]
-    at = 0
+    at, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
         upto = bisect(numbers, run.at)
-        parts += [SplitRows(fields[at:upto], numbers[at:upto]), run]
+        parts += [SplitRows(rows[at:upto], numbers[at:upto]), run]
         at = upto
+    return replace(found, parts=(*parts, SplitRows(rows[at:], numbers[at:])))
+
+
+def _with_header(sheet: Sheet, width: int, most: int, said: tuple[str, ...], part: str = "") -> TextTable:
+    """Return the table of a sheet; last columns that have a name, but no value in any row, are among the columns."""
+    delimiter = sheet.dialect.delimiter
+    above = (trimmed(split_line(line.uncommented, delimiter)) for line in sheet.above)
+    named = (len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2)
+    top = header(sheet, max(named, default=width))
+    numbers = [line.number for line in sheet.body[sheet.start :]]
+    known = set(numbers)
+    inside = (line for line in sheet.lines if numbers[0] < line.number < numbers[-1])
     return TextTable(
-        path=path,
+        path=sheet.path,
         names=top.names,
         units=top.units,
+        part=part,
         header_line=top.line,
         preamble=top.preamble,
-        parts=(*parts, SplitRows(fields[at:], numbers[at:])),
-        decimal=decimal,
-        remarks=tuple(left_out),
-        between=_between(lines, numbers),
+        parts=(SplitRows(sheet.split[sheet.start :], numbers),),
+        decimal=sheet.dialect.decimal,
+        remarks=said,
+        between=tuple((line.number, line.uncommented) for line in inside if line.number not in known),
     )
 
 
@@ -141,58 +163,34 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
         if any(field.startswith("=") for fields in split for field in fields):
             what, expected = f"{what}: its formulas have no values", CALCULATE
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what, "", expected))
-    start, width, repeats, _ = _rows(path, lines, body, split, "\t", decimal, fewest)
-    width = _named_width(lines, body[start].number, "\t", width, MOST_COLUMNS)
-    top = header(path, lines, body[start].number, width, "\t", decimal)
-    return TextTable(
-        path=path,
-        names=top.names,
-        units=top.units,
-        part=part,
-        header_line=top.line,
-        preamble=top.preamble,
-        parts=(SplitRows(split[start:], [line.number for line in body[start:]]),),
-        decimal=decimal,
-        remarks=tuple(repeats),
-        between=_between(lines, [line.number for line in body[start:]]),
-    )
+    sheet = Sheet(path, lines, body, split, Dialect("\t", decimal))
+    width, said, _ = _rows(sheet, fewest)
+    return _with_header(sheet, width, MOST_COLUMNS, tuple(said), part)
 
 
-def _between(lines: Sequence[Line], rows: Sequence[int]) -> tuple[tuple[int, str], ...]:
-    """Return the lines, with their numbers, that are between the rows (by their numbers) and none of them."""
-    known = set(rows)
-    inside = (line for line in lines if rows and rows[0] < line.number < rows[-1])
-    return tuple((line.number, line.uncommented) for line in inside if line.number not in known)
+def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
+    """Find the first row, and return the number of columns, remarks, and whether columns were reordered.
 
-
-def _named_width(lines: Sequence[Line], first: int, delimiter: str, width: int, most: int) -> int:
-    """Return the number of columns, with last ones that have a name, but no value in any row."""
-    above = (trimmed(split_line(line.uncommented, delimiter)) for line in lines if line.number < first)
-    return max((len(f) for f in above if width < len(f) <= most and named_columns(f) >= 2), default=width)
-
-
-def _rows(
-    path: Path,
-    lines: Sequence[Line],
-    body: list[Line],
-    split: list[list[str]],
-    delimiter: str,
-    decimal: str,
-    fewest: int,
-) -> tuple[int, int, list[str], bool]:
-    """Return the index of the first row, the number of columns, remarks, and whether columns were reordered.
-
-    A line below that does not fit is refused.
-
-    Headers that are repeated between the rows, as some rigs write them for each cycle, are removed from both lists.
+    A line below that does not fit is refused. Headers that are repeated between the rows, as some rigs write them for
+    each cycle, are removed.
     """
-    start, raw, filled = _start(path, split, decimal, fewest)
-    reordered = in_one_order(path, lines, body, split, start, delimiter, decimal)
-    said = [*reordered, *_without_text_below(body, split, start, decimal)]
-    rows = list(enumerate(split[start:], start=start))
-    wrong = [i for i, fields in rows if len(fields) != raw and len(trimmed(fields)) != filled]
+    body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
+    like = [_is_row(fields, decimal, fewest) for fields in split]
+    rows = [fields for fields, row in zip(split, like, strict=True) if row]
+    raw = Counter(map(len, rows)).most_common(1)[0][0]
+    filled = Counter(len(trimmed(fields)) for fields in rows).most_common(1)[0][0]
+    fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]
+    starts = (i for i, fit in enumerate(fits) if fit and (i + 1 == len(fits) or fits[i + 1]))
+    start = next(starts, None)
+    if start is None:
+        raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
+    sheet.start = start
+    reordered = in_one_order(sheet)
+    said = [*reordered, *_without_text_below(sheet)]
+    below = list(enumerate(split[start:], start=start))
+    wrong = [i for i, fields in below if len(fields) != raw and len(trimmed(fields)) != filled]
     # A header has as many fields as the rows have.
-    full = [i for i, fields in rows if len(fields) == raw and fields[-1][:1].isalpha()]
+    full = [i for i, fields in below if len(fields) == raw and fields[-1][:1].isalpha()]
     texts = [i for i in full if not numbers_in(split[i], decimal)]
     repeated = _repeated(body, split, start, sorted({*wrong, *texts}), filled)
     for i in wrong:
@@ -200,8 +198,8 @@ def _rows(
             fields = len(trimmed(split[i]))
             what = f"{fields} field{'s' if fields != 1 else ''}, where the rows before have {filled}"
             last = " (the last line: was the recording cut off?)" if body[i] is body[-1] else ""
-            expected = f"{filled} numbers; delete the line or put # in front of it"
-            raise RecordingError(Problem(f"{path}:{body[i].number}", what + last, "", expected))
+            remedy = f"{filled} numbers; delete the line or put # in front of it"
+            raise sheet.refused(body[i].number, what + last, remedy)
     if repeated:
         head, tail = body[repeated[0]].number, body[repeated[-1]].number
         span = f"{len(repeated)} lines that repeat the header are left out (lines {head} to {tail})"
@@ -210,46 +208,43 @@ def _rows(
             del body[i], split[i]
     width = max(len(trimmed(fields)) for fields in split[start:])
     if width > MOST_COLUMNS:
-        what = f"has {width} columns"
-        raise RecordingError(
-            Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
-        )
-    return start, width, said, bool(reordered)
+        remedy = f"at most {MOST_COLUMNS}: leave out those not needed"
+        raise RecordingError(Problem(str(sheet.path), f"has {width} columns", "", remedy))
+    return width, said, bool(reordered)
 
 
-def _without_text_below(body: list[Line], split: list[list[str]], start: int, decimal: str) -> list[str]:
+def _without_text_below(sheet: Sheet) -> list[str]:
     """Remove lines of text below the last row of numbers, such as "End of test" or "Max;12.5", and return a remark."""
-    if start >= len(split) or not numbers_in(split[start][:1], decimal):
-        return []
+    body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
     end = len(split)
-    while end > start and _begins_with_text(split[end - 1], decimal):
-        end -= 1
+    if numbers_in(split[sheet.start][:1], decimal):
+        while end > sheet.start and _begins_with_text(split[end - 1], decimal):
+            end -= 1
     below = body[end:]
-    if not below:
-        return []
     del body[end:], split[end:]
-    first = f'{below[0].number}: "{below[0].text.strip()[:SHOWN]}"'
-    if len(below) == 1:
-        return [f"the text below the table is left out (line {first})"]
-    return [f"{len(below)} lines of text below the table are left out (the first is line {first})"]
+    first = f'{below[0].number}: "{below[0].text.strip()[:SHOWN]}"' if below else ""
+    several = f"{len(below)} lines of text below the table are left out (the first is line {first})"
+    return (
+        [f"the text below the table is left out (line {first})" if len(below) == 1 else several]
+        if below
+        else []
+    )
 
 
-def _commented(lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str) -> list[str]:
+def _commented(sheet: Sheet, width: int) -> list[str]:
     """Return a remark about rows of numbers that a sign in front of them makes comments."""
     rows = []
-    for line in lines:
-        if line.comment and line.number > first:
-            fields = split_line(line.uncommented.strip(), delimiter)
-            if len(fields) == width and numbers_in(fields, decimal) == width:
+    for line in sheet.lines:
+        if line.comment and line.number > sheet.first:
+            fields = split_line(line.uncommented.strip(), sheet.dialect.delimiter)
+            if len(fields) == width and numbers_in(fields, sheet.dialect.decimal) == width:
                 rows.append(line.number)
-    if not rows:
-        return []
+    several = len(rows) > 1
     count = (
-        f"{len(rows)} rows of numbers behind # or % are"
-        if len(rows) > 1
-        else "a row of numbers behind # or % is"
+        f"{len(rows)} rows of numbers behind # or % are" if several else "a row of numbers behind # or % is"
     )
-    return [f"{count} left out as comments (line {rows[0]}{' and others' if len(rows) > 1 else ''})"]
+    others = " and others" if several else ""
+    return [f"{count} left out as comments (line {rows[0]}{others})"] if rows else []
 
 
 def _begins_with_text(fields: Sequence[str], decimal: str) -> bool:
@@ -298,20 +293,16 @@ def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
     return said
 
 
-def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decimal: str) -> None:
-    """Refuse numbers if the decimal sign of each of them could as well be a thousands separator."""
-    found = ambiguous_thousands(rows, decimal)
-    if found is None:
-        return
-    row, column = found
-    text = rows[row][column]
+def _ambiguous(table: TextTable, row: int, column: int) -> RecordingError:
+    """Return the error about numbers if the decimal sign of each of them could as well be a thousands separator."""
+    text, decimal = table.text(row, column), table.decimal
     plain = text.replace(decimal, "")
     what = f"column {column + 1}: {text} may be {text.replace(',', '.')} or {plain}, and no other number shows which"
     other = "comma" if decimal == "," else "point"
-    expected = (
+    remedy = (
         f'decimal = "{decimal}" in the table of the case file, if it is a decimal {other}; else write {plain}'
     )
-    raise RecordingError(Problem(f"{path}:{lines[row]}", what, "", expected))
+    return table.refused(what, remedy, row)
 
 
 def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
@@ -328,55 +319,41 @@ def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:
     return any(like) and (fewest > 1 or (sum(like) > 1 and all(like[like.index(True) :])))
 
 
-def _of_one_column(
-    body: Sequence[Line], delimiter: str | None, decimal: str | None
-) -> tuple[str, str] | None:
+def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
     """Return delimiter and decimal sign of a file with one column of numbers; None for other files."""
-    for sign in (decimal,) if decimal else (".", ","):
-        split = [split_line(line.text, delimiter or (";" if ";" in line.text else "\t")) for line in body]
+    for sign in (given.decimal,) if given.decimal else (".", ","):
+        split = [
+            split_line(line.text, given.delimiter or (";" if ";" in line.text else "\t")) for line in body
+        ]
         like = [_is_row(fields, sign, 1) for fields in split]
         first = like.index(True) if any(like) else len(like)
         # Most lines, so that a line that does not fit is named.
-        if sum(like) < 2 or 2 * sum(like) < len(like) - first:
-            continue
+        most = sum(like) >= 2 and 2 * sum(like) >= len(like) - first
         named = first > 0 and "," not in body[first - 1].text
-        if named or delimiter or decimal or not any("," in line.text for line in body[first:]):
-            return delimiter or (";" if any(";" in line.text for line in body) else "\t"), sign
+        sure = named or given.delimiter or given.decimal or not any("," in line.text for line in body[first:])
+        if most and sure:
+            return Dialect(given.delimiter or (";" if any(";" in line.text for line in body) else "\t"), sign)
     return None
 
 
-def _dialect(
-    path: Path, body: Sequence[Line], delimiter: str | None, decimal: str | None, single: bool
-) -> tuple[str, str]:
+def _dialect(path: Path, body: Sequence[Line], given: _Given) -> Dialect:
     """Return the delimiter and decimal sign that make the most lines rows of numbers."""
     best, score = None, 0.0
     body = body[:: len(body) // _SAMPLE + 1]
-    for sep in (delimiter,) if delimiter else (";", "\t", ",", "|", " "):
+    for sep in (given.delimiter,) if given.delimiter else (";", "\t", ",", "|", " "):
         split = [split_line(line.text, sep) for line in body]
-        for sign in (decimal,) if decimal else (".", ","):
+        for sign in (given.decimal,) if given.decimal else (".", ","):
             rows = [fields for fields in split if _is_row(fields, sign)]
-            common = Counter(len(fields) for fields in rows).most_common(1)
-            # SplitRows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
+            common = Counter(map(len, rows)).most_common(1)
+            # Rows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
             whole = sum(numbers_in(fields, sign) == len(trimmed(fields)) for fields in rows)
             points = (common[0][1] if common else 0) + 2.0 * whole
             if points > score:
-                best, score = (sep, sign), points
+                best, score = Dialect(sep, sign), points
     if best is None:
-        what = "has no column of numbers" if single else "has no table with two columns of numbers"
-        if delimiter or decimal:
+        what = "has no column of numbers" if given.single else "has no table with two columns of numbers"
+        if given.delimiter or given.decimal:
             what += " for this delimiter and decimal sign"
-        expected = "e.g. displacement_mm, or time_s,displacement_mm" if single else _EXAMPLE
-        raise RecordingError(Problem(str(path), what, "", expected))
+        remedy = "e.g. displacement_mm, or time_s,displacement_mm" if given.single else _EXAMPLE
+        raise RecordingError(Problem(str(path), what, "", remedy))
     return best
-
-
-def _start(path: Path, split: Sequence[list[str]], decimal: str, fewest: int) -> tuple[int, int, int]:
-    """Return the index of the first row, and the most frequent number of fields, with and without empty last ones."""
-    like = [_is_row(fields, decimal, fewest) for fields in split]
-    raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
-    filled = Counter(len(trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
-    fits = [row and raw == len(f) for f, row in zip(split, like, strict=True)]
-    for i, fit in enumerate(fits):
-        if fit and (i + 1 == len(fits) or fits[i + 1]):
-            return i, raw, filled
-    raise RecordingError(Problem(str(path), "has no two consecutive rows of numbers"))

@@ -213,7 +213,10 @@ def _alone(channel: Simulated, shown: Quantities) -> str:
         number(shown.at(q)) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
     )
     text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
-    return f"{text}, where it stopped" if channel.stopped else text
+    if not channel.stopped:
+        return text
+    force = float(channel.curve.force[int(np.argmax(np.abs(channel.curve.displacement)))])
+    return f"{text}, where it stopped at {number(force)} {shown.force_unit}"
 
 
 def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:

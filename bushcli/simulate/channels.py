@@ -26,7 +26,7 @@ from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import FiniteElementModel
-from cases.program import Program, along, path
+from cases.program import Program, path, steps_along
 from cases.simulate import even_targets, is_odd, sweep
 from cases.six import SixPath
 
@@ -93,7 +93,7 @@ def prescribed(case: Case, load: LoadCase, number: int, tables: TableCache) -> S
     tables : TableCache
     """
     if load.six is not None:
-        program = along(load.six, load.steps)
+        program = steps_along(load.six, load.steps)
     elif load.source is not None:
         from bushcli.recording import read_program  # with the readers, which few load cases need
 

@@ -36,7 +36,7 @@ from cases.load import PrescribedForce
 from cases.march import NotConverged, march
 from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
-from cases.program import Program, along, path
+from cases.program import Program, path, steps_along
 from cases.ranks import summed
 from cases.simulate import prepare
 from cases.sine import ThinnedSpectrum
@@ -381,7 +381,7 @@ class Vibrations:
     def programs(self) -> Iterator[Program]:
         """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
         if self.test.six is not None:
-            yield along(self.test.six, self.test.steps)
+            yield steps_along(self.test.six, self.test.steps)
             return
         sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
         for side in sides:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.case import Case
 from bushcli.curve.recorded import RecordedPath, Recording
@@ -15,7 +16,7 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.schedule import six_schedule
-from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged, with_values
+from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged_force, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import History, march
@@ -143,20 +144,21 @@ class Reaction(FollowedPath):
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
 
     @property
+    @override
     def path(self) -> Array:
-        """Motion at the samples without the sensor's noise, (n,), mm or rad."""
         own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
         return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
 
     @property
+    @override
     def fineness(self) -> float:
-        """Factor on the number of steps along the path."""
         return self._whole.fineness
 
+    @override
     def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
         self._whole.plan(fineness)
 
+    @override
     def solve(
         self,
         parameters: Mapping[str, float],
@@ -166,7 +168,6 @@ class Reaction(FollowedPath):
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._whole.march(inner, keep_states, progress, patience)
@@ -177,7 +178,7 @@ class Reaction(FollowedPath):
         count = len(history.reactions)
         force = Signal(history.reactions[:, k], columns(slopes, inner, names, count))
         q = Signal(history.motion[:, k], np.zeros((count, len(names))))
-        read = logged(active, self._whole.steps, self._clock, q, force, names)
+        read = logged_force(active, self._whole.steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
     def reached(self, patience: int | None = None) -> list[Array]:

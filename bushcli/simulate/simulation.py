@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.curve.earlier import Earlier
 from bushcli.curve.odd import swept_range
@@ -205,7 +206,7 @@ class FollowedPath(ABC):
             coarse = fine
 
 
-def logged(
+def logged_force(
     active: Sequence[ActiveEffect],
     steps: Schedule,
     clock: Array,
@@ -285,22 +286,22 @@ class Simulation(FollowedPath):
         self.plan(1.0)
 
     @property
+    @override
     def fineness(self) -> float:
-        """Factor on the number of steps along the path."""
         return self._fineness
 
     @property
+    @override
     def path(self) -> Array:
-        """Displacement at the samples without the sensor's noise, (n,), mm or rad."""
         return self._path
 
     @property
+    @override
     def is_exact(self) -> bool:
-        """Whether its steps are those of a prescribed program, which are not refined."""
         return self.noise is None
 
+    @override
     def plan(self, fineness: float) -> None:
-        """Choose the steps along the path, `fineness` times as many as by default."""
         self._fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
@@ -321,12 +322,13 @@ class Simulation(FollowedPath):
         return np.concatenate([self.time[0] + self.before.time, self.time]), q
 
     @property
+    @override
     def remembered(self) -> Earlier | None:
-        """The assumed path before the first sample, if the rubber remembers it."""
         return self.before if self.path_dependent else None
 
     # -- solving -------------------------------------------------------------------------------------------------
 
+    @override
     def solve(
         self,
         parameters: Mapping[str, float],
@@ -336,7 +338,6 @@ class Simulation(FollowedPath):
         progress: Steps | None = None,
         patience: int | None = None,
     ) -> Answer:
-        """Return the force at the samples and its derivatives, as `FollowedPath.solve` says."""
         active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress, patience)
@@ -412,7 +413,7 @@ class Simulation(FollowedPath):
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        read = logged(active, steps, self._clock, q, force, names)
+        read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
     def _march(

@@ -66,6 +66,7 @@ TABLES = {
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema_recordings.RecordingTable,
     "### Dynamic tests": schema.VibrationTable,
+    "### Six motions": schema.PathTable,
     "### Tables of dynamic stiffness": dynamic.DynamicRecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }

@@ -13,7 +13,7 @@ import pytest
 from bushcli.case import Case, Material, MeshOptions, load_case
 from bushcli.errors import InputError, RecordingError
 from bushcli.faults import bad_samples, condition, find_faults, masks
-from bushcli.faults.stiffness import unit_stiffness
+from bushcli.faults.scale import unit_stiffness
 from bushcli.recording import Recording, force_noise, read_coupon, read_recording
 from bushcli.recording.source import Source
 from bushcli.simulate.admissible import check_travel

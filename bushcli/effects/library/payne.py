@@ -27,12 +27,17 @@ if TYPE_CHECKING:
     from forms.potential import Attached
 
 
+# Offset where none is given: below any amplitude that matters.
+LEAST = 1e-5
+
+
 def _branches(values: Values) -> list[Attached]:
     """Return the clock, and the branches on it."""
     from forms.branches.payne import BRANCH, PACED, spectrum
     from forms.potential import Attached
 
-    clock = {name: values[name] for name in ("path", "offset", "exponent")}
+    clock = {name: values[name] for name in ("path", "exponent")}
+    clock["offset"] = values.get("offset", LEAST)
     clock["fading"] = 1.0 / values["recovery"] if "recovery" in values else 0.0
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
     branches = [Attached(PACED, {"g": g, "tau": tau}) for g, tau in zip(moduli, times, strict=True)]
@@ -45,7 +50,7 @@ def _thinned(values: Mapping[str, float]) -> ThinnedSpectrum:
     from forms.branches.payne import spectrum
 
     moduli, times = spectrum(*(values[name] for name in ("g", "tau", "decades", "slope")))
-    return ThinnedSpectrum(moduli, times, values["path"], values["offset"], values["exponent"])
+    return ThinnedSpectrum(moduli, times, values["path"], values.get("offset", LEAST), values["exponent"])
 
 
 def feature() -> Feature:
@@ -131,6 +136,8 @@ EFFECT = Effect(
             0.01,
             1e-6,
             1.0,
+            optional=True,
+            scan=(0.01,),
             prior=Prior(
                 "log_normal",
                 0.03,

@@ -58,13 +58,7 @@ class ColumnGroup:
 
 
 def is_dynamic(table: Table, source: DynamicSource) -> bool:
-    """Whether a table has columns of which K' and K'' may be made.
-
-    Parameters
-    ----------
-    table : Table
-    source : DynamicSource
-    """
+    """Whether a table has columns of which K' and K'' may be made."""
     if set(source.columns) & set(MEASURED):
         return True
     return any(one.quantity in MEASURED for one in meanings(table))
@@ -145,12 +139,7 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
 
 
 def with_names_above(table: Table) -> Table:
-    """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names.
-
-    Parameters
-    ----------
-    table : Table
-    """
+    """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names."""
     if not table.preamble or not all(read_unit(name) for name in table.names if name):
         return table
     for delimiter in ";\t,|":
@@ -165,10 +154,6 @@ def with_conditions_above(table: Table) -> Table:
     """Return a table whose first row has conditions, ``Preload [N];0;500``, with that row above the names.
 
     A unit then holds until the next one, as in cells that were merged.
-
-    Parameters
-    ----------
-    table : Table
     """
     if not isinstance(table, TextTable) or len(table) < 2:
         return table
@@ -187,20 +172,7 @@ def with_conditions_above(table: Table) -> Table:
 
 
 def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
-    """Return the groups of columns of a table: one, or one for each condition that the columns' names have.
-
-    Parameters
-    ----------
-    table : Table
-    source : DynamicSource
-    mode : Mode
-        It says which kinds of units suit.
-
-    Raises
-    ------
-    RecordingError
-        Several columns could be the same quantity, or what a length in the columns' names is, is not said.
-    """
+    """Return the groups of columns of a table: one, or one for each condition that the columns' names have."""
     found = meanings(table)
     chosen = {key: chosen_index(table, column) for key, column in source.columns.items()}
     for key, index in chosen.items():
@@ -316,23 +288,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
 def numbers(
     table: Table, index: int, said: ColumnName, quantity: str, source: DynamicSource, mode: Mode
 ) -> tuple[Array, str]:
-    """Return a column in internal units, and a remark where its unit was understood from its values.
-
-    Parameters
-    ----------
-    table : Table
-    index : int
-        Column, from 0.
-    said : ColumnName
-    quantity : str
-    source : DynamicSource
-    mode : Mode
-
-    Raises
-    ------
-    RecordingError
-        Its unit is not given, or is one of another quantity, or a field is not a number.
-    """
+    """Return a column in internal units, and a remark where its unit was understood from its values."""
     values = table.numbers(index)
     remark, key = "", quantity if quantity != "modulus" else "stiffness"
     given = source.units.get(key)
@@ -383,13 +339,7 @@ def above(table: Table) -> dict[str, Stated]:
 
 
 def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
-    """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines.
-
-    Parameters
-    ----------
-    table : Table
-    quantity : str
-    """
+    """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
     if not isinstance(table, TextTable):
         return []
     found = ((line, stated(text, table.decimal)) for line, text in table.between)
@@ -397,13 +347,7 @@ def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:
-    """Return the rows of a table in which a group of columns has values.
-
-    Parameters
-    ----------
-    table : Table
-    group : ColumnGroup
-    """
+    """Return the rows of a table in which a group of columns has values."""
     if not isinstance(table, TextTable):
         return table
     columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]

@@ -63,14 +63,7 @@ class Harmonics:
 
 
 def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]:
-    """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic.
-
-    Parameters
-    ----------
-    time : shape (n,)
-        s, increasing.
-    displacement : shape (n,)
-    """
+    """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic."""
     turns = _turns(displacement)
     if len(turns) < 2 * _FEWEST_PERIODS:
         return []
@@ -139,17 +132,7 @@ def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float
 def harmonics(
     time: Array, displacement: Array, force: Array, burst: tuple[float, float, float]
 ) -> Harmonics | None:
-    """Return the harmonics of a burst, fitted to whole periods without the start-up; None if too few are left.
-
-    Parameters
-    ----------
-    time : shape (n,)
-        s.
-    displacement, force : shape (n,)
-        mm, rad or strain; N, N mm or MPa.
-    burst : (float, float, float)
-        Begin and end in s and frequency in Hz, as `bursts` returns them.
-    """
+    """Return the harmonics of a burst, fitted to whole periods without the start-up; None if too few are left."""
     begin, end, frequency = burst
     left_out = math.ceil(max(1.0, _START_UP * (end - begin) * frequency))
     inside = (time >= begin + left_out / frequency) & (time <= end)

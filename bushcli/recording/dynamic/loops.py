@@ -10,8 +10,8 @@ import numpy as np
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import above
 from bushcli.recording.dynamic.harmonics import LARGEST_THIRD, bursts, harmonics
-from bushcli.recording.dynamic.part import TablePart
 from bushcli.recording.dynamic.source import LOOP_COLUMNS, DynamicSource
+from bushcli.recording.dynamic.table import TablePart
 from bushcli.recording.opened import opened
 from bushcli.recording.read import read_recording
 from bushcli.recording.source import Source
@@ -21,20 +21,7 @@ from cases.mode import modes
 
 
 def read_loops(source: DynamicSource, plain: Source, tables: TableCache) -> list[TablePart]:
-    """Return the rows that the sine bursts of a file give.
-
-    Parameters
-    ----------
-    source : DynamicSource
-    plain : Source
-        The same file as a recording.
-    tables : TableCache
-
-    Raises
-    ------
-    RecordingError
-        The file has neither a table of stiffness nor time, displacement and force, or no burst of three periods.
-    """
+    """Return the rows that the sine bursts of a file give."""
     mode = modes()[source.mode]
     own = {key: value for key, value in source.columns.items() if key in LOOP_COLUMNS}
     units = {key: value for key, value in source.units.items() if key in LOOP_COLUMNS}

@@ -179,15 +179,7 @@ class ColumnName:
 
 
 def meaning(name: str, unit: str = "") -> ColumnName:
-    """Return the meaning of the name of a column.
-
-    Parameters
-    ----------
-    name : str
-        As in the file.
-    unit : str
-        Of a row of units; empty if there is none.
-    """
+    """Return the meaning of the name of a column."""
     conditions = tuple(found for m in _CONDITION.finditer(name) if (found := _condition(m)) is not None)
     text = _CONDITION.sub(lambda m: _kept_key(m) if _condition(m) else m[0], name)
     text, written, known = _apart(text, unit)
@@ -215,14 +207,7 @@ def meaning(name: str, unit: str = "") -> ColumnName:
 
 
 def stated(line: str, decimal: str = "") -> Stated | None:
-    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None.
-
-    Parameters
-    ----------
-    line : str
-    decimal : str
-        Decimal sign of the table; empty if it is not known.
-    """
+    """Return the condition that a line above a table states, ``Preload: 500 N``, ``Frequency;10;Hz``; or None."""
     found = _STATED.match(line)
     if found is None:
         return None

@@ -27,10 +27,9 @@ from bushcli.recording.dynamic.columns import (
 )
 from bushcli.recording.dynamic.loops import read_loops
 from bushcli.recording.dynamic.names import Stated
-from bushcli.recording.dynamic.part import TablePart
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
-from bushcli.recording.dynamic.table import DynamicTable, Quantity
+from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache

@@ -60,17 +60,7 @@ class StiffnessColumns:
 
 
 def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return K' and K'' (n,) in the unit of the given ones, and remarks.
-
-    Parameters
-    ----------
-    columns : StiffnessColumns
-
-    Raises
-    ------
-    RecordingError
-        Fewer than two are given, they are not possible or contradict each other, or it is not said what one is.
-    """
+    """Return K' and K'' (n,) in the unit of the given ones, and remarks."""
     values = dict(columns.values)
     if "loss_angle" in values and columns.loss_angle_is == "complement":
         values["loss_angle"] = 0.5 * np.pi - values["loss_angle"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
@@ -136,3 +137,13 @@ def _level(key: str, values: Array) -> Array:
     level = np.full(len(values), -1.0)
     level[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
     return level
+
+
+@dataclass(frozen=True)
+class TablePart:
+    """Rows of one file, or of a group of its columns: arrays (n,) by name, in internal units."""
+
+    arrays: Mapping[str, Array]
+    places: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+    modulus: Literal["E", "G", ""] = ""

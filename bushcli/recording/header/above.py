@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.match import Candidate, WantedColumn
-from bushcli.recording.header.name import Heading, heading, number_of
+from bushcli.recording.header.match import NamedColumn, WantedColumn
+from bushcli.recording.header.name import Heading, heading
+from bushcli.recording.header.numbers import number_of
 from bushcli.recording.header.units import Unit, certain_unit, find_unit, is_unit, tabulated_unit
 from bushcli.recording.header.vocabulary import WORDS
 from bushcli.recording.source import Quantity, Source, dimension
@@ -249,7 +250,7 @@ def stated_system(table: Table) -> tuple[int, str] | None:
     return next(((number, match[1]) for number, match in found if match), None)
 
 
-def stated_unknown(one: Candidate) -> tuple[int, str] | None:
+def stated_unknown(one: NamedColumn) -> tuple[int, str] | None:
     """Return the line above a table, its number and words, that states an unknown or unsuitable unit; or None."""
     lines = ((number, _plain(text)) for number, text in one.table.preamble)
     plain = ((number, text) for number, text in lines if not any(form.search(text) for form in _SYSTEMS))
@@ -257,7 +258,7 @@ def stated_unknown(one: Candidate) -> tuple[int, str] | None:
     return next(((number, text[:SHOWN]) for number, text in said if text), None)
 
 
-def _unknown_listed(plain: str, one: Candidate) -> str:
+def _unknown_listed(plain: str, one: NamedColumn) -> str:
     """Return what a line lists as units without names, "Units: foo", "Values in V", and what is none of the test."""
     mode, measured = one.wanted.mode, one.wanted.measured
     of_mode = {measured, *(dimension(q, mode.specimen, mode.rotational) for q in _QUANTITIES)}
@@ -332,7 +333,7 @@ class StatedFactor:
         """Whether the line lists a factor of a column."""
         return bool(self.by_column) and self.by_column[index] not in (None, 1.0)
 
-    def concerns(self, one: Candidate) -> bool:
+    def concerns(self, one: NamedColumn) -> bool:
         """Whether the line certainly speaks of a column that is read."""
         named = any(one.wanted.quality(heading(label)) >= 2 for label in _labels(self.text))
         every = _EVERY.search(self.text) is not None
@@ -340,7 +341,7 @@ class StatedFactor:
         return self.is_of(one.index) if self.by_column else spoken
 
 
-def refuse_factor(one: Candidate, source: Source) -> None:
+def refuse_factor(one: NamedColumn, source: Source) -> None:
     """Refuse a column of which a line above the table states a factor."""
     for stated in stated_factors(one.table):
         if stated.concerns(one) and not _CONTAINED.search(stated.text):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import stated_system, stated_units, stated_unknown
-from bushcli.recording.header.match import KIND, Candidate
+from bushcli.recording.header.match import KIND, NamedColumn
 from bushcli.recording.header.name import FACTOR, SYMBOLS, heading, plain_name
 from bushcli.recording.header.units import (
     NO_UNIT,
@@ -56,7 +56,7 @@ class KnownUnit:
     assumed: bool = False
 
 
-def unit_of(one: Candidate) -> KnownUnit:
+def unit_of(one: NamedColumn) -> KnownUnit:
     """Return the unit that the case or the file gives for a column, or the default one where neither does."""
     wanted = one.wanted
     if wanted.given:
@@ -77,7 +77,7 @@ def unit_of(one: Candidate) -> KnownUnit:
     return KnownUnit(units[0], tuple(others)[:1])
 
 
-def _written(one: Candidate) -> Iterator[Unit]:
+def _written(one: NamedColumn) -> Iterator[Unit]:
     """Yield the units in the name of a column and in the row of units."""
     plain = one.head.without(one.wanted.allowed)
     is_stretch = plain.quality("stretch") > plain.quality("strain")
@@ -92,7 +92,7 @@ def _written(one: Candidate) -> Iterator[Unit]:
             yield _read(one, text)
 
 
-def _units_beside(one: Candidate) -> Iterator[Unit]:
+def _units_beside(one: NamedColumn) -> Iterator[Unit]:
     """Yield the unit in the column behind another one, ``12.5;N``, or in a column "Force unit" anywhere.
 
     A column of texts without a name of its own, or called "Unit", stands where units stand: what it holds is the unit,
@@ -125,7 +125,7 @@ def _units_beside(one: Candidate) -> Iterator[Unit]:
         yield _read(one, written[0])
 
 
-def _unit_above(one: Candidate) -> KnownUnit | None:
+def _unit_above(one: NamedColumn) -> KnownUnit | None:
     """Return the unit that the lines above the table state for a column without one; None if they state none."""
     table, wanted = one.table, one.wanted
     stated = stated_units(table, wanted)
@@ -148,7 +148,7 @@ def _unit_above(one: Candidate) -> KnownUnit | None:
     return next(read, None)
 
 
-def _default_unit(one: Candidate) -> KnownUnit:
+def _default_unit(one: NamedColumn) -> KnownUnit:
     """Return the unit of a column for which none is given; the name says whether it is a strain or a stretch."""
     measured, plain = one.wanted.measured, one.head.without(one.wanted.allowed)
     special = ("shear", "volume strain")
@@ -160,7 +160,7 @@ def _default_unit(one: Candidate) -> KnownUnit:
     return KnownUnit(Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain")
 
 
-def _read(one: Candidate, text: str) -> Unit:
+def _read(one: NamedColumn, text: str) -> Unit:
     """Return the unit that a text names, or refuse the text."""
     measured = one.wanted.measured
     unit = find_unit(text, measured)
@@ -186,7 +186,7 @@ def _read(one: Candidate, text: str) -> Unit:
     return unit
 
 
-def _doubtful(one: Candidate) -> Iterator[Unit]:
+def _doubtful(one: NamedColumn) -> Iterator[Unit]:
     """Yield the units that unknown words of a name mean, or refuse a word that may be a unit.
 
     That is a short word, one that is a unit of another quantity, or one that stands where units stand.

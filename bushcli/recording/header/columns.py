@@ -16,7 +16,7 @@ from bushcli.recording.header.match import (
     EITHER_TRUE,
     KIND,
     TRUE,
-    Candidate,
+    NamedColumn,
     WantedColumn,
     by_unit,
     candidates,
@@ -104,7 +104,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         return Column(index, clock.seconds, "s", remarks, begin=clock.begin)
     if index is None:
         return None
-    one = Candidate(table, index, wanted)
+    one = NamedColumn(table, index, wanted)
     form, meant = meaning_of(one, source, chosen is not None)
     if form == "true" or chosen is not None:
         one = replace(one, wanted=replace(wanted, allowed=wanted.allowed | EITHER_TRUE))
@@ -182,7 +182,7 @@ def _several(table: Table, wanted: WantedColumn, best: list[int]) -> RecordingEr
     return table.refused(f"{several} could each be the {wanted.quantity}", expected)
 
 
-def _missing(table: Table, wanted: WantedColumn, alike: list[Candidate]) -> RecordingError:
+def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> RecordingError:
     """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
     other = _hint(table, wanted)
     if not other:

@@ -84,7 +84,7 @@ class WantedColumn:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class NamedColumn:
     """A column of a table, its index from 0, as what it may be: what its name means, and its units."""
 
     table: Table
@@ -145,9 +145,9 @@ class Candidate:
         return RecordingError(Problem(where, f"{self.label}{what}", near, instead or expected))
 
 
-def columns_as(table: Table, wanted: WantedColumn) -> list[Candidate]:
+def columns_as(table: Table, wanted: WantedColumn) -> list[NamedColumn]:
     """Return all columns of a table as what they may be."""
-    return [Candidate(table, index, wanted) for index in range(len(table.names))]
+    return [NamedColumn(table, index, wanted) for index in range(len(table.names))]
 
 
 def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
@@ -213,7 +213,7 @@ def by_unit(table: Table, wanted: WantedColumn) -> list[int]:
     """
     stretching = _STRETCHING | ({"shear"} if wanted.mode.sheared else set())
 
-    def fits(one: Candidate) -> bool:
+    def fits(one: NamedColumn) -> bool:
         names = [unit and unit.name for unit in one.units]
         if wanted.measured == "strain":
             return names == ["percent"] and not stretching.isdisjoint(one.head.words)
@@ -227,7 +227,7 @@ def identical(table: Table, columns: Sequence[int], wanted: WantedColumn) -> boo
     """Whether several columns hold the same numbers in the same units."""
 
     def units(index: int) -> tuple[object, ...]:
-        one = Candidate(table, index, wanted)
+        one = NamedColumn(table, index, wanted)
         known = zip(one.written, one.units, strict=True)
         return tuple((unit.measured, unit.factor) if unit else text for text, unit in known)
 

@@ -12,8 +12,8 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.header.match import EITHER_TRUE, KIND, TRUE, Candidate
-from bushcli.recording.header.name import largest
+from bushcli.recording.header.match import EITHER_TRUE, KIND, TRUE, NamedColumn
+from bushcli.recording.header.numbers import largest
 from bushcli.recording.header.units import Unit
 from bushcli.recording.header.vocabulary import SPECIAL, WORDS
 from bushcli.recording.source import Source
@@ -38,7 +38,7 @@ _COMPRESSIVE = ("compress", "druck", "stauch", "kompress", "schiacc", "écras")
 _TENSILE = ("tens", "zug", "pull", "trac", "traz")
 
 
-def meaning_of(one: Candidate, source: Source, chosen: bool) -> tuple[str, tuple[str, ...]]:
+def meaning_of(one: NamedColumn, source: Source, chosen: bool) -> tuple[str, tuple[str, ...]]:
     """Return the form of a coupon's column, a value of `Specimen.strain` or `Specimen.stress`, and remarks."""
     wanted, mode, words = one.wanted, one.wanted.mode, set(one.head.words)
     key = "strain" if wanted.quantity == "displacement" else "stress"
@@ -68,7 +68,7 @@ def meaning_of(one: Candidate, source: Source, chosen: bool) -> tuple[str, tuple
     return found, said
 
 
-def _volumetric_stress(one: Candidate, true: bool) -> tuple[str, tuple[str, ...]]:
+def _volumetric_stress(one: NamedColumn, true: bool) -> tuple[str, tuple[str, ...]]:
     """Return the form of the stress of a volumetric test, and remarks."""
     said = f'{one.label} is read as the hydrostatic stress, tension positive; stress = "engineering" if it is nominal'
     pressure, nominal = one.head.quality("pressure"), not _NOMINAL.isdisjoint(one.head.words)
@@ -76,7 +76,7 @@ def _volumetric_stress(one: Candidate, true: bool) -> tuple[str, tuple[str, ...]
     return "pressure" if pressure else "engineering" if nominal else "true", () if known else (said,)
 
 
-def _volume(one: Candidate, chosen: bool, true: bool) -> tuple[str, tuple[str, ...]]:
+def _volume(one: NamedColumn, chosen: bool, true: bool) -> tuple[str, tuple[str, ...]]:
     """Return the form of the strain of a volumetric test, and remarks."""
     head, words = one.head, set(one.head.words)
     volume = bool(_VOLUME & words) or any(head.quality(kind) for kind in ("volume ratio", "volume strain"))
@@ -92,13 +92,13 @@ def _volume(one: Candidate, chosen: bool, true: bool) -> tuple[str, tuple[str, .
     return "engineering" if linear else "volume", () if volume or linear else (said,)
 
 
-def _stated(one: Candidate, key: str) -> str:
+def _stated(one: NamedColumn, key: str) -> str:
     """Return the values of `strain` or `stress` that the case file can give, as a text."""
     own = {"strain": "volume", "stress": "pressure"}[key] if one.wanted.mode.needs_compressibility else "true"
     return f'{key} = "engineering" or "{own}" in the table of the case file'
 
 
-def _refuse_other(one: Candidate, key: str, chosen: bool) -> None:
+def _refuse_other(one: NamedColumn, key: str, chosen: bool) -> None:
     """Refuse a column whose name is that of another quantity: of another test, or chosen, without a unit."""
     wanted, head = one.wanted, one.head.without(EITHER_TRUE)
     special = [kind for kind in SPECIAL if kind not in wanted.kinds and head.quality(kind) >= 3]
@@ -123,7 +123,7 @@ def _refuse_other(one: Candidate, key: str, chosen: bool) -> None:
         raise one.table.refused(what, f"choose another column; {remedy}")
 
 
-def refuse_date(one: Candidate, time: Array) -> None:
+def refuse_date(one: NamedColumn, time: Array) -> None:
     """Refuse a time without a unit whose numbers are dates: days since 1900 as in Excel, or milliseconds since 1970."""
     first, steps = float(time[0]), np.abs(np.diff(time))
     step = float(np.median(steps)) if len(steps) else 0.0
@@ -135,7 +135,7 @@ def refuse_date(one: Candidate, time: Array) -> None:
         raise one.table.refused(what, expected, 0)
 
 
-def ranges_of(one: Candidate, numbers: Array, assumed: bool) -> list[str]:
+def ranges_of(one: NamedColumn, numbers: Array, assumed: bool) -> list[str]:
     """Return a remark about each range in the name of a column, such as the ±25 of ``Displacement ±25``."""
     said = []
     for text in one.head.ranges:
@@ -149,7 +149,7 @@ def ranges_of(one: Candidate, numbers: Array, assumed: bool) -> list[str]:
     return said
 
 
-def refuse_other_strain(one: Candidate, read: Unit, values: Array) -> None:
+def refuse_other_strain(one: NamedColumn, read: Unit, values: Array) -> None:
     """Refuse a strain that begins like a stretch, and a stretch that begins like a strain: a coupon begins at rest."""
     first, is_strain = float(values[0]), read.name == "strain"
     if (is_strain and abs(first - 1.0) < _AT_REST and values.min() > 1.0 - _AT_REST) or (
@@ -168,7 +168,7 @@ def says_compression(name: str) -> bool:
     return any(word.startswith(_COMPRESSIVE) for word in words) and not tensile
 
 
-def refuse_compression(one: Candidate, source: Source, values: Array) -> None:
+def refuse_compression(one: NamedColumn, source: Source, values: Array) -> None:
     """Refuse a compressive strain or stress that is counted as positive: it would be read as tension.
 
     The name of the column says that it is compressive, or that of the file, of its sheet or of the channel. In shear

@@ -12,6 +12,14 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+from bushcli.recording.header.numbers import (
+    RANGE,
+    RANGE_WORDS,
+    factor_in,
+    in_groups,
+    loose_numbers,
+    ranges_in,
+)
 from bushcli.recording.header.units import (
     AMBIGUOUS,
     COUNTED,
@@ -86,52 +94,6 @@ _SIGNED = re.compile(r"\s*[-−–—]\s*[^\W\d_]|\W*1\s*/\s*[^\W\d_]")
 _POWER = re.compile(r"(?<![\d\s])\s*(?:\^|\*\*)\s*[-+−(]?\d|(?<=[^\W\d_])[²³](?![^\W_])")
 #: Quantities by which others are divided: a force over a travel is a stiffness.
 _DIVISORS = ("length", "angle", "time", "strain", "stretch")
-
-_SIGNED_NUMBER = r"\d+(?:[.,]\d+)?(?:[eE][-+−]?\d+)?"
-#: A factor in a name, with its number in a group: "Force/10", "2*Force", "2x Force", "Travel x 0.1", "Gain 5". An upper
-#: X before a number may be an axis; "Force 2 x" may be the axis x of the second sensor.
-_TIMES = re.compile(
-    rf"(?:[×*÷·/]|(?<![^\W_])x)\s*(?P<behind>[-+−]?{_SIGNED_NUMBER})"
-    rf"|(?<![\w.,])(?P<before>[-−]?{_SIGNED_NUMBER})(?:\s*[×*]|x(?![^\W_]))|^\W*(?P<first>{_SIGNED_NUMBER})\s+x(?=[\s_])"
-    rf"|(?<![^\W_])(?:scale|scaling|gain|factor|faktor|multiplier)\W*(?P<called>{_SIGNED_NUMBER})",
-)
-#: A power of ten or another number that cannot be that of a channel: "10^3", "e-3", "1e3", "E3", "0.5 Force".
-_TENS = re.compile(
-    r"(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\d.])10[⁻⁺]?[¹²³⁴-⁹]+|X\s*10+(?![\d.])"
-    r"|(?<![^\W_])(?:\d+(?:[.,]\d+)?)?(?:[eE][-+−]\d+|e\d+)(?![^\W_])|(?<![^\W_])(?:\d[\d.,]*E\d+|E[3-9])(?![^\W_])"
-    r"|^\W*\d+[.,]\d+(?=\s)|(?<![\w.,])0[.,]\d+\W*$"
-    # Thousands as in accounts: "'000 N", "000's N".
-    r"|['’‘´`]0+(?![^\W_]|[.,]\d)|(?<![\w.,])0{2,}['’]?s(?![^\W_])"
-)
-#: Factors in words; a prefix apart from its unit, "Force mega N", at the end of the name, after which the unit stood.
-_WORDED = re.compile(
-    r"(?<![^\W_])(?:(?:ten|hundred|thousand|million)(?:th)?s?|tsd|tausend(?:stel)?|hundertstel|zehntel)(?![^\W_])",
-    re.IGNORECASE,
-)
-_PREFIX = re.compile(r"(?<![^\W_])(?:giga|mega|kilo|hecto|deca|deci|centi|milli|micro)\W*$", re.IGNORECASE)
-#: Before the "/50" in the type of a sensor, WA/50, S9M/5kN, and before the "/-25" of a range, +/-25.
-_TYPE = re.compile(r"(?<![^\W_])(?:WA|[A-EG-QS-Z]\d+[A-Z]\w*)$|\+$")
-
-_N = r"\d+(?:[.,]\d+)?"
-#: No further digit, letter, degree or percent behind a number: these would belong to it.
-_END = r"(?![\w°%]|[.,]\d|\s*[°%])"
-#: A range with its sign: "±25", "+/- 2.5", "< 25", "-25...+25", "-25 to 25", "0-10".
-_RANGE = re.compile(
-    rf"(?:±|\+\s*/?\s*[-−–]|(?<![<>=])[<≤]=?)\s*{_N}{_END}(?!\s*k?[^\W\d_])"
-    rf"|(?<![\w.,])(?:[-−–]\s*{_N}|0)\s*(?:\.{{2,}}|…|[-–/]|to\b|bis\b|à\b)\s*\+?\s*{_N}{_END}(?!\s*k?[^\W\d_])"
-)
-#: A number that stands alone. Behind a hyphen or a slash it belongs to the word before it: "LC-1500", "1-2".
-_ALONE = re.compile(rf"(?<![^\W_])(?<![.,:/−–-]){_N}{_END}(?![-:/]\d)")
-_BEFORE = re.compile(r"(#|[^\W\d_]+)[\s._:,(-]*$")
-#: Words before the number of a test or a device.
-_COUNTING = NUMBERED_WORDS | {
-    "run", "test", "specimen", "sample", "probe", "part", "versuch", "messung", "serie", "series", "id", "sn", "module",
-    "modul", "slot", "port", "#",
-}  # fmt: skip
-#: A word beside a range.
-_RANGE_WORDS = frozenset({"range", "bereich", "messbereich", "plage", "gamme", "campo", "rango"})
-#: Smallest whole number that is more likely a range or a factor than the number of a channel; judgement.
-_LARGE = 100
 
 #: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
 _COMPOUND = re.compile(r"(?<=[\s_,;:|=./-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
@@ -265,16 +227,6 @@ def plain_name(name: str) -> str:
     return " ".join(re.sub(r"[\W_]+", " ", name.lower()).split())
 
 
-def number_of(text: str) -> float:
-    """Return a number with a decimal point or comma."""
-    return float(text.replace(",", ".").replace("−", "-"))
-
-
-def largest(text: str) -> float:
-    """Return the largest number in a range as written."""
-    return max(map(number_of, re.findall(_N, text)))
-
-
 @lru_cache(maxsize=8192)
 def name_quality(name: str, kind: str) -> int:
     """Return how surely a name means a quantity, a key of `WORDS` or `SPECIAL`; see `match_quality`.
@@ -320,7 +272,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     text = text.replace("∆", "Δ")  # the sign for a difference, and the Greek letter
     text = _INNER.sub(r"\1\2", _CAMEL.sub(" ", text))
     text = _NUMBERED.sub(lambda found: f"{found[0]} " if names_quantity(found[0]) else found[0], text)
-    bracketed = [_in_groups(found) for found in _BRACKETS.finditer(text)]
+    bracketed = [in_groups(found) for found in _BRACKETS.finditer(text)]
     # "[in kN]"; "[in lbf]" may also be a moment.
     bracketed = [_INSIDE.sub("", one) if tabulated_unit(_INSIDE.sub("", one)) else one for one in bracketed]
     rest = _BRACKETS.sub(" ", text)
@@ -346,10 +298,10 @@ def heading(text: str, has_unit: bool = False) -> Heading:
             doubt = "?" if rest.rstrip().endswith("?") else ""
             rest, written = re.sub(r"\s+in\s*$", "", named), [unit + doubt]
     rest, written = _with_second_unit(rest, written, timed)
-    bare = _RANGE.sub(" ", rest)
+    bare = RANGE.sub(" ", rest)
     scaled = factor_in(bare) or _prefix_of(rest, written, bool(bracketed))
     written += [f"{FACTOR} {scaled}"] if scaled else []
-    ranges = [one for part in (rest, *bracketed) for one in _ranges_in(part)]
+    ranges = [one for part in (rest, *bracketed) for one in ranges_in(part)]
     shown = [word for part in (bare, *remarks) for word in re.split(r"[\W_]+", part) if word]
     doubtful: list[str] = []
     if not written:
@@ -357,7 +309,7 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     if not written:
         written, doubtful = _with_number(shown, rest, has_unit)
     if ranges or any(re.match(r"\d", text) for text in written):
-        shown = [word for word in shown if word.lower() not in _RANGE_WORDS]
+        shown = [word for word in shown if word.lower() not in RANGE_WORDS]
     if timed and not written:  # minutes or the smallest value, Stunden or a standard deviation
         doubtful += [word for word in shown if word.lower() in ("min", "std")]
         shown = [word for word in shown if word.lower() not in ("min", "std")]
@@ -372,17 +324,12 @@ def heading(text: str, has_unit: bool = False) -> Heading:
     )
 
 
-def _in_groups(found: re.Match[str]) -> str:
-    """Return the text of the only group of a match that took part in it."""
-    return next(text for text in found.groups() if text is not None)
-
-
 def _is_formula(text: str, rest: str) -> bool:
     """Whether a name is a formula of a quantity: ``abs(Force)``, ``-Force``, ``Force^2``, ``1/Displacement``."""
     over, _, under = rest.partition("/")
     first, second = _kinds(over), _kinds(under)
     return bool(
-        any(_kinds(_in_groups(found)) for found in _FUNCTION.finditer(text))
+        any(_kinds(in_groups(found)) for found in _FUNCTION.finditer(text))
         or _SIGNED.match(text)
         or _POWER.search(rest)
         or (first and second.intersection(_DIVISORS) and not first & second)
@@ -392,23 +339,6 @@ def _is_formula(text: str, rest: str) -> bool:
 def _kinds(text: str) -> set[str]:
     """Return the quantities that a text may name."""
     return {kind for kind in WORDS if name_quality(plain_name(text), kind)}
-
-
-def factor_in(name: str) -> str:
-    """Return the factor that the name of a column contains, as written, or an empty text; a factor of 1 is none."""
-    found = [match[0] for form in (_TENS, _WORDED, _PREFIX) if (match := form.search(name))]
-    found += [
-        match[0]
-        for match in _TIMES.finditer(name)
-        if not (match[0].startswith("/") and _TYPE.search(name[: match.start()]))
-        and number_of(_in_groups(match)) != 1.0
-    ]
-    return found[0].strip() if found else ""
-
-
-def _ranges_in(text: str) -> list[str]:
-    """Return the ranges, as written, that a text gives with a sign and without a unit: ``±25``."""
-    return [found[0].strip() for found in _RANGE.finditer(text)]
 
 
 def _prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
@@ -464,24 +394,8 @@ def _with_number(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[list[
         elif glued and tabulated_unit(glued[1]) is not None and not has_unit:
             numbers.append(word)
     alone = not has_unit and all(word.isdigit() for word in doubtful)
-    numbers += _loose_numbers(rest) if alone and not numbers else []
+    numbers += loose_numbers(rest) if alone and not numbers else []
     return numbers[:1], [] if numbers or alone else doubtful
-
-
-def _loose_numbers(name: str) -> list[str]:
-    """Return the numbers of a name without brackets that may be factors or ranges: the ``2.5`` of ``Force 2.5``.
-
-    A number behind a word such as "channel", and a whole number of one or two digits, is the number of a channel.
-    """
-    found, name = [], _RANGE.sub(" ", name)
-    for match in _ALONE.finditer(name):
-        before, digits = _BEFORE.search(name[: match.start()]), match[0]
-        whole = digits.isdigit()
-        counts = (before is not None and before[1].lower() in _COUNTING) or (digits[0] == "0" and whole)
-        large = whole and (int(digits) >= _LARGE or POWER.fullmatch(digits) is not None)
-        if not counts and (large or (not whole and number_of(digits) != 1.0)):
-            found.append(digits)
-    return found
 
 
 def _units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
@@ -580,7 +494,7 @@ def _is_remark(inside: str, rest: str, timed: bool, has_unit: bool) -> bool:
     rules: tuple[tuple[object, object], ...] = (
         # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.
         (words == ["min"], not timed or bare != "min"),
-        (_ranges_in(inside) == [bare] and not bare[:1].isdigit(), True),
+        (ranges_in(inside) == [bare] and not bare[:1].isdigit(), True),
         (is_code(bare) or _PORT.fullmatch(bare) or (has_unit and _is_beside_unit(inside)), True),
         (
             not words or tabulated_unit(inside) is not None or factor_in(inside) or _VALUE.search(inside),

@@ -255,11 +255,9 @@ def plain_unit(text: str) -> str:
 def tabulated_unit(text: str, measured: str = "") -> Unit | None:
     """Return a unit that a text means wherever it stands, without pint; None for any other text."""
     bare = plain_unit(text)
-    if bare.startswith("%"):
-        bare = "%"  # "%-ext": percent by extensometer
-    if bare.lower() in _LOOSE or bare in AMBIGUOUS:
-        return None
-    found = _read(bare, measured)
+    bare = "%" if bare.startswith("%") else bare  # "%-ext": percent by extensometer
+    known = bare.lower() not in _LOOSE and bare not in AMBIGUOUS
+    found = _read(bare, measured) if known else None
     return None if found is None or found.measured == OTHER else found
 
 
@@ -273,27 +271,24 @@ def find_unit(text: str, measured: str) -> Unit | None:
     measured : str
         A key of `bushcli.recording.source.UNITS`.
     """
-    if measured != "time" and re.search(r"\w[\s*·.]s\W*$", text):
-        return None  # "N s" is an impulse; without its blank it would be a plural
     bare = plain_unit(text)
-    if bare.startswith("%"):
-        bare = "%"
-    if bare in UNITS[measured]:
-        return Unit(measured, bare, UNITS[measured][bare])
-    if bare in AMBIGUOUS:
-        return None
-    found = _read(bare, measured)
-    counted = _COUNTED_UNIT.match(bare)
-    if found is None and counted and measured in ("force", "angle", "moment"):
-        unit = find_unit(bare[counted.end() :], measured)
-        factor = COUNTED[counted[1].lower()]
-        return unit and replace(unit, name=bare, factor=factor * unit.factor)
-    if found is not None or bare.lower() in AMBIGUOUS:
-        return found
-    if bare in _FOREIGN:
-        return Unit(OTHER, bare, 0.0)
-    found = _foreign(bare, measured)
-    return _foreign(bare.lower(), measured) if found is None and bare.isupper() else found
+    bare = "%" if bare.startswith("%") else bare
+    found = None
+    if measured != "time" and re.search(r"\w[\s*·.]s\W*$", text):
+        pass  # "N s" is an impulse; without its blank it would be a plural
+    elif bare in UNITS[measured]:
+        found = Unit(measured, bare, UNITS[measured][bare])
+    elif bare not in AMBIGUOUS:
+        found = _read(bare, measured)
+        counted = _COUNTED_UNIT.match(bare) if measured in ("force", "angle", "moment") else None
+        if found is None and counted:
+            unit = find_unit(bare[counted.end() :], measured)
+            found = unit and replace(unit, name=bare, factor=COUNTED[counted[1].lower()] * unit.factor)
+        elif found is None and bare in _FOREIGN:
+            found = Unit(OTHER, bare, 0.0)
+        elif found is None and bare.lower() not in AMBIGUOUS:
+            found = _foreign(bare) or (_foreign(bare.lower()) if bare.isupper() else None)
+    return found
 
 
 def certain_unit(text: str) -> bool:
@@ -353,86 +348,73 @@ def slip(text: str, measured: str) -> str:
 def _read(bare: str, measured: str) -> Unit | None:
     """Return the unit that a text without blanks means by the grammar; None if a part of it is not understood."""
     size = _size(bare, measured)
-    if size is None:
-        return None
-    of = _MEASURED.get(size.powers)
-    if of is None:
-        return Unit(OTHER, bare, 0.0)
-    if of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare):
-        return None
+    of = _MEASURED.get(size.powers, OTHER) if size else ""
+    factor = float(f"{size.factor:.14g}") if size else 0.0  # 0.1, not 0.09999999999999999
     low, high = _SENSIBLE.get(of, (0.0, math.inf))
-    if not low <= size.factor <= high:
-        return None
-    factor = float(f"{size.factor:.14g}")  # 0.1, not 0.09999999999999999
+    ratio = (
+        size and of == "strain" and "/" in bare and size.factor == 1.0 and not re.fullmatch(r"(\w+)/\1", bare)
+    )
     name = _NAMES.get((of, float(f"{factor:.12g}")))
-    return Unit(of, bare, factor) if name is None else Unit(of, name, UNITS[of][name])
+    found = (
+        Unit(of, bare, 0.0 if of == OTHER else factor) if name is None else Unit(of, name, UNITS[of][name])
+    )
+    return found if size and low <= size.factor <= high and not ratio else None
 
 
 def _size(bare: str, measured: str) -> _Size | None:
     """Return the product of the words of a unit without blanks, or None."""
-    whole = _word(bare, measured)
-    if whole is not None:
-        return whole
     text = unicodedata.normalize("NFKC", bare.translate(_SUPERSCRIPTS)).translate(_SUPERSCRIPTS)
     text = re.sub(r"(?:-?\(|[-_])(f|force)$", r"\1", text, flags=re.IGNORECASE)  # kg-f, kg(f), pound-force
     text = _SQUARE.sub(r"\g<1>2", _HYPHEN.sub("", text))
-    size, at, power = _ONE, 0, 1
-    while at < len(text):
+    size: _Size | None = _ONE
+    at, power, goes_on = 0, 1, True
+    while size is not None and goes_on:
         factor = _FACTOR.match(text, at)
         one = _word(factor[1], measured) if factor else None
-        if factor is None or one is None:
-            return None
-        size, at = size.times(one, power * int(factor[2] or 1)), factor.end()
-        if at == len(text):
-            return size
+        size = size.times(one, power * int(factor[2] or 1)) if factor and one else None
+        at = factor.end() if factor else at
         sign = _OPERATOR.match(text, at)
-        if sign is None:
-            return None
-        power, at = (-1 if sign[0] == "/" else 1), sign.end()
-    return None
+        goes_on = sign is not None
+        power, at = (-1 if sign[0] == "/" else 1, sign.end()) if sign else (power, at)
+    return _word(bare, measured) or (size if at == len(text) else None)
 
 
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
     """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
-    single = _single(word, measured)
-    if single is not None:
-        return single
     pairs = (_glued(word[:cut], word[cut:], measured) for cut in range(1, len(word)))
-    return next((pair for pair in pairs if pair is not None), None)
+    return _single(word, measured) or next(filter(None, pairs), None)
 
 
 def _single(word: str, measured: str) -> _Size | None:
     """Return the size of a unit with or without prefix; None for other words."""
-    pounds = _OF_FORCE.get(word) or (
-        _OF_FORCE.get(word.lower()) if word.isupper() or word.istitle() else None
-    )
-    if pounds is not None:
-        return _Size(_POWERS["force"], pounds)
+    titled = word.isupper() or word.istitle()
+    pounds = _OF_FORCE.get(word) or (_OF_FORCE.get(word.lower()) if titled else None)
     word = word.replace("µ", "u").replace("μ", "u")
-    if word in ("nm", "NM") and measured != "length":
-        return _Size(_POWERS["moment"], 1e3)
-    if word in _EXACT:
-        return _EXACT[word]
     # MPA, SEC, KN; force_kn, stress_mpa; Sec. In other mixtures of cases a prefix matters: mPa is not MPa. "In" is the
     # only short unit that rigs write like a title.
     plain = word.isupper() or word.islower() or (word.istitle() and (len(word) > 2 or word == "In"))
     folded = _FOLDED.get(word.lower(), set()) if plain else set()
-    return next(iter(folded)) if len(folded) == 1 else None
+    if pounds is not None:
+        size: _Size | None = _Size(_POWERS["force"], pounds)
+    elif word in ("nm", "NM") and measured != "length":
+        size = _Size(_POWERS["moment"], 1e3)
+    else:
+        size = _EXACT.get(word) or (next(iter(folded)) if len(folded) == 1 else None)
+    return size
 
 
 def _glued(first: str, second: str, measured: str) -> _Size | None:
     """Return the moment of a force and a length written together, ``daNcm``, ``ftlb``, ``mkp``, ``nm``; or None."""
     one, two = _single(first, measured), _single(second, measured)
-    kinds = [size and _MEASURED.get(size.powers) for size in (one, two)]
-    if one is None or two is None or sorted(map(str, kinds)) != ["force", "length"]:
-        return None
+    kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
     # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
     before = second.lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
-    return one.times(two) if kinds[0] == "force" or before else None
+    fits = kinds == ["force", "length"] or (before and kinds == ["length", "force"])
+    return one.times(two) if one and two and fits else None
 
 
-def _foreign(bare: str, measured: str) -> Unit | None:
+def _foreign(bare: str) -> Unit | None:
     """Return what pint takes a text for: a unit of another quantity, or one without a prefix; None for other texts.
 
     The grammar has the prefixes that are in use: pint's "Ms" and "EN" are slips.

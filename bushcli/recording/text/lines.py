@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.text.fields import begins_with_missing, is_grouped, is_number, only_numbers
@@ -32,6 +33,52 @@ class Line:
     def uncommented(self) -> str:
         """The text without the signs that make it a comment."""
         return re.sub(r"^\s*(#|%(?=\s)|//)+", "", self.text)
+
+
+class Dialect(NamedTuple):
+    """Delimiter and decimal sign of a text."""
+
+    delimiter: str
+    decimal: str
+
+
+@dataclass
+class Sheet:
+    """The lines of a table while its rows are told from its header: all, and those that are no comments as fields.
+
+    Attributes
+    ----------
+    path : Path
+    lines : list of Line
+    body : list of Line
+        Lines that are no comments.
+    split : list of list of str
+        Their fields.
+    dialect : Dialect
+    start : int
+        Index, in the body, of the first row of numbers.
+    """
+
+    path: Path
+    lines: list[Line]
+    body: list[Line]
+    split: list[list[str]]
+    dialect: Dialect
+    start: int = 0
+
+    @property
+    def first(self) -> int:
+        """Number of the line of the first row."""
+        return self.body[self.start].number
+
+    @property
+    def above(self) -> list[Line]:
+        """Lines above it."""
+        return [line for line in self.lines if line.number < self.first]
+
+    def refused(self, line: int, what: str, remedy: str) -> RecordingError:
+        """Return an error about a line."""
+        return RecordingError(Problem(f"{self.path}:{line}", what, "", remedy))
 
 
 def lines_of(path: Path, text: str, first: int = 1) -> list[Line]:

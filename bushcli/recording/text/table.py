@@ -136,7 +136,15 @@ class Table(ABC):
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
     def refused(self, what: str, remedy: str = "", row: int | None = None) -> RecordingError:
-        """Return an error about the table, or about one of its rows (from 0), with its remedy."""
+        """Return an error about the table, or about one of its rows.
+
+        Parameters
+        ----------
+        what, remedy : str
+            What is wrong, and what to do.
+        row : int, optional
+            Index from 0.
+        """
         return RecordingError(Problem(self.where if row is None else self.place(row), what, "", remedy))
 
     def refuse_code(self, row: int, column: int, value: float) -> RecordingError:

@@ -7,15 +7,16 @@ from textwrap import fill
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bushcli.mismatch.maps import LocalMap
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK
 from bushcli.report.drawing.picture import literal, new_figure, style
-from bushcli.report.drawing.projection import cut, cut_view, normals, shade
+from bushcli.report.drawing.projection import cut, cut_view, face_edges, normals, once, outline, shade
 from bushcli.report.plots.places import numbering
+from cases.stretches import Surface
 
 Array = NDArray[np.float64]
 
@@ -72,14 +73,16 @@ def map_figure(found: LocalMap) -> Figure:
     with style():
         figure = new_figure(max(size[0] + 1.7, 4.6), size[1] + 1.1)
         axes = figure.add_subplot()
-        # The edges of a cut body are those of its cut, not of the cells.
-        edges = [(0.25, 0.25, 0.25, 0.18)] * len(polygons) if flat else list(colours)
+        # The edges of a solid are its own, which have no value, not those of the cells.
+        lines = np.isnan(values)
+        edges = np.where(lines[:, None], to_rgba(GREY[0]), (0.25, 0.25, 0.25, 0.18) if flat else colours)
+        colours[lines] = 0.0
         axes.add_collection(
             PolyCollection(
                 list(polygons),
                 facecolors=list(colours),
-                edgecolors=edges,
-                linewidths=0.3,
+                edgecolors=list(edges),
+                linewidths=list(np.where(lines, 0.9, 0.3)),
                 rasterized=not flat,
             )
         )
@@ -121,7 +124,10 @@ def _section(found: LocalMap) -> tuple[Array, Array, Array]:
 
 
 def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
-    """Return the outer faces of the solid, distant ones first; a whole body is cut open in a plane beside y = 0."""
+    """Return the outer faces of the solid, distant ones first; a whole body is cut open in a plane beside y = 0.
+
+    The sharp edges of the body are among them, as faces without area and without value.
+    """
     kind = numbering(found)
     corners = np.array(_SOLID[kind])
     faces = found.cells[:, corners].reshape(-1, corners.shape[1])
@@ -145,6 +151,16 @@ def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
     view = cut_view(shapes)
     # The body is closed: what is turned away from the eye cannot be seen, and would be drawn over its edges.
     seen = np.flatnonzero(outward @ view.towards > 0.0)
-    order = seen[np.argsort(view.depth(shapes[seen].mean(axis=1)))]
+    shapes, values = shapes[seen], values[seen]
+    whole = np.ones(len(seen), dtype=bool)
+    sharp = once(face_edges(shapes)[outline(Surface(shapes, shapes, shapes[..., 0], whole, 0.0))])
+    sharp = sharp[(sharp[:, 0] != sharp[:, 1]).any(axis=1)]  # the last corner of a triangle stands twice
+    # A little nearer to the eye than the faces that they bound.
+    depth = np.concatenate(
+        [view.depth(shapes).mean(axis=1), view.depth(sharp).mean(axis=1) + 0.02 * float(np.ptp(found.points))]
+    )
+    shapes = np.concatenate([shapes, sharp[:, [0, 1, 1, 0]]])
+    values = np.concatenate([values, np.full(len(sharp), np.nan)])
+    order = np.argsort(depth)
     bright = shade(shapes, view)[order]
     return view.project(shapes)[order], values[order], bright

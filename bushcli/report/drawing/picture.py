@@ -27,8 +27,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullL
 
 from bushcli.report.document import Panels, Picture, Plot, Series
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
-from bushcli.report.drawing.prepared import prepared, shade
-from bushcli.report.drawing.zoom import tick, ticks
+from bushcli.report.drawing.prepared import prepared, shade, tick, ticks
 
 _DPI = 160
 # Units of a page per inch of a picture: a plot as wide as the page is 7.6 inches wide.

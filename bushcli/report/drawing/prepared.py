@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -45,7 +46,9 @@ def prepared(plot: Plot) -> Plot:
 
 def pane(plot: Plot) -> tuple[float, float, float, float]:
     """Return left, top, width and height of the pane of the data, in the units of the plot's width."""
-    longest = max((len(line) for _, name in plot.y_names for line in name.split("\n")), default=0)
+    numbers = () if plot.y_names or plot.y is None else ticks(*plot.y, 4, plot.log == "y")
+    texts = [*map(tick, numbers), *(line for _, name in plot.y_names for line in name.split("\n"))]
+    longest = max(map(len, texts), default=0)
     # An axis without label has its numbers, too, unless it has names.
     least = 62.0 if plot.labels[1] or not plot.y_names else 12.0
     left = min(max(least, 7.2 * longest + 16), 0.45 * plot.width)
@@ -53,6 +56,33 @@ def pane(plot: Plot) -> tuple[float, float, float, float]:
     lines = max((name.count("\n") for _, name in plot.x_names), default=0)
     bottom = (46.0 if plot.labels[0] else 26.0) + 16 * lines
     return left, 12.0, plot.width - left - 12.0, plot.height - 12.0 - bottom
+
+
+def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
+    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
+    if logarithmic:
+        mantissas = (1, 2, 5) if high < 50 * low else (1,)
+        powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        every = [factor * 10.0**power for power in powers for factor in mantissas]
+        found = [v for v in every if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
+        if len(found) > 1:
+            return found
+    raw = (high - low) / most
+    power = 10.0 ** math.floor(math.log10(raw))
+    factors = (0.5, 1, 2, 5, 10)
+    chosen = next(i for i in range(1, 5) if power * factors[i] >= raw * (1 - 1e-9))
+    found = []
+    # One number alone gives no scale: the steps are then finer.
+    while len(found) < 2 and chosen >= 0:
+        step = power * factors[chosen]
+        found = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+        chosen -= 1
+    return found
+
+
+def tick(value: float) -> str:
+    """Return a number at an axis."""
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def shade(region: Region, plot: Plot) -> tuple[str, float]:

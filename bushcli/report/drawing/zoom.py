@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import html
-import math
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -19,7 +18,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from bushcli.report.document import Note, Picture, Plot, Region, Series, Stripe
-from bushcli.report.drawing.prepared import pane, position, prepared, shade
+from bushcli.report.drawing.prepared import pane, position, prepared, shade, tick, ticks
 
 Array = NDArray[np.floating[Any]]
 
@@ -110,28 +109,6 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
     )
 
 
-def ticks(low: float, high: float, most: int, logarithmic: bool = False) -> list[float]:
-    """Return round numbers between two values: in steps, or mantissas, of 1, 2 and 5."""
-    if logarithmic:
-        mantissas = (1, 2, 5) if high < 50 * low else (1,)
-        powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-        every = [factor * 10.0**power for power in powers for factor in mantissas]
-        found = [v for v in every if low * (1 - 1e-9) <= v <= high * (1 + 1e-9)]
-        if len(found) > 1:
-            return found
-    raw = (high - low) / most
-    power = 10.0 ** math.floor(math.log10(raw))
-    factors = (0.5, 1, 2, 5, 10)
-    chosen = next(i for i in range(1, 5) if power * factors[i] >= raw * (1 - 1e-9))
-    found = []
-    # One number alone gives no scale: the steps are then finer.
-    while len(found) < 2 and chosen >= 0:
-        step = power * factors[chosen]
-        found = [i * step for i in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-        chosen -= 1
-    return found
-
-
 def _grid(plot: Plot) -> str:
     """Return lines and numbers as `zoom.js` draws them, and names, which stay."""
     left, top, width, height = pane(plot)
@@ -165,11 +142,6 @@ def _words(axis: str, x: float, y: float, text: str, first: bool = False) -> str
         f'<text class="{axis}" x="{x:.2f}" y="{y + 16 * i:.2f}">{html.escape(line)}</text>'
         for i, line in enumerate(lines)
     )
-
-
-def tick(value: float) -> str:
-    """Return a number at an axis."""
-    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def _path(x: Array, y: Array, closed: bool = False) -> str:

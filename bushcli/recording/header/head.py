@@ -1,18 +1,22 @@
-"""Header of a text file: names and units of the columns, and the lines above them."""
+"""Header of a text file: names and units of the columns, the lines above them, and headers that follow further down.
+
+Rigs write a table for each cycle or block; those below the first are put into its order.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise, takewhile
 
-from bushcli.errors import Problem, RecordingError
-from bushcli.recording.header.name import factor_in, heading, is_units_row, match_quality, named_columns
+from bushcli.recording.header.name import heading, is_units_row, match_quality, named_columns
+from bushcli.recording.header.numbers import factor_in
 from bushcli.recording.header.units import NO_UNIT, certain_unit, is_unit, plain_unit, tabulated_unit
-from bushcli.recording.text.lines import Line, numbers_in, split_line, trimmed
+from bushcli.recording.text.lines import Line, Sheet, numbers_in, split_line, trimmed
 from bushcli.recording.text.table import SHOWN
 
+_APART = "each table in a file of its own: a # in front of this line would mix their columns"
 #: The number of a channel or test in a comment.
 _NUMBERED = re.compile(
     r"\b(?:ch|channel|kanal|run|test|specimen|sample|sensor|probe)\s?\d{1,3}\b", re.IGNORECASE
@@ -41,11 +45,11 @@ class Header:
     preamble: tuple[tuple[int, str], ...]
 
 
-def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str) -> Header:
+def header(sheet: Sheet, width: int) -> Header:
     """Return the header of a table from the lines above its first row of numbers."""
     empty = ("",) * width
     units, place, passed = empty, 0, []
-    above = [line for line in lines if line.number < first]
+    above, (delimiter, decimal) = sheet.above, sheet.dialect
     full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
         fields = _fields(line.uncommented, delimiter, width)
@@ -61,30 +65,30 @@ def header(path: Path, lines: Sequence[Line], first: int, width: int, delimiter:
         further = full[i + 1 :]
         is_known = is_units_row(_without_label(fields))
         # Origin writes a row of comments below the row of units.
-        if (is_known and _below_units(path, place, units)) or (
+        if (is_known and _below_units(sheet, place, units)) or (
             units == empty and (is_known or _are_unknown_units(fields, further))
         ):
             units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
-            units = _merged(path, rows, line.number, units)
+            units = _merged(sheet, rows, line.number, units)
             continue
-        _no_data(path, [one for one in passed if one.number > line.number])
-        _refuse_percent(path, line, fields[0], units[0])
+        _no_data(sheet, [one for one in passed if one.number > line.number])
+        _refuse_percent(sheet, line, fields[0], units[0])
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
-        units = _merged(path, rows, place, units)
-        _refuse_other_names(path, fields, units, further)
+        units = _merged(sheet, rows, place, units)
+        _refuse_other_names(sheet, fields, units, further)
         preamble = tuple((one.number, one.uncommented) for one in above if one.number < line.number)
         # A name in cells that are merged over two rows stands in the upper one.
         upper = further[0][1] if further and further[0][0].number == line.number - 1 else fields
         fields = [name or merged for name, merged in zip(fields, upper, strict=True)]
         return Header(tuple(fields), units, place or line.number, preamble)
-    units = _merged(path, rows, place, units)
+    units = _merged(sheet, rows, place, units)
     lost = [
         line for line in above if not line.comment and len(trimmed(split_line(line.text, delimiter))) == width
     ]
-    _no_data(path, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
+    _no_data(sheet, [line for line in lost if numbers_in(split_line(line.text, delimiter), decimal)])
     return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
 
 
@@ -101,7 +105,7 @@ def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
 
 
 def _merged(
-    path: Path, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
+    sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
     if number not in rows or len(rows) < 2:
@@ -118,9 +122,7 @@ def _merged(
         if len(said) > 1:
             (one, first), (other, second) = list(said.values())[:2]
             what = f"column {column + 1} is in {one} by line {first} and in {other} by line {second}"
-            raise RecordingError(
-                Problem(f"{path}:{second}", what, "", "one row of units: delete the other one")
-            )
+            raise sheet.refused(second, what, "one row of units: delete the other one")
         if said and plain_unit(units[column]) in NO_UNIT:
             merged[column] = next(iter(said.values()))[0]
     return tuple(merged)
@@ -144,7 +146,7 @@ def _units_above(
 
 
 def _refuse_other_names(
-    path: Path, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
+    sheet: Sheet, names: Sequence[str], units: Sequence[str], above: Sequence[tuple[Line, list[str]]]
 ) -> None:
     """Refuse a second row of names, such as one in another language, whose units contradict those of the header."""
     for line, fields in above:
@@ -157,9 +159,7 @@ def _refuse_other_names(
             ]
             if all(said) and said[0][0].factor != said[1][0].factor:
                 what = f"column {column + 1} is in {said[0][0].name} here and in {said[1][0].name} by the lines below"
-                raise RecordingError(
-                    Problem(f"{path}:{line.number}", what, "", "one row of names with units")
-                )
+                raise sheet.refused(line.number, what, "one row of names with units")
 
 
 def _are_units_above(fields: list[str]) -> bool:
@@ -189,14 +189,14 @@ def _without_label(fields: list[str]) -> list[str]:
     return ["", *(field.strip(" ,;") for field in fields[1:])]
 
 
-def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:
+def _refuse_percent(sheet: Sheet, line: Line, name: str, unit: str) -> None:
     """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
     if not line.text.lstrip().startswith("%") or unit or name.startswith("%") or heading(name).written:
         return
     if match_quality(name, "strain"):
         what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
         expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
-        raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
+        raise sheet.refused(line.number, what, expected)
 
 
 def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]]) -> bool:
@@ -204,7 +204,7 @@ def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]
     return not named_columns(fields) and any(named_columns(other) >= 2 for _, other in above)
 
 
-def _below_units(path: Path, number: int, fields: Sequence[str]) -> bool:
+def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:
     """Whether a line below a row of units is one of comments; False if it is itself a row of known units, or none."""
     words = [_NUMBERED.sub("", field) for field in fields if field]
     if not words or is_units_row(fields):
@@ -215,7 +215,7 @@ def _below_units(path: Path, number: int, fields: Sequence[str]) -> bool:
     ):
         shown = " ".join(fields)[:SHOWN]
         what = f'"{shown}" stands below the row of units, and it is not clear whether it has factors or other units'
-        raise RecordingError(Problem(f"{path}:{number}", what, "", "put # in front of a remark"))
+        raise sheet.refused(number, what, "put # in front of a remark")
     return True
 
 
@@ -234,10 +234,97 @@ def _fields(text: str, delimiter: str, width: int) -> list[str] | None:
     return None
 
 
-def _no_data(path: Path, lines: Sequence[Line]) -> None:
+def _no_data(sheet: Sheet, lines: Sequence[Line]) -> None:
     """Refuse lines between the header and the first row: they would be dropped silently."""
     for line in lines:
         if re.search(r"\w|[%‰°\"'′″]", line.text):
             what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
             expected = "names, units or numbers in all columns; put # in front of a remark"
-            raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
+            raise sheet.refused(line.number, what, expected)
+
+
+def in_one_order(sheet: Sheet) -> list[str]:
+    """Put the columns of all tables of a file into the order of the first, and return remarks about it.
+
+    The headers of the further tables become equal to the first one. A comment can be such a header too: a user may
+    have put the # in front of it.
+    """
+    body, split, first, (delimiter, decimal) = sheet.body, sheet.split, sheet.first, sheet.dialect
+    names, units, text = _first_header(takewhile(lambda line: line.number < first, sheet.lines), delimiter)
+    if not names:
+        return []
+    start = sheet.start
+    # What has a number is a row: the words of a header are looked at in the few other lines only.
+    last = next((i for i in range(len(body) - 1, start, -1) if numbers_in(split[i], decimal) >= 2), start)
+    index = {body[i].number: i for i in range(start, last) if not numbers_in(split[i], decimal)}
+    between = (line for line in sheet.lines if first < line.number < body[last].number)
+    order: list[int] = []
+    said: list[str] = []
+    changed: list[tuple[int, list[int]]] = []
+    headers: set[int] = set()
+    named = False
+    for line in (line for line in between if line.comment or line.number in index):
+        i = index.get(line.number)
+        cells = trimmed(split_line(line.uncommented.strip(), delimiter) if i is None else split[i])
+        # A comment with a number, or with another number of fields, is a row or a remark.
+        fits = i is not None or (len(cells) == len(names) and not numbers_in(cells, decimal))
+        has_names = fits and named_columns(cells) >= 2
+        is_header = has_names or (fits and _is_units(cells, named))
+        named = has_names
+        if not is_header:
+            continue
+        if has_names:
+            order = _order(sheet, line, cells, names)
+            changed.append((line.number, order))
+            if order != sorted(order):
+                said.append(
+                    f"the columns from line {line.number} on are put into the order of the first header"
+                )
+        elif len(cells) != len(order or names) or _ordered(cells, order) != units:
+            what = f'"{" ".join(cells)}" below the first rows: other units than above them'
+            raise sheet.refused(line.number, what, _APART)
+        if i is not None:
+            split[i] = list(names if has_names else units)
+            body[i] = replace(line, text=text[has_names])
+            headers.add(i)
+    for (begin, order), (end, _) in pairwise([*changed, (body[-1].number + 1, [])]):
+        for i in range(start, len(body)) if order != sorted(order) else ():
+            if begin < body[i].number < end and i not in headers:
+                split[i] = _ordered(split[i], order)
+    return said
+
+
+def _first_header(lines: Iterable[Line], delimiter: str) -> tuple[list[str], list[str], dict[bool, str]]:
+    """Return the names and the units in the lines above the first row, and the texts of both lines."""
+    names: list[str] = []
+    units: list[str] = []
+    text: dict[bool, str] = {}
+    named = False
+    for line in lines:
+        cells = trimmed(split_line(line.uncommented.strip(), delimiter))
+        has_names = named_columns(cells) >= 2
+        if has_names or _is_units(cells, named):
+            names, units = (cells, units) if has_names else (names, cells)
+            text[has_names] = line.text
+        named = has_names
+    return names, units, text
+
+
+def _is_units(cells: list[str], named: bool) -> bool:
+    """Whether a line holds units; below names, where columns may have units of any quantity, one known is enough."""
+    return bool(cells) and (is_units_row(cells) or (named and any(map(certain_unit, cells))))
+
+
+def _order(sheet: Sheet, line: Line, cells: list[str], names: list[str]) -> list[int]:
+    """Return the index that each of the first names has in a further header."""
+    if cells == names:
+        return list(range(len(names)))
+    if sorted(cells) != sorted(names) or len(set(names)) < len(names):
+        what = f"a further header below the first rows has other names: {', '.join(cells)[:200]}"
+        raise sheet.refused(line.number, what, _APART)
+    return [cells.index(name) for name in names]
+
+
+def _ordered(fields: list[str], order: list[int]) -> list[str]:
+    """Return the fields in an order, those behind its columns unchanged; as they are if there are too few."""
+    return [fields[k] for k in order] + fields[len(order) :] if len(fields) >= len(order) else fields
