@@ -184,7 +184,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
     start = next(starts, None)
     if start is None:
         raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
-    sheet.start = start
+    sheet.begin(start)
     reordered = in_one_order(sheet)
     said = [*reordered, *_without_text_below(sheet)]
     below = list(enumerate(split[start:], start=start))

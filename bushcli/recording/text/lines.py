@@ -71,6 +71,10 @@ class Sheet:
         """Number of the line of the first row."""
         return self.body[self.start].number
 
+    def begin(self, row: int) -> None:
+        """Take a line of the body as the first row of numbers."""
+        self.start = row
+
     @property
     def above(self) -> list[Line]:
         """Lines above it."""
