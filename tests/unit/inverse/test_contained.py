@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.inverse.channel import ChannelForces, Patience
-from bushcli.inverse.contained import ContainedPart, Contained, from_contained
+from bushcli.inverse.contained import Contained, ContainedPart, from_contained
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
 from forms.law import law
