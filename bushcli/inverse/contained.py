@@ -88,6 +88,10 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
             # It shifts the branches, and promises nothing before they are there: it begins at its start values.
             continue
         free = {active.full_name(p): p for p in active.parameters if active.full_name(p) in start}
+        shapes = [active.full_name(p) for p in active.parameters if p.off is None and not p.of_mesh]
+        if shapes and not set(shapes) & set(free):
+            # With all times held a spectrum is nearly linear in its moduli, which one search finds together.
+            continue
         latest: dict[str, str] = {}
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
             own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
