@@ -129,7 +129,7 @@ def columns(**named):
 
 
 def estimates(fit):
-    """Return the estimates by the names of `TRUE`, whose first branch is the slow one; a fit may end either way."""
+    """Return the estimates by the names of `TRUE`, whose first branch is the slow one; a fit may end the other way."""
     known = {name.removeprefix("viscoelasticity."): one for name, one in fit.parameters.items()}
     if known["tau1"].value < known["tau2"].value:
         swapped = {"g1": "g2", "g2": "g1", "tau1": "tau2", "tau2": "tau1"}
