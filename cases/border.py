@@ -17,7 +17,7 @@ from cases.model import FiniteElementModel
 from cases.motion import pose_motion_of
 from cases.ranks import summed
 from cases.rates import ghosted
-from cases.rigid import Tangent, tangent
+from cases.rigid import NoFactorisation, Tangent, tangent
 from cases.six import twist_of
 
 Array = NDArray[np.float64]
@@ -107,7 +107,12 @@ class Border:
         self.factor.setOperators(matrix)
         turning = any(k >= 3 for k in self._free)
         wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
-        found = tangent(self._model, self.factor, self._q, wanted)
+        try:
+            found = tangent(self._model, self.factor, self._q, wanted)
+        except NoFactorisation:
+            # The linear solver then fails, and the step is cut back.
+            pc.setFailedReason(PETSc.PC.FailedReason.FACTOR_OTHER)
+            return
         self._columns = twist_of(self._motion.pose(self._q))[:, self._free]
         self._tangent = found
         self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity

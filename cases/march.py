@@ -23,6 +23,7 @@ from cases.model import FiniteElementModel
 from cases.motion import PoseMotion
 from cases.program import Program
 from cases.recorder import Recorder
+from cases.rigid import NoFactorisation
 from cases.sensitivity import Sensitivity
 from cases.series import SeriesSpring, Shared
 from cases.six_sensitivity import SixSensitivity
@@ -165,6 +166,10 @@ class _March:
                 self.record(number, newton)
                 if progress is not None:
                     progress(number + 1, count, newton, self.stepper.q)
+        except NoFactorisation:
+            # No derivatives there.
+            target = float(self.program.displacement[number])
+            raise self._stopped(target, "DIVERGED_LINEAR_SOLVE") from None
         except Exception as error:
             if isinstance(error, NotConverged) or not is_interrupt(error):
                 raise

@@ -26,6 +26,10 @@ from cases.six import possible, skew, twist_of
 Array = NDArray[np.float64]
 
 
+class NoFactorisation(ArithmeticError):
+    """The tangent could not be factorised, for example because it is singular."""
+
+
 @dataclass(frozen=True)
 class Tangent:
     """Stiffness against rigid motions of the inner sleeve, at one state.
@@ -167,7 +171,15 @@ def solved(model: FiniteElementModel, ksp: PETSc.KSP, forces: Array) -> Array:
     Returns
     -------
     ndarray, shape (k, n)
+
+    Raises
+    ------
+    NoFactorisation
     """
+    ksp.setUp()
+    if ksp.getPC().getFailedReason():
+        # MUMPS would be asked for a solution without a factorisation, which is an error in the program.
+        raise NoFactorisation
     own = np.ascontiguousarray(forces[:, : model.system.owned])
     shape = ((own.shape[1], None), (None, len(own)))
     # PETSc stores columns one after the other: the rows of these arrays.

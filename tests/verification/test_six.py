@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from bushcli.effects.effect import effect
+from cases.equilibrium import Equilibrium
 from cases.feature import Feature, Installed
 from cases.local import LocalStiffness
-from cases.march import march
+from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.program import Program
@@ -403,3 +404,25 @@ def test_derivatives_by_tilts_are_differences(rubber):
         ends = [end(**{name: d}).reactions[0] for d in (step, -step)]
         slope = (ends[0] - ends[1]) / (2 * step)
         np.testing.assert_allclose(exact[:, i], slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
+
+
+def test_a_tangent_that_cannot_be_factorised_ends_the_march_and_not_the_program(monkeypatch, rubber):
+    """As at constants far from all rubber, which an identification may try: the tangent of the derivatives is zero."""
+    model = model_of(path_of([1.0, 0, 0, 0, 0, 0]), rubber())
+    factorise, assemble, derivatives = Equilibrium.factorise, type(model.system).tangent, []
+
+    def factorised(solver, stiffened=False):
+        derivatives.append(solver)
+        factorise(solver, stiffened)
+
+    def singular(system, matrix, *options):
+        assemble(system, matrix, *options)
+        if derivatives:
+            matrix.scale(0.0)
+
+    monkeypatch.setattr(Equilibrium, "factorise", factorised)
+    monkeypatch.setattr(type(model.system), "tangent", singular)
+    with pytest.raises(NotConverged) as failed:
+        march(model, Program(np.array([0.5, 1.0])), sensitivity=("C10",))
+    assert derivatives
+    assert failed.value.reason == "DIVERGED_LINEAR_SOLVE"
