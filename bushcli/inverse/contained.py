@@ -38,7 +38,7 @@ APART = 3.0
 
 
 @dataclass(frozen=True)
-class Addition:
+class ModelPart:
     """An effect, one branch more of it, or one term more of the law.
 
     Attributes
@@ -62,7 +62,7 @@ class Addition:
     earlier: Mapping[str, str]
 
 
-def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
+def additions(task: Task, recordings: Sequence[Recording]) -> list[ModelPart]:
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
@@ -71,14 +71,14 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
         "amplitude": max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0),
         "shear": float(task.law.shear_modulus(**task.material.parameters)),
     }
-    found: list[Addition] = []
+    found: list[ModelPart] = []
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
         off = {name: 0.0 for name in names if name in task.law.linear}
         shape = {name: start[name] for name in names if name not in off}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        found.append(Addition(names, off, (shape,), "law", earlier))
+        found.append(ModelPart(names, off, (shape,), "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
             # It shifts the branches, and promises nothing before they are there: it begins at its start values.
@@ -93,7 +93,7 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
-                found.append(Addition(tuple(own), off, grid, active.name, earlier))
+                found.append(ModelPart(tuple(own), off, grid, active.name, earlier))
     return found
 
 
@@ -132,7 +132,7 @@ class Contained(LeastSquaresProblem):
 
 
 def from_contained(
-    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[Addition] = ()
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ModelPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
     index = {name: i for i, name in enumerate(problem.names)}
@@ -166,10 +166,11 @@ def from_contained(
             further = _searched(problem, begin, free, loss)
             if further is not None and further.cost < (1.0 - problem.stopping.tolerance) * found.cost:
                 found = replace(further, iterations=found.iterations + further.iterations)
-    if found is not None and problem.cost(start) >= found.cost:
-        return replace(found, start=start)
-    direct = search(problem, start, loss)
-    return direct if found is None or direct.cost < found.cost else replace(found, start=start)
+    if found is None or problem.cost(start) < found.cost:
+        direct = search(problem, start, loss)
+        found = direct if found is None or direct.cost < found.cost else found
+    x = _in_order(problem, every, start, found.x)
+    return replace(found, start=start, x=x, cost=problem.cost(x))
 
 
 def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
@@ -185,7 +186,7 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
 
 
 def _begun(
-    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: Addition
+    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: ModelPart
 ) -> tuple[float, Array | None]:
     """Return the largest fall of the sum of squares that an addition promises, and where it would begin, shape (p,).
 
@@ -207,7 +208,7 @@ def _begun(
     return best
 
 
-def _split(problem: LeastSquaresProblem, x: Array, one: Addition) -> Array:
+def _split(problem: LeastSquaresProblem, x: Array, one: ModelPart) -> Array:
     """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
@@ -219,3 +220,25 @@ def _split(problem: LeastSquaresProblem, x: Array, one: Addition) -> Array:
         pair = (0.5 * value, 0.5 * value) if name in one.off else (value * APART, value / APART)
         found[[index[before], index[name]]] = pair
     return problem.bounds.inside(found)
+
+
+def _in_order(problem: LeastSquaresProblem, every: Sequence[ModelPart], start: Array, x: Array) -> Array:
+    """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
+    index, off = (
+        {name: i for i, name in enumerate(problem.names)},
+        {name for one in every for name in one.off},
+    )
+    # Of each effect the columns of its branches: numbers of the same parameter, the first branch's first.
+    columns: dict[str, dict[str, list[int]]] = {}
+    for one in every:
+        for name, before in one.earlier.items() if set(one.earlier) == set(one.names) else ():
+            known = columns.setdefault(one.after, {})
+            known[name] = [*known.pop(before, [index[before]]), index[name]]
+    found = x.copy()
+    for of_effect in columns.values():
+        times = next((places for name, places in of_effect.items() if name not in off), None)
+        if times is not None:
+            order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
+            for places in of_effect.values():
+                found[places] = x[[places[i] for i in order]]
+    return found if np.isfinite(problem.cost(found)) else x
