@@ -38,7 +38,7 @@ APART = 3.0
 
 
 @dataclass(frozen=True)
-class ModelPart:
+class ContainedPart:
     """An effect, one branch more of it, or one term more of the law.
 
     Attributes
@@ -62,7 +62,7 @@ class ModelPart:
     earlier: Mapping[str, str]
 
 
-def additions(task: Task, recordings: Sequence[Recording]) -> list[ModelPart]:
+def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart]:
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
@@ -71,14 +71,14 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ModelPart]:
         "amplitude": max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0),
         "shear": float(task.law.shear_modulus(**task.material.parameters)),
     }
-    found: list[ModelPart] = []
+    found: list[ContainedPart] = []
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
         off = {name: 0.0 for name in names if name in task.law.linear}
         shape = {name: start[name] for name in names if name not in off}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        found.append(ModelPart(names, off, (shape,), "law", earlier))
+        found.append(ContainedPart(names, off, (shape,), "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
             # It shifts the branches, and promises nothing before they are there: it begins at its start values.
@@ -93,7 +93,7 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ModelPart]:
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
-                found.append(ModelPart(tuple(own), off, grid, active.name, earlier))
+                found.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
     return found
 
 
@@ -132,7 +132,7 @@ class Contained(LeastSquaresProblem):
 
 
 def from_contained(
-    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ModelPart] = ()
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
     index = {name: i for i, name in enumerate(problem.names)}
@@ -186,7 +186,7 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
 
 
 def _begun(
-    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: ModelPart
+    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: ContainedPart
 ) -> tuple[float, Array | None]:
     """Return the largest fall of the sum of squares that an addition promises, and where it would begin, shape (p,).
 
@@ -208,7 +208,7 @@ def _begun(
     return best
 
 
-def _split(problem: LeastSquaresProblem, x: Array, one: ModelPart) -> Array:
+def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:
     """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
@@ -222,7 +222,7 @@ def _split(problem: LeastSquaresProblem, x: Array, one: ModelPart) -> Array:
     return problem.bounds.inside(found)
 
 
-def _in_order(problem: LeastSquaresProblem, every: Sequence[ModelPart], start: Array, x: Array) -> Array:
+def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array) -> Array:
     """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
     index, off = (
         {name: i for i, name in enumerate(problem.names)},
