@@ -85,7 +85,8 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
     q, force = recording.displacement[~bad], recording.force[~bad]
     if len(q) < _FEWEST or not _moves(q, force):
         return
-    rough, smooth = (_roughness(values) for values in (force, q))
+    # Half the mean square change from sample to sample over the variance: half the von Neumann ratio.
+    rough, smooth = (0.5 * float(np.mean(np.diff(one) ** 2)) / float(np.var(one)) for one in (force, q))
     if rough > _NOISE and smooth < _SMOOTH:
         yield DataFault(
             recording.name,
@@ -101,11 +102,6 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 def _moves(q: NDArray[np.float64], force: NDArray[np.float64]) -> bool:
     """Whether there are enough samples of a displacement and a force that both change."""
     return len(q) >= 3 and bool(np.ptp(q) > 0) and bool(np.ptp(force) > 0)
-
-
-def _roughness(values: NDArray[np.float64]) -> float:
-    """Return half the mean square change from sample to sample over the variance, the von Neumann ratio over two."""
-    return 0.5 * float(np.mean(np.diff(values) ** 2)) / float(np.var(values))
 
 
 def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFault]:

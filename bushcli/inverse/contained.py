@@ -20,6 +20,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effects.effect import EffectParameter
 from bushcli.inverse.channel import ChannelForces
 from bushcli.inverse.local import Loss, Minimum, full_step
 from bushcli.inverse.minimum_search import search
@@ -33,6 +34,9 @@ Array = NDArray[np.float64]
 SHARES = (1.0, 0.25, 0.0625, 0.015625)
 # An addition that promises less than this share of the misfit stays off: no search moves by it.
 NOTHING_PROMISED = 1e-4
+# Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
+# decades; the shortest of the grid is that of a branch with its largest loss at the highest frequency.
+IN_TABLE = 50.0
 # Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own.
 APART = 3.0
 
@@ -88,13 +92,26 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
             own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
             off = {name: p.off for name, p in own.items() if p.off is not None}
-            tried = {name: (start[name], *p.grid(scales)) for name, p in own.items() if p.off is None}
+            tried = {
+                name: (start[name], *_grid(p, scales, task.period(active)))
+                for name, p in own.items()
+                if p.off is None
+            }
             grid = tuple(dict(zip(tried, point, strict=True)) for point in product(*tried.values()))
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
                 found.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
     return found
+
+
+def _grid(parameter: EffectParameter, scales: Mapping[str, float], period: float | None) -> list[float]:
+    """Return the values that are tried of a parameter: of a time that tables resolve, theirs and slower ones."""
+    usual = list(parameter.grid(scales))
+    if parameter.in_tables is None or period is None:
+        return usual
+    fast = list(parameter.grid({**scales, "duration": IN_TABLE * period}))
+    return [*fast, *(value for value in usual if value > max(fast, default=0.0))]
 
 
 class Contained(LeastSquaresProblem):

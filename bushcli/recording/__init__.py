@@ -1,8 +1,8 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
 Column names, units, delimiter, decimal sign and encoding are recognised from the file (see `text_file`,
-`header`), or given by a `bushcli.recording.source.Source`. What reads and writes files is loaded when it is first used:
-a simulation without recordings does not need it.
+`header.columns`), or given by a `bushcli.recording.source.Source`. What reads and writes files is loaded when it is
+first used: a simulation without recordings does not need it.
 """
 
 from __future__ import annotations

@@ -153,20 +153,14 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
     """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
     found: list[NDArray[Any] | None] = []
     for i, name in enumerate(part.names):
-        values = None
-        if part.load and (all_of_them or i + 1 in wanted or name in wanted or _meant(name, part.units[i])):
+        values, texts = None, (part.units[i], *heading(name).written)
+        meant = named_columns([name]) > 0 or any(tabulated_unit(text) is not None for text in texts)
+        if part.load and (all_of_them or i + 1 in wanted or name in wanted or meant):
             values = part.load(i)
             if values.dtype.kind not in "iufbmM" or values.ndim != 1:
                 values = None
         found.append(values)
     return found
-
-
-def _meant(name: str, unit: str) -> bool:
-    head = heading(name)
-    return named_columns([name]) > 0 or any(
-        tabulated_unit(text) is not None for text in (unit, *head.written)
-    )
 
 
 def main(format_name: str, path: str, wanted: str) -> None:

@@ -73,7 +73,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     samples = updated(table, samples, moved, forced, fewest)
     if np.ptp(samples.force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
-        raise RecordingError(Problem(table.where, what))
+        raise table.refused(what)
     displacement, force = nominal(source, mode, samples.displacement, samples.force, moved.form, forced.form)
     kept = _below(source, table, mode, displacement, fewest)
     displacement, force = displacement[kept], force[kept]
@@ -118,25 +118,28 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     unit = next((TEMPERATURES[text] for text in told if text in TEMPERATURES), None if told else (1.0, 0.0))
     if unit is None:
         what = f"{table.label(index)}: {told[0]} is no unit of a temperature"
-        raise RecordingError(Problem(table.where, what, "", 'units = {temperature = "degC"}, "K" or "degF"'))
+        raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
     values = unit[0] * table.numbers(index, source.accept)[rows] + unit[1]
     off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
     if len(off):
         row = int(rows[off[0]])
         what = f"{table.label(index)} is {table.text(row, index)}, {values[off[0]]:.4g} degrees C: no test of rubber"
         expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
-        raise RecordingError(Problem(table.place(row), what, "", expected))
+        raise table.refused(what, expected, row)
     return np.asarray(values, dtype=np.float64)
 
 
 def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest: int) -> NDArray[np.bool_]:
     """Return which points (n,) lie below the largest stretch that the case gives; all if it gives none."""
-    if source.largest_stretch is None:
-        return np.ones(len(displacement), dtype=bool)
-    kept = mode.stretch(displacement) <= source.largest_stretch
-    if np.count_nonzero(kept) < fewest:
-        what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
-        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+    largest = np.inf if source.largest_stretch is None else source.largest_stretch
+    kept = (
+        np.asarray(mode.stretch(displacement) <= largest)
+        if largest < np.inf
+        else np.ones(len(displacement), dtype=bool)
+    )
+    if np.count_nonzero(kept) < min(fewest, len(kept)):
+        what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {largest:g}"
+        raise table.refused(what, f"at least {fewest}")
     return kept
 
 
@@ -155,10 +158,9 @@ def _used_columns(
 
 def _other_motions(table: Table, source: Source, moved: Column) -> dict[str, Column]:
     """Return the columns of the other prescribed motions of a recorded path, by their names, "ux" to "rz"."""
-    if source.six is None:
-        return {}
-    every = motion_columns(table, source).items()
-    return {MOTIONS[k]: one for k, one in every if k not in source.six.free and one.index != moved.index}
+    free = () if source.six is None else source.six.free
+    every = {} if source.six is None else motion_columns(table, source)
+    return {MOTIONS[k]: one for k, one in every.items() if k not in free and one.index != moved.index}
 
 
 def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:
@@ -166,26 +168,27 @@ def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[
     taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    if "time" in found or source.is_untimed:
-        return said
-    said += untaken_time(table, taken)
-    return said if source.sample_rate is not None or source.rate is not None else said + rate_remarks(table)
+    untimed = "time" not in found and not source.is_untimed
+    said += untaken_time(table, taken) if untimed else []
+    return said + (
+        rate_remarks(table) if untimed and source.sample_rate is None and source.rate is None else []
+    )
 
 
 def _used(recording: Recording, source: Source) -> Recording:
     """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
-    if not source.conditioning:
-        return recording if source.cycles is None else select_cycles(recording, source.cycles)
-    last = max(branch.cycle for branch in branches(recording))
-    if source.conditioning >= last:
-        what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
-        raise RecordingError(Problem(str(source.file), what, "", "leave at least one cycle to compare"))
-    named = source.cycles or range(source.conditioning + 1, last + 1)
-    left = [cycle for cycle in named if cycle > source.conditioning]
-    if not left:
-        what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
-        raise RecordingError(Problem(str(source.file), what))
-    return select_cycles(recording, left)
+    cycles = source.cycles
+    if source.conditioning:
+        last = max(branch.cycle for branch in branches(recording))
+        if source.conditioning >= last:
+            what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
+            raise RecordingError(Problem(str(source.file), what, "", "leave at least one cycle to compare"))
+        named = source.cycles or range(source.conditioning + 1, last + 1)
+        cycles = tuple(cycle for cycle in named if cycle > source.conditioning)
+        if not cycles:
+            what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
+            raise RecordingError(Problem(str(source.file), what))
+    return recording if cycles is None else select_cycles(recording, cycles)
 
 
 def _path(source: Source, time: Array | None, count: int, tables: TableCache) -> RecordedPath:
@@ -270,8 +273,8 @@ def _moving(
     index, displacement = found.index, found.values
     if len(displacement) < fewest:
         what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
-        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+        raise table.refused(what, f"at least {fewest}")
     if np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST):
         what = f"{table.label(index)} is {table.text(0, index)} throughout: nothing moves"
-        raise RecordingError(Problem(table.where, what))
+        raise table.refused(what)
     return found

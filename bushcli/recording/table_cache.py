@@ -85,8 +85,5 @@ class TableCache:
 
 def _state(path: Path) -> tuple[str, int, int, int]:
     """Return properties of a file that change when its contents change."""
-    try:
-        of = path.stat()
-    except OSError:
-        return str(path), 0, 0, 0
-    return str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size
+    of = path.stat() if path.exists() else None
+    return (str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size) if of else (str(path), 0, 0, 0)

@@ -184,7 +184,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
     start = next(starts, None)
     if start is None:
         raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
-    sheet.start = start
+    sheet.begin(start)
     reordered = in_one_order(sheet)
     said = [*reordered, *_without_text_below(sheet)]
     below = list(enumerate(split[start:], start=start))
@@ -308,9 +308,8 @@ def _ambiguous(table: TextTable, row: int, column: int) -> RecordingError:
 def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
     """Whether a line looks like data: two numbers at least, and not more texts (a clock); or one number."""
     count = numbers_in(fields, decimal)
-    if fewest == 1:
-        return count == len(trimmed(fields)) == 1
-    return count >= 2 and 2 * count >= len(fields) - fields.count("")
+    several = count >= 2 and 2 * count >= len(fields) - fields.count("")
+    return count == len(trimmed(fields)) == 1 if fewest == 1 else several
 
 
 def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:

@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
 from bushcli.recording.dynamic.source import DynamicSource
-from bushcli.recording.dynamic.units import DynamicUnit, read_unit
+from bushcli.recording.dynamic.units import read_unit
 from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.text.fields import is_number, to_float
@@ -204,9 +203,7 @@ def _resolved(one: ColumnName, table: Table, source: DynamicSource) -> ColumnNam
         return one
     if source.across is None:
         what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
-        raise RecordingError(
-            Problem(table.where, what, "", 'across = "amplitude" or "preload" in the recording\'s table')
-        )
+        raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
     known = tuple(replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions)
     return replace(one, conditions=known)
 
@@ -219,23 +216,18 @@ def _unique(
     for quantity, count in Counter(found[i].quantity for i in columns).items():
         among = [i for i in columns if found[i].quantity == quantity]
         if count > 1:
-            suited = [i for i in among if _suits(found[i].unit, quantity, mode)]
+            kinds = suited_kinds(quantity, mode)
+            suited = [i for i in among if (unit := found[i].unit) is None or unit.kind in kinds]
             measured = [i for i in suited or among if not _is_set_value(table.names[i])]
             among = measured or suited or among
-        if len(among) > 1 and not _identical(table, among):
+        rows = range(len(table))
+        if len({tuple(table.text(row, i) for row in rows) for i in among}) > 1:
             several = " and ".join(table.label(i) for i in among[:8])
             what = f"{several} could each be the {quantity.replace('_', ' ')}"
             expected = f"name one, or give its number: columns = {{{quantity} = ...}} in the case file"
-            raise RecordingError(Problem(table.where, what, "", expected))
+            raise table.refused(what, expected)
         own[quantity] = (among[0], found[among[0]])
     return own
-
-
-def _identical(table: Table, columns: Sequence[int]) -> bool:
-    return all(
-        all(table.text(row, columns[0]) == table.text(row, i) for row in range(len(table)))
-        for i in columns[1:]
-    )
 
 
 def _is_set_value(name: str) -> bool:
@@ -258,10 +250,6 @@ _OWN_WORDS = frozenset(
     }
     | {"vorlast", "offset", "peak", "range", "spring", "rate"}
 )
-
-
-def _suits(unit: DynamicUnit | None, quantity: str, mode: Mode) -> bool:
-    return unit is None or unit.kind in suited_kinds(quantity, mode)
 
 
 def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
@@ -298,7 +286,7 @@ def numbers(
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
-        raise RecordingError(Problem(table.where, what, "", remedy))
+        raise table.refused(what, remedy)
     if unit is None and quantity == "loss_angle" and np.abs(values).max() > _LARGEST_RADIANS:
         unit = read_unit("deg")
         remark = f"{table.label(index)} has no unit; it is in degrees, because a loss angle has at most 1.571 radians"
@@ -306,19 +294,16 @@ def numbers(
         unit = read_unit("1")
     if unit is None:
         what = f"{table.label(index)} is the {quantity.replace('_', ' ')}, and neither it nor the case file has a unit"
-        raise RecordingError(Problem(table.where, what, "", remedy))
+        raise table.refused(what, remedy)
     if unit.kind not in kinds:
-        where = f"{table.label(index)}: {said.written or given} is a unit of {_article(unit.kind)}"
+        article = "an" if unit.kind[0] in "aeiou" else "a"
+        where = f"{table.label(index)}: {said.written or given} is a unit of {article} {unit.kind}"
         what = f"{where}, and the {quantity.replace('_', ' ')} in mode {mode.name} is not one"
         expected = f"columns = {{{key} = ...}}, if another column is meant"
         if unit.kind == "stress":
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
-        raise RecordingError(Problem(table.where, what, "", expected))
+        raise table.refused(what, expected)
     return unit.factor * values + unit.zero, remark
-
-
-def _article(kind: str) -> str:
-    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
 
 
 def _usual(quantity: str, mode: Mode) -> tuple[str, str]:

@@ -130,7 +130,7 @@ def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[TableP
 def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -> TablePart:
     """Return the rows of a group of columns, in internal units."""
     if not len(table):
-        raise RecordingError(Problem(table.where, "has a group of columns without values"))
+        raise table.refused("has a group of columns without values")
     remarks = list(table.remarks)
     arrays: dict[str, Array] = {}
     # All that is asked is asked at once.
@@ -185,9 +185,7 @@ def _stated(
         return float("nan")
     if found.unit.kind not in suited_kinds(quantity, mode):
         what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
-        raise RecordingError(
-            Problem(table.where, what, "", f"{quantity} = ... in the recording's table of the case file")
-        )
+        raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
     return found.unit.factor * found.number + found.unit.zero
 
 
@@ -206,14 +204,14 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         what = (
             f'{label} is the {named} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'
         )
-        raise RecordingError(Problem(table.where, what, "", "leave amplitude_is out, or name another column"))
+        raise table.refused(what, "leave amplitude_is out, or name another column")
     found = source.amplitude_is or named
     if not found:
         what = (
             f"{label} may be the peak (half of the travel of a cycle) or the double amplitude (peak to peak)"
         )
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
-        raise RecordingError(Problem(table.where, what, "", expected))
+        raise table.refused(what, expected)
     return found
 
 
@@ -221,7 +219,7 @@ def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, hig
     if np.isnan(frequency).any():
         what = "has no column of a frequency, and neither its header nor the case file states one"
         expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
-        raise RecordingError(Problem(table.where, what, "", expected))
+        raise table.refused(what, expected)
     bad = frequency <= 0.0
     if bad.any():
         row = int(np.argmax(bad))

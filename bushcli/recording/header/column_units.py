@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import stated_system, stated_units, stated_unknown
 from bushcli.recording.header.match import KIND, NamedColumn
 from bushcli.recording.header.name import FACTOR, SYMBOLS, heading, plain_name
@@ -121,7 +120,7 @@ def _units_beside(one: NamedColumn) -> Iterator[Unit]:
             row = next(i for i, field in enumerate(fields) if field != fields[0])
             what = f'{one.label}: the unit behind it is "{fields[0][:SHOWN]}" at first and "{fields[row][:SHOWN]}" here'
             expected = f'one unit; or units = {{{one.wanted.quantity} = "..."}} in the table of the case file'
-            raise RecordingError(Problem(table.place(row), what, "", expected))
+            raise table.refused(what, expected, row)
         yield _read(one, written[0])
 
 

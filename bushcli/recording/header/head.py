@@ -56,18 +56,25 @@ def header(sheet: Sheet, width: int) -> Header:
         if fields and re.match(r"%[^\W\d_]", fields[0]) and not match_quality(fields[0][1:], "strain"):
             fields[0] = fields[0][1:]  # MATLAB's comment without a blank: "%time_s"
         texts = fields is not None and any(re.search(r"[^\W\d_]|[%‰°\"'′″]", f) for f in fields)
-        if fields is None or not texts or numbers_in(fields, decimal) or _is_comment(line, fields):
+        # A comment above a single column; above several columns the number of fields shows it.
+        comment = (
+            line.comment
+            and len(fields or ()) == 1
+            and not (named_columns(fields or ()) or is_units_row(fields or ()))
+        )
+        if fields is None or not texts or numbers_in(fields, decimal) or comment:
             passed += [] if line.comment else [line]
         else:
             full.append((line, fields))
-    rows = _units_rows(full)
+    bare = ((line.number, _without_label(fields)) for line, fields in full)
+    rows = {number: fields for number, fields in bare if is_units_row(fields)}
     for i, (line, fields) in enumerate(full):
         further = full[i + 1 :]
-        is_known = is_units_row(_without_label(fields))
+        is_known = line.number in rows
+        # A row of unknown units names no quantity, but a line above it does.
+        below = not named_columns(fields) and any(named_columns(other) >= 2 for _, other in further)
         # Origin writes a row of comments below the row of units.
-        if (is_known and _below_units(sheet, place, units)) or (
-            units == empty and (is_known or _are_unknown_units(fields, further))
-        ):
+        if (is_known and _below_units(sheet, place, units)) or (units == empty and (is_known or below)):
             units, place = tuple(_without_label(fields)), line.number
             continue
         if is_known and units != empty:
@@ -92,26 +99,12 @@ def header(sheet: Sheet, width: int) -> Header:
     return Header(empty, units, place, tuple((one.number, one.uncommented) for one in above))
 
 
-def _is_comment(line: Line, fields: Sequence[str]) -> bool:
-    """Whether a line above a single column is a comment; above several columns the number of fields shows it."""
-    return line.comment and len(fields) == 1 and not (named_columns(fields) or is_units_row(fields))
-
-
-def _units_rows(full: Sequence[tuple[Line, list[str]]]) -> dict[int, list[str]]:
-    """Return the rows of known units of a header, by the number of the line."""
-    return {
-        line.number: _without_label(fields) for line, fields in full if is_units_row(_without_label(fields))
-    }
-
-
 def _merged(
     sheet: Sheet, rows: Mapping[int, Sequence[str]], number: int, units: tuple[str, ...]
 ) -> tuple[str, ...]:
     """Return the units of a header, those of its other rows of known units included."""
-    if number not in rows or len(rows) < 2:
-        return units
     merged = list(units)
-    for column in range(len(units)):
+    for column in range(len(units) if number in rows and len(rows) > 1 else 0):
         said: dict[tuple[str, float | str], tuple[str, int]] = {}
         for line, fields in sorted(rows.items()):
             bare = plain_unit(fields[column])
@@ -133,6 +126,7 @@ def _units_above(
 ) -> tuple[tuple[str, ...], int] | None:
     """Return the row of units above the names, and its line; None if there is none."""
     own = [[tabulated_unit(text) for text in heading(name).written] for name in names]
+    found = []
     for line, row in above:
         bare = _without_label(row)
         # Where the names have units too, a row with other words is one of units if it repeats a unit or adds one.
@@ -140,9 +134,8 @@ def _units_above(
             certain_unit(field) and (not said or tabulated_unit(field) in said)
             for field, said in zip(bare, own, strict=True)
         )
-        if is_units_row(row) or (fits and _are_units_above(row)):
-            return tuple(bare), line.number
-    return None
+        found += [(tuple(bare), line.number)] if is_units_row(row) or (fits and _are_units_above(row)) else []
+    return found[0] if found else None
 
 
 def _refuse_other_names(
@@ -166,42 +159,33 @@ def _are_units_above(fields: list[str]) -> bool:
     """Whether a line above the names is a row of units: it names no quantity, and one of its fields is a unit."""
     fields = [field for field in _without_label(fields) if field]
     # "Forces in kN", "Length unit: in", "Unit set: mm" and "Values in kN" are statements, not rows of units.
-    if any(field.endswith((":", "=")) for field in fields) or any(
-        re.fullmatch(r"(units?|einheit|unité|values?|werte|data|daten)\W*", field.lower()) for field in fields
-    ):
-        return False
+    labels = re.compile(r".*[:=]|(units?|einheit|unité|values?|werte|data|daten)\W*", re.DOTALL)
     certain = sum(map(certain_unit, fields))
     # Beside two units, "t" is no time, but tonnes.
     words = [field for field in fields if certain < 2 or field not in ("t", "T")]
     singular = [field.removesuffix("s") if len(field) > _SHORT else field for field in words]
-    return is_units_row(fields) or (
+    units = is_units_row(fields) or (
         not named_columns(words)
         and not named_columns(singular)
         and (certain > 0 or (len(fields) == 1 and is_unit(fields[0])))
         and all(len(field.split()) < 2 or certain_unit(field) or is_unit(field) for field in fields)
     )
+    return units and not any(labels.fullmatch(field.lower()) for field in fields)
 
 
 def _without_label(fields: list[str]) -> list[str]:
     """Return a row of units with an empty text in place of a label such as "Units:" at its beginning."""
-    if not re.fullmatch(r"(units?|einheit(en)?|unités?)\W*", fields[0].strip().lower()):
-        return fields
-    return ["", *(field.strip(" ,;") for field in fields[1:])]
+    labelled = re.fullmatch(r"(units?|einheit(en)?|unités?)\W*", fields[0].strip().lower())
+    return ["", *(field.strip(" ,;") for field in fields[1:])] if labelled else fields
 
 
 def _refuse_percent(sheet: Sheet, line: Line, name: str, unit: str) -> None:
     """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
-    if not line.text.lstrip().startswith("%") or unit or name.startswith("%") or heading(name).written:
-        return
-    if match_quality(name, "strain"):
+    known = unit or name.startswith("%") or heading(name).written
+    if line.text.lstrip().startswith("%") and not known and match_quality(name, "strain"):
         what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
         expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
         raise sheet.refused(line.number, what, expected)
-
-
-def _are_unknown_units(fields: list[str], above: Sequence[tuple[Line, list[str]]]) -> bool:
-    """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
-    return not named_columns(fields) and any(named_columns(other) >= 2 for _, other in above)
 
 
 def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:

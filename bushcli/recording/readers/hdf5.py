@@ -59,10 +59,6 @@ def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
         yield from parts_by_clock(parent, members)
 
 
-def _unit(attributes: Mapping[str, Any]) -> str:
-    return next((unit for key in _UNIT if (unit := unit_of(attributes.get(key)))), "")
-
-
 def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> list[str]:
     """Return an attribute that holds one text per column; empty texts where there is no such attribute."""
     for key in keys:
@@ -98,7 +94,7 @@ def _vector(data: Any, samples: int) -> WaveChannel:
     name, attributes = data.name.rsplit("/", 1)[-1], data.attrs
     return WaveChannel(
         name,
-        _unit(attributes),
+        next((unit for key in _UNIT if (unit := unit_of(attributes.get(key)))), ""),
         samples,
         False,
         lambda: np.asarray(data[...]).reshape(-1),

@@ -174,7 +174,7 @@ def _x_values(
     """Return the x values (n,) of a channel."""
     stated = [_field(head, key, i) for i in (0, channel) for key in ("x0", "delta_x")]
     if form.columns == "no" or (form.columns == "one" and stated[:2] != stated[2:]):
-        first, step = (_get(head, key, channel, form.decimal) for key in ("x0", "delta_x"))
+        first, step = (_number(_field(head, key, channel), key, form.decimal) for key in ("x0", "delta_x"))
         if not math.isfinite(first + step * len(body)):
             raise ValueError(
                 f"X0 = {first:g} and Delta_X = {step:g} of channel {channel + 1} give no finite times"
@@ -206,11 +206,6 @@ def _column(body: Sequence[tuple[int, list[str]]], index: int, decimal: str) -> 
     return np.array(
         [_number(row[index] if index < len(row) else "", f"line {n}", decimal) for n, row in body]
     )
-
-
-def _get(head: Mapping[str, list[str]], keyword: str, channel: int, decimal: str) -> float:
-    """Return the number of a channel in a header."""
-    return _number(_field(head, keyword, channel), keyword, decimal)
 
 
 def _number(text: str, where: str, decimal: str = ".") -> float:

@@ -40,16 +40,11 @@ def _part(file: Any, index: int, group: Any, name: str) -> FilePart:
     master = file.masters_db.get(index)
     names = [channel.name for channel in group.channels]
     units = [file.get_channel_unit(group=index, index=i) or "" for i in range(len(names))]
-    if master is not None and _is_time(group.channels[master]):
+    if master is not None and getattr(group.channels[master], "sync_type", 1) == 1:  # in MDF 3 each is a time
         # Loggers call this channel t, timestamps or by the name of the bus; the format itself marks it as the time.
         names[master], units[master] = "time", units[master] or "s"
     load = partial(_load, file, index)
     return FilePart(name, names, units, int(group.channel_group.cycles_nr), load, origin=_BEGIN)
-
-
-def _is_time(channel: Any) -> bool:
-    """Whether a master channel is a time; in MDF 3 each of them is."""
-    return bool(getattr(channel, "sync_type", 1) == 1)
 
 
 def _load(file: Any, group: int, index: int) -> NDArray[Any]:

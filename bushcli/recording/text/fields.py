@@ -77,9 +77,7 @@ def to_float(field: str, decimal: str) -> float:
 def is_grouped(field: str, decimal: str) -> bool:
     """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``."""
     found = _GROUPED[decimal].fullmatch(field)
-    if found is None:
-        return False
-    return decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1
+    return found is not None and (decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1)
 
 
 def is_thousands(field: str, sign: str) -> bool:
@@ -95,11 +93,9 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
     """
     # Most columns have no such sign at all: one look at all fields costs a fiftieth of one at each.
     together = "".join(fields)
-    if not any(sign in together for sign in _GROUPS[decimal]):
-        return {}
-    if not any(is_grouped(field, decimal) for field in fields):
-        return {}
-    found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields))
+    signed = any(sign in together for sign in _GROUPS[decimal])
+    proved = signed and any(is_grouped(field, decimal) for field in fields)
+    found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields if proved else ()))
     return {i: match[0].replace(match["by"], "") for i, match in found if match is not None}
 
 

@@ -71,6 +71,10 @@ class Sheet:
         """Number of the line of the first row."""
         return self.body[self.start].number
 
+    def begin(self, row: int) -> None:
+        """Take a line of the body as the first row of numbers."""
+        self.start = row
+
     @property
     def above(self) -> list[Line]:
         """Lines above it."""
@@ -137,6 +141,8 @@ def trimmed(fields: list[str]) -> list[str]:
 
 def numbers_in(fields: list[str], decimal: str) -> int:
     """Return how many of the fields of a line are numbers."""
-    if only_numbers(fields, decimal):
-        return len(fields) - fields.count("")
-    return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)
+    plain = only_numbers(fields, decimal)
+    numbers = (
+        sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields) if not plain else 0
+    )
+    return len(fields) - fields.count("") if plain else numbers

@@ -301,26 +301,23 @@ class TextTable(Table):
 
     def _refuse(self, column: int, values: NDArray[np.float64]) -> None:
         """Raise for the first field that is no finite number of a possible size."""
-        for i in range(len(self)):
+        sign = "comma" if self.decimal == "," else "point"
+        plain = f"numbers with a decimal {sign}, without thousands separators"
+        for i, value in enumerate(values):
             written = self.text(i, column)
-            if is_short(written):
-                what = f"{written} may be minutes and seconds, or hours and minutes"
-                raise self._refused(i, column, what, _MINUTES)
-            if not is_number(written, self.decimal):
-                if not written:
-                    raise self._refused(i, column, "a field is empty", _NO_VALUE)
-                if written.startswith("="):
-                    raise self._refused(
-                        i, column, f"{written[:SHOWN]} is a formula without a value", CALCULATE
-                    )
-                remedy = _PERCENT if written.endswith("%") else ""
-                raise self._refused(i, column, f'"{written[:SHOWN]}" is not a number', remedy)
-            if says_missing(written):
-                raise self._refused(i, column, f"{written} is a missing value", _NO_VALUE)
-            if not np.isfinite(values[i]):
-                raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number", _NO_VALUE)
-            if abs(values[i]) > LARGEST:
-                raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
+            shown, number = written[:SHOWN], is_number(written, self.decimal)
+            faults = (
+                (is_short(written), f"{written} may be minutes and seconds, or hours and minutes", _MINUTES),
+                (not written, "a field is empty", _NO_VALUE),
+                (not number and written.startswith("="), f"{shown} is a formula without a value", CALCULATE),
+                (not number, f'"{shown}" is not a number', _PERCENT if written.endswith("%") else plain),
+                (says_missing(written), f"{written} is a missing value", _NO_VALUE),
+                (not np.isfinite(value), f"{shown} is not a finite number", _NO_VALUE),
+                (abs(value) > LARGEST, f"{shown} is not a measured value", plain),
+            )
+            for holds, what, remedy in faults:
+                if holds:
+                    raise self.refused(f"{self.label(column)}: {what}", remedy, i)
 
     def clock(self, column: int, form: str = "") -> ClockTimes | None:
         """Return a column of dates or times of day as seconds since the first; see `Table.clock`."""
@@ -330,8 +327,3 @@ class TextTable(Table):
             return None
         fields = [text for part in self.parts for text in part.texts(column)]
         return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
-
-    def _refused(self, row: int, column: int, what: str, expected: str = "") -> RecordingError:
-        sign = "comma" if self.decimal == "," else "point"
-        remedy = expected or f"numbers with a decimal {sign}, without thousands separators"
-        return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", remedy))

@@ -13,14 +13,12 @@ several recordings.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import SMALLEST_STEP
 from bushcli.curve.segment import segment
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column
 from bushcli.recording.source import Source
 from bushcli.recording.text.table import Table
@@ -36,33 +34,16 @@ _FEWEST = 10
 _MOST_NOISE = 0.05
 
 
-@dataclass(frozen=True)
-class Clock:
-    """The times of the samples that are kept.
-
-    Attributes
-    ----------
-    time : (m,) array
-        s, increasing.
-    kept : (n,) array of bool
-        m of n samples; the others repeat the row before them.
-    repairs : tuple of str
-        Descriptions of the changes.
-    """
-
-    time: Array
-    kept: Mask
-    repairs: tuple[str, ...] = ()
-
-
-def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Clock:
-    """Return the times of a recording."""
+def clock(
+    table: Table, stamps: Column, displacement: Array, force: Array
+) -> tuple[Array, Mask, tuple[str, ...]]:
+    """Return the times of the samples that are kept, s, which of the samples (n,) these are, and what was repaired."""
     kept = np.ones(len(force), dtype=bool)
     kept[1:] = np.logical_or.reduce([one[1:] != one[:-1] for one in (stamps.values, displacement, force)])
     time = stamps.values[kept]
     wrong = int(np.count_nonzero(np.diff(time) <= 0))
     if not wrong:
-        return Clock(time, kept)
+        return time, kept, ()
     label = table.label(stamps.index)
     even = even_stamps(stamps.values)
     if even is not None:
@@ -73,7 +54,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
             f"{label}: {repeated} of {len(even)} time stamps repeat the one before them, because they are written with "
             f"too few digits; equal intervals of {step:.6g} s agree with all of them and are used instead"
         )
-        return Clock(even, np.ones_like(kept), (what,))
+        return even, np.ones_like(kept), (what,)
     mended, count = _single(time)
     if mended is not None:
         stamps_ = (
@@ -81,7 +62,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
         )
         are = "is" if count == 1 else "are"
         what = f"{label}: {stamps_} the equal intervals of the samples {are} interpolated"
-        return Clock(mended, kept, (what,))
+        return mended, kept, (what,)
     raise _refused(table, stamps.index, stamps.values, ~kept)
 
 
@@ -145,7 +126,7 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )
-    return RecordingError(Problem(table.place(row), what, "", expected))
+    return table.refused(what, expected, row)
 
 
 def increasing(table: Table, stamps: Column) -> Array:
@@ -166,12 +147,12 @@ def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Arr
     if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
         row = int(np.argmin(steps)) + 1
         what = "rate: the displacement does not move, so the time cannot be computed from the speed"
-        raise RecordingError(Problem(table.place(row), what, "", "give sample_rate, samples per second"))
+        raise table.refused(what, "give sample_rate, samples per second", row)
     ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
     way = float(np.abs(np.diff(displacement[ends])).sum())
     if steps.sum() > (1.0 + _MOST_NOISE) * way:
         what = f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
-        raise RecordingError(Problem(table.where, what, "", "give sample_rate, samples per second"))
+        raise table.refused(what, "give sample_rate, samples per second")
     time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
     return (
         time,

@@ -67,7 +67,8 @@ def _numbers(count: Array, recording: Recording) -> Index | None:
     displacement, by_motion = recording.displacement, recording.segments[-1].cycle if len(cut) > 1 else 0
     if len(cut) < 2 or len(cut) > 2 * by_motion + 2:
         return None
-    turns = [_turns_back(displacement[max(one.start - 1, 0) : one.stop]) for one in cut]
+    parts = [displacement[max(one.start - 1, 0) : one.stop] for one in cut]
+    turns = [bool(abs(q[-1] - q[0]) < (1.0 - _BACK) * np.ptp(q)) for q in parts]
     if not turns[0] and len(cut) > 1:
         cut[:2], turns[:2] = [slice(0, cut[1].stop)], [turns[1]]
     last = float(np.ptp(displacement[cut[-1]])) if len(cut) > 1 else 0.0
@@ -76,7 +77,3 @@ def _numbers(count: Array, recording: Recording) -> Index | None:
     if np.mean(turns) < _TURNING or by_motion > _ONE * len(cut):
         return None
     return np.repeat(np.arange(1, len(cut) + 1), [one.stop - one.start for one in cut])
-
-
-def _turns_back(q: Array) -> bool:
-    return bool(abs(q[-1] - q[0]) < (1.0 - _BACK) * np.ptp(q))

@@ -268,10 +268,10 @@ def own_clocks(
             "leave `time` out of `columns`, and each channel is read with its own time; or delete the "
             "column that is not a time of these channels"
         )
-        raise RecordingError(Problem(table.where, what, "", expected))
+        raise table.refused(what, expected)
     if not all(_same_clock(own, one, True) for one in every[: len(forced)]):
         what = f"{words[1]} have different columns of time"
-        raise RecordingError(Problem(table.where, what, "", "forces are not interpolated: " + _RASTER))
+        raise table.refused(what, "forces are not interpolated: " + _RASTER)
     return interpolated(replace(own, columns=tuple(forced)), travels, source, words, together=True)
 
 
@@ -402,7 +402,7 @@ def _forwards(one: RasterColumns) -> RasterColumns:
     if (np.diff(time) < 0.0).any():
         row = int(np.argmax(np.diff(time) < 0.0)) + 1
         what = f"the time runs backwards, {time[row]:g} s follows {time[row - 1]:g} s"
-        raise RecordingError(Problem(one.table.place(row), what, "", _RASTER))
+        raise one.table.refused(what, _RASTER, row)
     even = even_stamps(time)
     return one if even is None else replace(one, stamps=replace(one.stamps, values=even))
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.recorded import Repair
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.columns import Column
 from bushcli.recording.source import Source
 from bushcli.recording.text.table import Table
@@ -75,15 +74,14 @@ def timed(
     for key in ("sample_rate", "rate"):
         if getattr(source, key) is not None:
             what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
-            raise RecordingError(Problem(table.where, what, "", f"delete {key} from the case file"))
-    found = clock(table, stamps, displacement, force)
-    kept = found.kept
+            raise table.refused(what, f"delete {key} from the case file")
+    time, kept, repairs = clock(table, stamps, displacement, force)
     if kept.sum() < fewest:
         what = f"has only {kept.sum()} different rows"
-        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+        raise table.refused(what, f"at least {fewest}")
     repeated = tuple(int(i) for i in np.flatnonzero(~kept))
-    repairs = tuple(Repair("time", text) for text in found.repairs)
-    return Samples(displacement[kept], force[kept], found.time, np.flatnonzero(kept), repeated, repairs)
+    said = tuple(Repair("time", text) for text in repairs)
+    return Samples(displacement[kept], force[kept], time, np.flatnonzero(kept), repeated, said)
 
 
 def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
@@ -99,8 +97,12 @@ def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewes
             f"{table.label(one.index)} is updated only every {len(kept) / kept.sum():.3g} rows; the "
             f"{int((~kept).sum())} of {len(kept)} rows between, which repeat it, are left out"
         )
-        time = None if samples.time is None else samples.time[kept]
-        repairs = (*samples.repairs, Repair("stuck", text))
-        moved_, forced_, rows = samples.displacement[kept], samples.force[kept], samples.rows[kept]
-        return Samples(moved_, forced_, time, rows, samples.repeated, repairs)
+        return replace(
+            samples,
+            displacement=samples.displacement[kept],
+            force=samples.force[kept],
+            time=None if samples.time is None else samples.time[kept],
+            rows=samples.rows[kept],
+            repairs=(*samples.repairs, Repair("stuck", text)),
+        )
     return samples
