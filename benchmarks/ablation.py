@@ -31,7 +31,7 @@ from bushcli.effects.effect import effect
 from bushcli.errors import InputError
 from bushcli.inverse import Task, identify
 from bushcli.inverse.channel import Patience
-from bushcli.inverse.contained import Addition
+from bushcli.inverse.contained import ContainedPart
 from bushcli.inverse.local import Watched
 from bushcli.inverse.problem import STOPPING
 from bushcli.recording import write_curve_csv
@@ -132,8 +132,8 @@ def patches() -> dict[str, list[Any]]:
 
     plain = contained.additions
 
-    def first_of_grids(*given: Any) -> list[Addition]:
-        return [Addition(a.names, a.off, a.grid[:1], a.after, a.earlier) for a in plain(*given)]
+    def first_of_grids(*given: Any) -> list[ContainedPart]:
+        return [ContainedPart(a.names, a.off, a.grid[:1], a.after, a.earlier) for a in plain(*given)]
 
     def only(problem: Any, start: Any) -> Iterator[Any]:
         yield start

@@ -187,10 +187,11 @@ def from_contained(
             further = _searched(problem, begin, free, loss)
             if further is not None and further.cost < (1.0 - problem.stopping.tolerance) * found.cost:
                 found = replace(further, iterations=found.iterations + further.iterations)
-    if found is not None and problem.cost(start) >= found.cost:
-        return replace(found, start=start)
-    direct = search(problem, start, loss)
-    return direct if found is None or direct.cost < found.cost else replace(found, start=start)
+    if found is None or problem.cost(start) < found.cost:
+        direct = search(problem, start, loss)
+        found = direct if found is None or direct.cost < found.cost else found
+    x = _in_order(problem, every, start, found.x)
+    return replace(found, start=start, x=x, cost=problem.cost(x))
 
 
 def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
@@ -240,3 +241,25 @@ def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:
         pair = (0.5 * value, 0.5 * value) if name in one.off else (value * APART, value / APART)
         found[[index[before], index[name]]] = pair
     return problem.bounds.inside(found)
+
+
+def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array) -> Array:
+    """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
+    index, off = (
+        {name: i for i, name in enumerate(problem.names)},
+        {name for one in every for name in one.off},
+    )
+    # Of each effect the columns of its branches: numbers of the same parameter, the first branch's first.
+    columns: dict[str, dict[str, list[int]]] = {}
+    for one in every:
+        for name, before in one.earlier.items() if set(one.earlier) == set(one.names) else ():
+            known = columns.setdefault(one.after, {})
+            known[name] = [*known.pop(before, [index[before]]), index[name]]
+    found = x.copy()
+    for of_effect in columns.values():
+        times = next((places for name, places in of_effect.items() if name not in off), None)
+        if times is not None:
+            order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
+            for places in of_effect.values():
+                found[places] = x[[places[i] for i in order]]
+    return found if np.isfinite(problem.cost(found)) else x

@@ -115,3 +115,14 @@ def test_an_addition_that_promises_nothing_where_it_is_absent_begins_at_its_star
     every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
     found = from_contained(problem, start, every=every)
     assert found.cost == pytest.approx(1.0, abs=0.25)
+
+
+def test_branches_have_the_order_of_their_start_values():
+    for times in ((0.7, 50.0), (50.0, 0.7)):
+        problem, every, _ = posed(2, [(0.5, 1.0), (0.4, 30.0)])
+        found = from_contained(problem, np.array([0.5, 0.2, times[0], 0.2, times[1]]), every=every)
+        values = problem.parameters(found.x)
+        shorter, longer = ("1", "2") if times[0] < times[1] else ("2", "1")
+        assert [values[f"tau{shorter}"], values[f"tau{longer}"]] == pytest.approx([1.0, 30.0], rel=0.05)
+        assert [values[f"g{shorter}"], values[f"g{longer}"]] == pytest.approx([0.5, 0.4], rel=0.05)
+        assert found.cost == problem.cost(found.x)
