@@ -330,7 +330,9 @@ def _finished(
         if not is_interrupt(error):
             raise
         crew.stop()
-        message = "interrupted after the search: the plain law and the answer are fitted less closely than by bushcli inverse"
+        message = (
+            "interrupted after the search: law and answer are fitted less closely than by bushcli inverse"
+        )
         return best, rough, [Condition("interrupted", message, CONTINUE)]
     return best, plain, []
 
