@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
+from cases.history import unsolved
 from cases.load import PrescribedForce
 from cases.model import FiniteElementModel
 from cases.parameters import Numbers
@@ -257,7 +258,8 @@ class Sensitivity:
         """Improve solutions with the tangent's symmetric part, just factorised, to those with the tangent."""
         at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
         found = refined(at, loads, guess, MOST_OF_SKEW)
-        assert found is not None
+        if found is None:
+            raise unsolved("the tangent is far from symmetric")
         return found
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
