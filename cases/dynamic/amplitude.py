@@ -39,6 +39,8 @@ LocalResponse = Callable[[Array], tuple[Complex, Complex]]
 SETTLED, MOST_TURNS = 1e-4, 60
 # Share of the largest eigenvalue of a point's moduli below which a direction is rounding.
 FLAT = 1e-9
+# A residual this small beside the motion, solved with K_eq, is rounding.
+ROUNDED = 1e-8
 # Vectors are added while they change the stiffness by more than this share, at most for so many rounds.
 ENOUGH, MOST_ROUNDS = 5e-4, 4
 # Local amplitudes are tabulated up to this many times the elastic body's largest: strain gathers where rubber thins.
@@ -228,7 +230,16 @@ class UnevenModel:
         found = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
             before, local = found.stiffness, found.local
-            self._basis.add(self._residuals(response(amplitude * local)[0], frequency))
+            vectors = self._residuals(response(amplitude * local)[0], frequency)
+            comm = self._basis.pencil.model.comm
+            sizes, own = (
+                summed(comm, (v**2).sum(axis=1)) for v in (vectors, self._basis.vectors[: 1 + self._motion])
+            )
+            left = np.sqrt(sizes / own[self._motion]) > ROUNDED
+            if not left.any():
+                # Even moduli, as without any relaxation: the vectors at hand are enough.
+                break
+            self._basis.add(vectors[left])
             self._take()
             found = self._balance(amplitude, frequency, response, local)
             if abs(found.stiffness - before) <= ENOUGH * abs(found.stiffness):
