@@ -42,7 +42,7 @@ class Dialect(NamedTuple):
     decimal: str
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sheet:
     """The lines of a table while its rows are told from its header: all, and those that are no comments as fields.
 
