@@ -105,6 +105,10 @@ class Parameters:
         self._views = [c.value for c in (*self.constants.values(), self.stage, self.duration)]
         self._kept: tuple[tuple[float, ...], Numbers] | None = None
 
+    def begin_step(self, temperature: float | None) -> None:
+        """Take the temperature (degrees C) at the beginning of a step; None where it is that at its end."""
+        self.before = temperature
+
     @property
     def state(self) -> tuple[float, ...]:
         """All values, the stage and the duration: what `numbers` depends on."""

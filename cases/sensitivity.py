@@ -255,7 +255,7 @@ class Sensitivity:
     @staticmethod
     def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
         """Improve solutions with the tangent's symmetric part, just factorised, to those with the tangent."""
-        at = ConvergedState(solver.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
         found = refined(at, loads, guess, MOST_OF_SKEW)
         assert found is not None
         return found

@@ -10,16 +10,19 @@ a closed form, the loss would be up to 30 % higher.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 # Steps of half a cycle: the first harmonic is then right to 1e-4 (`tests/unit/test_amplitude.py`).
 STEPS = 96
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
 # Amplitudes per decade of the table that is interpolated, and the smallest, where the law is linear.
 PER_DECADE, SMALLEST = 8, 1e-6
 
@@ -100,6 +103,8 @@ class ThinnedSpectrum:
         decades = np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)
         nodes = np.linspace(0.0, decades, int(np.ceil(PER_DECADE * decades)) + 1)
         found = self.harmonics(SMALLEST * 10.0**nodes, frequency)
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         return TabulatedHarmonics(CubicSpline(nodes, np.array(found), axis=1), float(decades))
 
 

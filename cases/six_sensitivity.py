@@ -8,6 +8,7 @@ With the sleeve held, the reaction k changes by V_k . dR/dc, with V_k the body's
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.motion import pose_motion_of
 from cases.ranks import summed
-from cases.rigid import completed, solved, tangent
+from cases.rigid import Tangent, completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
 from cases.series import SeriesSpring
 from cases.six import twist_of
@@ -61,6 +62,11 @@ class SixSensitivity(Sensitivity):
         changes = [self._change(name) for name in self.names]
         boundaries = [motion.boundary_rate(name, q) for name in self.names]
         forces = self._forces(slopes, changes, boundaries)
+        if model.path_dependent:
+            moved = solved(model, solver.factor, completed(model, -forces))
+        if not model.system.symmetric:
+            found, moved = self._whole(solver, found, moved, -forces)
+            forces += model.system.pulls(moved)
         held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
             if motion.arms_depend_on(name):
@@ -71,12 +77,25 @@ class SixSensitivity(Sensitivity):
         self.motions = given_way
         self.reactions = held + found.stiffness @ columns @ given_way
         if model.path_dependent:
-            moved = solved(model, solver.factor, completed(model, -forces))
             moved += (columns @ given_way).T @ found.answers
             for i, boundary in enumerate(boundaries):
                 moved[i] += 0.0 if boundary is None else boundary
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return self._power(solver), np.zeros(len(self.names))
+
+    def _whole(
+        self, solver: Equilibrium, found: Tangent, moved: Array, forces: Array
+    ) -> tuple[Tangent, Array]:
+        """Improve responses to twists and to forces, found with the tangent's symmetric part, to those of the whole."""
+        model, six = self.model, len(found.answers)
+        loads = np.vstack([np.zeros_like(found.answers), completed(model, forces)])
+        better = self._skewed(solver, loads, np.vstack([found.answers, moved]))
+        answers = better[:six]
+        work = answers @ model.system.pulls(answers).T
+        stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
+        possible = np.any(answers[3:] != 0.0, axis=1)
+        stiffness[3:, 3:] += found.arms * possible * possible[:, None]
+        return replace(found, answers=answers, stiffness=stiffness), better[six:]
 
     def _given_way(self, stiffness: Array, held: Array) -> Array:
         """Return the change of the pose, (6, names), that keeps the reactions of free motions at zero."""

@@ -106,7 +106,7 @@ class Stepper:
         program: Program | None = None,
     ) -> None:
         self._model, self._solver, self._widest, self._program = model, solver, widest, program
-        model.parameters.before = None
+        model.parameters.begin_step(None)
         self._flows = flows and solver.border is None
         self._known = RecentPoints()
         self._known.add(0.0, solver.unknowns())
@@ -179,7 +179,7 @@ class Stepper:
         warm = None if self._program is None else self._program.temperature_at(end)
         if warm is not None and "temperature" in self._model.constants:
             assert self._program is not None
-            self._model.parameters.before = self._program.temperature_at(begin)
+            self._model.parameters.begin_step(self._program.temperature_at(begin))
             self._model.constants["temperature"].value = warm
 
     def _solved(self, goal: float, guess: Array) -> Outcome:

@@ -69,7 +69,7 @@ def main(names: list[str]) -> None:
             f"{key} = {written(effects()[name].parameter(key), value, False)}"
             for key, value in values.items()
         )
-        axes.set_title(f"{mode}: {told}", fontsize=9)
+        axes.set_title(f"{mode}: {told}", fontsize=9, wrap=True)
         axes.legend(frameon=False, fontsize=9)
         axes.spines[["top", "right"]].set_visible(False)
         figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)

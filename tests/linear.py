@@ -53,7 +53,7 @@ class World:
     def derivatives(self, case, base, trial):
         return (np.column_stack([self.columns[f"{trial.effect.name}.{n}"] for n in trial.amplitudes]),)
 
-    def fit(self, case, model, measured, contained=(), least=float("inf"), needed="unsaid"):
+    def fit(self, case, model, measured, contained=(), least=float("inf"), needed="unsaid", beside=None):
         # A law alone always matters; a model with effects may be given up.
         assert needed == "unsaid" or (needed is None) == (self.always or not model.effects)
         self.asked.append(model.structure)

@@ -386,7 +386,10 @@ class Builder:
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))
         # Effects are checked against channels: an error in a channel would be reported twice.
-        if any(finding.keys[0] in ("geometry", "load_cases", "recordings") for finding in self.findings):
+        if any(
+            finding.keys[0] in ("temperature", "geometry", "load_cases", "recordings")
+            for finding in self.findings
+        ):
             return ()
         if not tables:
             return ()

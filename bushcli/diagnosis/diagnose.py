@@ -1,8 +1,8 @@
 """Diagnosis of a case: locate the mismatch, identify the missing physics, fit it, and give its probability.
 
 The calculation from top to bottom: data faults, which end it if they are fatal; the plain law; the likelihood (noise,
-calibration, error of form); the search over models; the posterior; the plain law as `bushcli inverse` fits it; the
-answer.
+calibration, error of form); the search over models; the posterior; the plain law and the answer, fitted to their ends;
+the result.
 docs/diagnosis.md has the formulas.
 """
 
@@ -309,7 +309,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
 def _finished(
     best: Weighed, rough: Fitted, chosen: Model, search: Search, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
-    """Return the best model on the default mesh, and the plain law fitted as accurately as by `bushcli inverse`.
+    """Return the best model and the plain law, fitted to their ends on the default mesh.
 
     If the user interrupts this, both are returned unchanged, with a condition that says so.
     """
@@ -330,9 +330,7 @@ def _finished(
         if not is_interrupt(error):
             raise
         crew.stop()
-        message = (
-            "interrupted after the search: the plain law is fitted less accurately than by bushcli inverse"
-        )
+        message = "interrupted after the search: plain law and answer are fitted less closely than by bushcli inverse"
         return best, rough, [Condition("interrupted", message, CONTINUE)]
     return best, plain, []
 

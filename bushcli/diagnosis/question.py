@@ -138,7 +138,12 @@ def _checked(
         )
     names = [one.name for one in recordings]
     for given, known, option, kind in (
-        (only or (), list(effects_on("static")), "--effects", "an effect that changes recordings"),
+        (
+            only or (),
+            list(effects_on("static")),
+            "--effects",
+            "an effect that a diagnosis can find in recordings",
+        ),
         (hold_out, names, "--hold-out", "a channel of this case"),
     ):
         wrong = [name for name in given if name not in known]

@@ -298,9 +298,9 @@ def vibrating(
     """
     local, held = (_SLOPE, *columns), np.zeros(len(columns))
     changes, omega = _changes(active, local), 2.0 * np.pi * frequency
-    bare = Signal(np.full(3, force), np.zeros((3, len(local))))
-    if force_slope is not None:
-        bare.slope[:, 1:] = force_slope
+    slope = np.zeros((3, len(local)))
+    slope[:, 1:] = 0.0 if force_slope is None else force_slope
+    bare = Signal(np.full(3, force), slope)
 
     def beside(moved: Signal) -> Signal:
         return parallel(active, moved, bare, local, np.zeros(3))

@@ -20,6 +20,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effects.effect import EffectParameter
 from bushcli.inverse.channel import ChannelForces
 from bushcli.inverse.local import Loss, Minimum, full_step
 from bushcli.inverse.minimum_search import search
@@ -33,12 +34,15 @@ Array = NDArray[np.float64]
 SHARES = (1.0, 0.25, 0.0625, 0.015625)
 # An addition that promises less than this share of the misfit stays off: no search moves by it.
 NOTHING_PROMISED = 1e-4
+# Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
+# decades; the shortest of the grid is that of a branch with its largest loss at the highest frequency.
+IN_TABLE = 50.0
 # Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own.
 APART = 3.0
 
 
 @dataclass(frozen=True)
-class Addition:
+class ContainedPart:
     """An effect, one branch more of it, or one term more of the law.
 
     Attributes
@@ -62,7 +66,7 @@ class Addition:
     earlier: Mapping[str, str]
 
 
-def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
+def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart]:
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
     times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
@@ -71,14 +75,14 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
         "amplitude": max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0),
         "shear": float(task.law.shear_modulus(**task.material.parameters)),
     }
-    found: list[Addition] = []
+    found: list[ContainedPart] = []
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
         off = {name: 0.0 for name in names if name in task.law.linear}
         shape = {name: start[name] for name in names if name not in off}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        found.append(Addition(names, off, (shape,), "law", earlier))
+        found.append(ContainedPart(names, off, (shape,), "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
             # It shifts the branches, and promises nothing before they are there: it begins at its start values.
@@ -88,13 +92,26 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[Addition]:
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
             own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
             off = {name: p.off for name, p in own.items() if p.off is not None}
-            tried = {name: (start[name], *p.grid(scales)) for name, p in own.items() if p.off is None}
+            tried = {
+                name: (start[name], *_grid(p, scales, task.period(active)))
+                for name, p in own.items()
+                if p.off is None
+            }
             grid = tuple(dict(zip(tried, point, strict=True)) for point in product(*tried.values()))
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
-                found.append(Addition(tuple(own), off, grid, active.name, earlier))
+                found.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
     return found
+
+
+def _grid(parameter: EffectParameter, scales: Mapping[str, float], period: float | None) -> list[float]:
+    """Return the values that are tried of a parameter: of a time that tables resolve, theirs and slower ones."""
+    usual = list(parameter.grid(scales))
+    if parameter.in_tables is None or period is None:
+        return usual
+    fast = list(parameter.grid({**scales, "duration": IN_TABLE * period}))
+    return [*fast, *(value for value in usual if value > max(fast, default=0.0))]
 
 
 class Contained(LeastSquaresProblem):
@@ -132,7 +149,7 @@ class Contained(LeastSquaresProblem):
 
 
 def from_contained(
-    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[Addition] = ()
+    problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
     index = {name: i for i, name in enumerate(problem.names)}
@@ -185,7 +202,7 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
 
 
 def _begun(
-    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: Addition
+    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: ContainedPart
 ) -> tuple[float, Array | None]:
     """Return the largest fall of the sum of squares that an addition promises, and where it would begin, shape (p,).
 
@@ -207,7 +224,7 @@ def _begun(
     return best
 
 
-def _split(problem: LeastSquaresProblem, x: Array, one: Addition) -> Array:
+def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:
     """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.

@@ -124,7 +124,7 @@ def first_minimum(
     loss : Loss
         Loss function, as in `scipy.optimize.least_squares`.
     searched : callable
-        Search from a solvable start: `search`, or `bushcli.inverse.contained.from_contained`.
+        Search from a solvable point, shape (parameters,): `search`, or `bushcli.inverse.contained.from_contained`.
     """
     initial, instead = first_point(problem, start)
     if not np.isfinite(problem.residual(initial)).all():

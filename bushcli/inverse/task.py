@@ -114,7 +114,7 @@ class Task:
     @property
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
-        return tuple(one.started(self._period(one)) for one in self.case.effects)
+        return tuple(one.started(self.period(one)) for one in self.case.effects)
 
     @cached_property
     def _highest(self) -> dict[tuple[str, str], float]:
@@ -122,7 +122,7 @@ class Task:
         read = [] if self.source == "coupons" else dynamic_tables(self.case)
         return {(one.name, one.mode): float(one.frequency.max()) for one in read}
 
-    def _period(self, one: ActiveEffect) -> float | None:
+    def period(self, one: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
         own = [f for (name, mode), f in self._highest.items() if one.acts_on(name, mode, "dynamic")]
         return 1.0 / max(own) if own else None
@@ -167,7 +167,7 @@ class Task:
         """Start, shape (parameters,), and bounds of the parameters that are identified."""
         material, rows = self.material, []
         ranges = {
-            one.full_name(p): (one.values[p.name], *p.fitted(self.case.geometry, self._period(one))[1:])
+            one.full_name(p): (one.values[p.name], *p.fitted(self.case.geometry, self.period(one))[1:])
             for one in self.effects
             for p in one.parameters
         }

@@ -27,9 +27,6 @@ DEGREE, PER_COEFFICIENT = 5, 3
 # Error of the noise's estimate over the uncertainty stated with it: 1.5 without missing physics and 1.9 with it, on
 # programs of the development deck (`benchmarks/noise.py`).
 UNDERSTATED = 1.7
-# Share of the range of the displacement within which two branches begin and end alike, and factor between their
-# durations: programs repeat a cycle to some thousandths, and change amplitudes and rates by a third at least.
-SAME, AS_LONG = 0.05, 1.3
 
 
 @dataclass(frozen=True)
@@ -54,8 +51,6 @@ class Features:
         Standard deviation of each component of the noise along `basis`, over that of independent samples.
     doubt : float
         Standard deviation of the logarithm of the noise over its estimate.
-    distinct : int
-        Number of features without those of branches that repeat an earlier one: there a formula errs once more alike.
     """
 
     basis: Array
@@ -66,7 +61,6 @@ class Features:
     degrees: NDArray[np.int_]
     spread: Array
     doubt: float
-    distinct: int
 
     @property
     def count(self) -> int:
@@ -135,7 +129,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     """
     unit = noise.sigma * np.sqrt(noise.correlation_time)
     weights = np.where(used, 1.0 / unit, 0.0)
-    basis, degrees, distinct = _basis(recording, used)
+    basis, degrees = _basis(recording, used)
     variances = noise_variances(basis, np.array([noise.correlation]))[0]
     spread = np.sqrt(variances / noise.correlation_time)
     place = np.arange(len(used), dtype=float)
@@ -153,7 +147,6 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         degrees,
         spread,
         UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
-        distinct,
     )
 
 
@@ -175,13 +168,11 @@ def noise_variances(basis: Array, correlations: Array) -> Array:
     return np.asarray(lags @ products)
 
 
-def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_], int]:
-    """Orthonormal polynomials (n, K) of each branch, their degrees (K,), and how many are of distinct branches."""
+def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:
+    """Orthonormal polynomials (n, K) of each branch, and their degrees (K,)."""
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     columns: list[Array] = []
     degrees: list[NDArray[np.int_]] = []
-    known: list[tuple[float, float, float]] = []
-    distinct = 0
     for branch in branches(recording):
         here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
         if not len(here):
@@ -193,19 +184,7 @@ def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_], i
         block[here] = own
         columns.append(block)
         degrees.append(np.arange(own.shape[1]))
-        q = recording.displacement[max(branch.start - 1, 0) : branch.stop]
-        new = float(q[0]), float(q[-1]), float(clock[branch.stop - 1] - clock[max(branch.start - 1, 0)])
-        if not any(_repeats(new, one, SAME * float(np.ptp(recording.displacement))) for one in known):
-            known.append(new)
-            distinct += own.shape[1]
-    return np.hstack(columns), np.concatenate(degrees), distinct
-
-
-def _repeats(new: tuple[float, float, float], known: tuple[float, float, float], near: float) -> bool:
-    """Whether two branches, each its ends and its duration, are alike within a displacement."""
-    apart = max(abs(new[0] - known[0]), abs(new[1] - known[1]))
-    longer, shorter = max(new[2], known[2]), min(new[2], known[2])
-    return apart < near and longer <= AS_LONG * shorter
+    return np.hstack(columns), np.concatenate(degrees)
 
 
 def _position(clock: Array, hold: bool) -> Array:

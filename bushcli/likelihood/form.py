@@ -146,11 +146,10 @@ class Likelihood:
         """Effective number of features m by channel.
 
         The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way
-        in all channels, a recording that is given in two files says no more about it than in one, and a cycle that is
-        repeated no more than once.
+        in all channels, and a recording that is given in two files says no more about it than in one.
         """
         counts = np.array([float(one.count) for one in self.features])
-        total = effective_features(sum(one.distinct for one in self.features))
+        total = effective_features(sum(one.count for one in self.features))
         return np.asarray(np.minimum(1.0 + (total - 1.0) * counts / counts.sum(), counts))
 
     @cached_property

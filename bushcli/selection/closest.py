@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,7 +150,8 @@ def closest(search: Search, state: State) -> State:
         search.progress("fit", label(model), "to the end, as bushcli inverse fits")
         question = (problem.case, model, problem.used)
         found: Fitted | None = search.workers.run(come_closest, [question])[0]
-        return None if found is None else State(problem, found)
+        # It improves on a fit that has converged, or has not, however far it gets.
+        return None if found is None else State(problem, replace(found, converged=state.fitted.converged))
 
     problem = search.problem
     best = refitted(state.model) or state

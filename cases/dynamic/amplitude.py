@@ -130,7 +130,15 @@ class UnevenModel:
         return np.array([one.stiffness for one in found]), np.array([one.third for one in found])
 
     def balances(self, amplitude: Array, frequency: Array) -> list[Balance]:
-        """Return the balances at amplitudes (n,) of the sleeve (mm or rad) and frequencies (n,) in Hz."""
+        """Return the balance of each pair of amplitude and frequency.
+
+        Parameters
+        ----------
+        amplitude : shape (n,)
+            Of the sleeve, mm or rad.
+        frequency : shape (n,)
+            Hz.
+        """
         found: dict[int, Balance] = {}
         for one in np.unique(frequency):
             own = np.flatnonzero(frequency == one)
@@ -152,10 +160,13 @@ class UnevenModel:
             Of the rubber, t/mm^3; None = the present one.
         """
         other = copy(self)
-        other._thinned, other._branches = thinned, branches
-        if density is not None:
-            other._reduced = replace(self._reduced, density=density)
+        other._relax(thinned, branches, density)
         return other
+
+    def _relax(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None) -> None:
+        self._thinned, self._branches = thinned, branches
+        if density is not None:
+            self._reduced = replace(self._reduced, density=density)
 
     def slope(self, found: Sequence[Balance], more: UnevenModel, less: UnevenModel) -> Complex:
         """Return by how much the stiffness of balances (n,) differs between two relaxations near this one.

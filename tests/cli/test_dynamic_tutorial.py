@@ -41,8 +41,11 @@ def test_every_command_of_the_tutorial_does_what_the_page_says(tmp_path: Path) -
     true |= {
         f"{one['name']}.{key}": value for one in truth["effects"] for key, value in one["parameters"].items()
     }
+    slow = "2" if found["parameters"]["viscoelasticity.tau2"]["value"] > 0.01 else "1"
     for name, value in true.items():
-        one = found["parameters"][name]
+        # Which branch is the first is of no meaning; in the truth the second is the slow one.
+        number = name[-1] if slow == "2" else {"1": "2", "2": "1"}.get(name[-1], name[-1])
+        one = found["parameters"][name[:-1] + number if name.startswith("visco") else name]
         assert abs(one["value"] - value) < 3 * one["std"] < 0.15 * value, name
     assert {one["misfit"]["stiffness_percent"] < 1.3 for one in found["dynamic"]} == {True}
     assert "*VISCOELASTIC, FREQUENCY=PRONY" in (tmp_path / "rubber.inp").read_text(encoding="utf-8")

@@ -207,8 +207,7 @@ def test_an_effect_says_what_it_is(one: Effect) -> None:
         assert one.rig is not None
 
 
-# Keys of the FMU's data and of its JSON, columns of recordings, a branch and its constant, and English words that are
-# effects' names as well.
+# Keys of the FMU's data and of its JSON, columns of recordings, and English words that are effects' names as well.
 _OTHER_MEANINGS = {
     "bushcli/effects/exported.py": {"warming"},
     "bushcli/export/law.py": {"warming"},
@@ -216,7 +215,6 @@ _OTHER_MEANINGS = {
     "bushcli/export/fmu/force_law.py": {"warming"},
     "bushcli/recording/dynamic/columns.py": {"offset"},
     "bushcli/recording/dynamic/names.py": {"offset"},
-    "forms/branches/payne.py": {"payne", "offset"},
     "bushcli/inverse/thinned.py": {"offset"},
 }
 

@@ -183,4 +183,5 @@ EFFECT = Effect(
     has_memory=True,
     needs_time=True,
     feature=feature,
+    shown=("axial", {"g": 3.0, "tau": 300.0, "decades": 6.0, "slope": 0.0, "path": 100.0, "exponent": 1.0}),
 )

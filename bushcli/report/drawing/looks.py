@@ -47,6 +47,8 @@ class Look:
 LOOKS = {
     # Wide and pale below, so that a dense recording hides no model and is seen beside one that agrees with it.
     "recorded": Look(("#949ca5", "#7d8691"), 2.8),
+    # One of many parts: thin, so that the band of all is seen between them.
+    "part": Look(GREY, 0.6),
     "before": Look(AMBER, 1.5),
     "after": Look(BLUE, 1.5),
     "tolerance": Look(PALE),

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.curve.curve import Curve
-from bushcli.report.document import Panels, Plot, Series
-from bushcli.report.plots.direct import capital, rest_lines
+from bushcli.report.document import Panels, Plot, Region, Series
+from bushcli.report.plots.direct import around, capital, rest_lines
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.study.batch import Batch
@@ -26,15 +26,16 @@ def batch_panels(found: Batch) -> list[Panels]:
         parts = [part for part in found.parts if part.mode == curve.mode]
         series = [
             _joined(key, label, drawn)
-            for key, label, is_outlier in (("recorded", "parts", False), ("left_out", "outliers", True))
+            for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True))
             if (drawn := [part.recording for part in parts if bool(part.outlier) == is_outlier])
         ]
         q = shown.shown(curve.mean.displacement)
-        series += [
-            Series("before", "tolerance band", np.r_[q, np.nan, q], np.r_[curve.lower, np.nan, curve.upper]),
-            Series("after", "mean", q, curve.mean.force),
-        ]
-        plot = Plot("curves", shown.labels, series, bands=rest_lines(shown))
+        series.append(Series("after", "mean", q, curve.mean.force))
+        # Up to the turning points, each of which belongs to both branches.
+        legs = [slice(max(one.start - 1, 0), one.stop) for one in curve.mean.segments]
+        outlines = [around(q[leg], curve.lower[leg], curve.upper[leg]) for leg in legs]
+        band = Region("range", "tolerance band", outlines)
+        plot = Plot("curves", shown.labels, series, [band], rest_lines(shown), height=400.0)
         title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
         panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
     return panels

@@ -133,7 +133,9 @@ def _accepted(recording: Recording, found: Misfit, shown: Quantities) -> Region:
 
 
 def around(x: Array, low: Array, high: Array) -> Array:
-    """Return the outline (2 n, 2) of the area between two curves, counter-clockwise where x grows."""
+    """Return the outline (2 n, 2) of the area between two curves, counter-clockwise: overlapping ones leave no hole."""
+    if x[-1] < x[0]:
+        x, low, high = x[::-1], low[::-1], high[::-1]
     return np.concatenate([np.stack([x, low], axis=1), np.stack([x, high], axis=1)[::-1]])
 
 

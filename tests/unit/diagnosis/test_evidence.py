@@ -26,7 +26,7 @@ ROWS = 20
 def likelihood(signal=0.0):
     """A likelihood of noise alone, without an error of form."""
     none, zero, same = np.zeros((0, ROWS)), np.zeros(ROWS), np.ones(ROWS)
-    one = Features(none, np.zeros(0), zero, 0.0, signal, np.zeros(ROWS, dtype=int), same, 0.0, ROWS)
+    one = Features(none, np.zeros(0), zero, 0.0, signal, np.zeros(ROWS, dtype=int), same, 0.0)
     return Likelihood((one,), (0.0,))
 
 

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.selection import learned
 from bushcli.selection.learned import NONE, PredictionErrors
+from bushcli.selection.model import Model
+from bushcli.selection.queued import Queued
 
 A, B, C = frozenset({"with a"}), frozenset({"with b"}), frozenset({"with c", "without a"})
 
@@ -76,3 +80,15 @@ def test_it_is_the_conditional_distribution_of_the_stated_one() -> None:
     scale = (learned.FREEDOM + square) / (learned.FREEDOM + 3)
     expected = math.sqrt(variance / covariance[3, 3] * scale)
     assert errors.expected(C).spread == pytest.approx(min(expected, 1.0), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("slack", "names", "learns"),
+    [(20.0, ["drift"], True), (60.0, ["drift"], False), (60.0, ["drift", "mullins"], True)],
+)
+def test_fits_of_others_say_nothing_of_a_single_effect_far_from_the_plain_law(slack, names, learns) -> None:
+    errors = PredictionErrors()
+    errors.add(B, -5.0, 20.0)
+    model = Model("neo_hookean", {}, effects=tuple(ActiveEffect(effect(name), {}) for name in names))
+    one = Queued(model, None, 0.0, slack=slack, changes=A)
+    assert (one.expecting(errors).error != NONE) is learns

@@ -7,7 +7,7 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.inverse.channel import ChannelForces, Patience
-from bushcli.inverse.contained import Addition, Contained, from_contained
+from bushcli.inverse.contained import Contained, ContainedPart, from_contained
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
 from forms.law import law
@@ -54,7 +54,7 @@ def posed(count, branches):
         [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, patience=[Patience()]
     )
     every = [
-        Addition(
+        ContainedPart(
             (f"g{i}", f"tau{i}"),
             {f"g{i}": 0.0},
             tuple({f"tau{i}": tau} for tau in (0.3, 3.0, 30.0)),
@@ -112,6 +112,6 @@ def test_no_start_of_ten_is_better():
 def test_an_addition_that_promises_nothing_where_it_is_absent_begins_at_its_start_value():
     problem, _, start = posed(1, [(0.5, 1.0)])
     # A grid whose only time is spent before the first sample.
-    every = [Addition(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
+    every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
     found = from_contained(problem, start, every=every)
     assert found.cost == pytest.approx(1.0, abs=0.25)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bushcli.case import load_case
@@ -69,3 +70,21 @@ def test_identity_tells_runs_apart_that_differ_in_what_they_find(case):
     assert base == Task(case, "yeoh", workers=2).identity()
     for other in ({"fixed": ("C30",)}, {"hold_out": ("radial",)}, {"seed": 1}, {"start": {"C10": 1.0}}):
         assert Task(case, "yeoh", **other).identity() != base
+
+
+def test_a_recording_of_a_coupon_is_weighted_by_its_noise_and_a_material_test_by_its_stress(case, tmp_path):
+    """A loop passes zero stress: with weights relative to it, three branches left more misfit than two."""
+    strain = np.concatenate([np.linspace(0.0, 0.5, 30), np.linspace(0.5, 0.0, 30)[1:]])
+    rows = np.column_stack([10.0 * np.arange(len(strain)), strain, 0.8 * strain])
+    np.savetxt(
+        tmp_path / "u.csv", rows, delimiter=",", header="time_s,strain,nominal_stress_MPa", comments=""
+    )
+    file = tmp_path / "case.toml"
+    text = '[geometry]\nshape = "coupon"\n[material]\nlaw = "yeoh"\n'
+    file.write_text(text + '[[recordings]]\nmode = "uniaxial"\nfile = "u.csv"\n')
+    (channel,), _ = Task(load_case(file), "yeoh").channels()
+    assert np.ptp(channel.scale) == 0.0
+    assert channel.scale[0] < 0.01 * channel.measured.max()
+    (test, *_), _ = Task(case, "yeoh", "coupons").channels()
+    used = np.isfinite(test.scale) & (np.abs(test.measured) > 0.05 * np.abs(test.measured).max())
+    assert test.scale[used] == pytest.approx(np.abs(test.measured[used]))

@@ -167,14 +167,3 @@ def test_a_recording_without_time_and_with_short_branches_has_features_too():
     # Three samples per coefficient leave constant and slope.
     assert 0 < one.count <= 2 * len(branches(recording))
     np.testing.assert_allclose(one.basis.T @ one.basis, np.eye(one.count), atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("points", "share"),
-    [((0, 4, -4, 4, -4), 3 / 4), ((0, 4, -4, 6, -6), 1.0), ((0, 4, -4, 4.01, -4.01), 3 / 4)],
-)
-def test_a_branch_that_repeats_an_earlier_one_says_nothing_new_of_a_formula(points, share):
-    time, q = ramps(*points)
-    recording = replace(RECORDING, time=time, displacement=q, force=100.0 * q)
-    found = made(recording, np.ones(len(q), dtype=bool), noise=NoiseModel(1.0, 0.0, 100.0))
-    assert found.distinct == share * found.count

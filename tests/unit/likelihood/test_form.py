@@ -24,7 +24,6 @@ def likelihood(plain, signal, count=COUNT, doubt=0.0):
             np.zeros(count, dtype=int),
             np.ones(count),
             doubt,
-            count,
         )
         for one in signal
     )

@@ -17,7 +17,7 @@ NOISE = NoiseModel(5.0, 0.3, 3.0)
 
 
 def features():
-    return Features(np.zeros((0, K)), np.zeros(0), np.zeros(K), 0.0, 1e6, DEGREES, np.ones(K), 0.0, K)
+    return Features(np.zeros((0, K)), np.zeros(0), np.zeros(K), 0.0, 1e6, DEGREES, np.ones(K), 0.0)
 
 
 def drawn(noise, physics, fall, seed):

@@ -10,7 +10,7 @@ from bushcli.effects.titles import title
 from bushcli.recording import Recording
 from bushcli.report.plots.certainty import prior_panels, probability_panels
 from bushcli.report.plots.diagnosis import curve_plot, diagnosed_panels, time_plot
-from bushcli.report.plots.direct import curve_panels, six_panels, smooth
+from bushcli.report.plots.direct import around, curve_panels, six_panels, smooth
 from bushcli.report.plots.fit import fit_panels
 from bushcli.report.plots.places import missing_panels, program, record_panels
 from bushcli.report.quantity import largest_reactions
@@ -286,3 +286,10 @@ def test_the_program_of_a_test_takes_its_time(diagnoses):
     # 6 mm at 0.5 mm/s twice, at 5 mm/s twice, two holds of 60 s.
     assert time[-1] == pytest.approx(12 + 60 + 12 + 1.2 + 60 + 1.2)
     assert list(q) == [0, 6, 6, 0, 6, 6, 0]
+
+
+@pytest.mark.parametrize("x", [np.array([0.0, 1.0, 3.0]), np.array([3.0, 1.0, 0.0])])
+def test_bands_of_both_directions_have_the_same_sense(x):
+    """Otherwise the bands of loading and unloading, filled together, would take each other away."""
+    at, y = around(x, np.zeros(3), np.ones(3)).T
+    assert 0.5 * float(at @ np.roll(y, -1) - y @ np.roll(at, -1)) == pytest.approx(3.0)
