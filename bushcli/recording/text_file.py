@@ -98,7 +98,7 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
     dialect = alone or _dialect(path, body, given)
     sheet = Sheet(path, lines, body, [split_line(line.text, dialect.delimiter) for line in body], dialect)
     said = _without_thousands(sheet.split, dialect.decimal)
-    width, repeats, reordered = _rows(sheet, 1 if alone else 2)
+    sheet, width, repeats, reordered = _rows(sheet, 1 if alone else 2)
     rows = sheet.split[sheet.start :]
     grouped = None
     if given.decimal is None and (dialect.decimal == "," or dialect.delimiter in ";\t"):
@@ -164,12 +164,12 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
             what, expected = f"{what}: its formulas have no values", CALCULATE
         raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what, "", expected))
     sheet = Sheet(path, lines, body, split, Dialect("\t", decimal))
-    width, said, _ = _rows(sheet, fewest)
+    sheet, width, said, _ = _rows(sheet, fewest)
     return _with_header(sheet, width, MOST_COLUMNS, tuple(said), part)
 
 
-def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
-    """Find the first row, and return the number of columns, remarks, and whether columns were reordered.
+def _rows(sheet: Sheet, fewest: int) -> tuple[Sheet, int, list[str], bool]:
+    """Return a sheet with its first row, the number of columns, remarks, and whether columns were reordered.
 
     A line below that does not fit is refused. Headers that are repeated between the rows, as some rigs write them for
     each cycle, are removed.
@@ -184,7 +184,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
     start = next(starts, None)
     if start is None:
         raise RecordingError(Problem(str(sheet.path), "has no two consecutive rows of numbers"))
-    sheet.begin(start)
+    sheet = replace(sheet, start=start)
     reordered = in_one_order(sheet)
     said = [*reordered, *_without_text_below(sheet)]
     below = list(enumerate(split[start:], start=start))
@@ -210,7 +210,7 @@ def _rows(sheet: Sheet, fewest: int) -> tuple[int, list[str], bool]:
     if width > MOST_COLUMNS:
         remedy = f"at most {MOST_COLUMNS}: leave out those not needed"
         raise RecordingError(Problem(str(sheet.path), f"has {width} columns", "", remedy))
-    return width, said, bool(reordered)
+    return sheet, width, said, bool(reordered)
 
 
 def _without_text_below(sheet: Sheet) -> list[str]:

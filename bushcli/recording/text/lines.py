@@ -42,7 +42,7 @@ class Dialect(NamedTuple):
     decimal: str
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sheet:
     """The lines of a table while its rows are told from its header: all, and those that are no comments as fields.
 
@@ -70,10 +70,6 @@ class Sheet:
     def first(self) -> int:
         """Number of the line of the first row."""
         return self.body[self.start].number
-
-    def begin(self, row: int) -> None:
-        """Take a line of the body as the first row of numbers."""
-        self.start = row
 
     @property
     def above(self) -> list[Line]:
