@@ -141,7 +141,7 @@ def fit(
     needed : Needed, optional
         Evidence below which the model does not matter, so that its fit may be ended; None where it always matters.
     beside : mapping of str to float, optional
-        Parameters of the law, MPa or 1, beside effects that explain the recordings. The fit begins there, with its own
+        Parameters of the law (MPa or 1) beside effects that explain the recordings. The fit begins there, with its own
         effects at the size that mends most of the misfit, if that is better than its start values.
     """
     task, problem = pose(cache, case, model, measured)
