@@ -251,7 +251,7 @@ class _March:
         if self.patience is not None and self.recorder.failed > self.patience:
             raise self._stopped(target, step.attempt.reason)
         if not at.can_go_on():
-            self.recorder.last_reached(at.q, at.force, at.energy, newton, at.state)
+            self.recorder.last_reached(at.q, at.force, at.energy, newton, at.state, at.pose, at.six)
             raise self._stopped(target, step.attempt.reason)
 
     def _stopped(self, target: float, reason: str) -> NotConverged:

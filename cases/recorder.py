@@ -82,16 +82,29 @@ class Recorder:
         if self._keep:
             self._states.append(state)
 
-    def last_reached(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
+    def last_reached(
+        self,
+        q: float,
+        force: float,
+        energy: float,
+        newton: int,
+        state: Array,
+        pose: Array | None = None,
+        reactions: Array | None = None,
+    ) -> None:
         """Record the last point reached beyond the last target; it belongs to the curve but has no derivatives.
 
         Parameters
         ----------
         q, force, energy, newton, state
             As in `point`: mm or rad, N or N mm, N mm, number, shape (n,).
+        pose, reactions
+            As in `six`, on a path of six motions: shape (6,), mm and rad; N and N mm.
         """
         if self._rows and q != self._rows[-1][0] and not self._differentiated:
             self.point(q, force, energy, newton, state)
+            if pose is not None and reactions is not None:
+                self.six(pose, reactions)
 
     def six(self, pose: Array, reactions: Array) -> None:
         """Record the six motions and reactions at the last point.

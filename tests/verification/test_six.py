@@ -18,6 +18,7 @@ from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.model import FiniteElementModel
 from cases.program import Program
+from cases.recorder import Recorder
 from cases.rigid import tangent
 from cases.simulate import prepare
 from cases.six import SixPath, rotation, skew, twist_of
@@ -426,3 +427,13 @@ def test_a_tangent_that_cannot_be_factorised_ends_the_march_and_not_the_program(
         march(model, Program(np.array([0.5, 1.0])), sensitivity=("C10",))
     assert derivatives
     assert failed.value.reason == "DIVERGED_LINEAR_SOLVE"
+
+
+def test_the_last_point_of_a_path_that_ends_early_has_its_motions_and_reactions():
+    recorder = Recorder(Program(np.array([1.0, 2.0])), False, False, False)
+    recorder.point(0.5, 1.0, 1.0, 3, np.zeros(1))
+    recorder.six(np.full(6, 0.5), np.full(6, 5.0))
+    recorder.last_reached(0.7, 1.0, 1.0, 3, np.zeros(1), np.full(6, 0.7), np.full(6, 7.0))
+    history = recorder.history()
+    np.testing.assert_array_equal(history.motion[:, 0], history.displacement)
+    np.testing.assert_array_equal(history.reactions[:, 5], 10.0 * history.displacement)
