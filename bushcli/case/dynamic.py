@@ -158,7 +158,8 @@ def shown_source(source: DynamicSource) -> dict[str, Any]:
     """Return a source as JSON-ready data, with the keys and units of the case file; what is not given is left out."""
     turned = modes()[source.mode].rotational
     own: Mapping[str, Any] = vars(source)
-    shown_keys = {key: own[key] for key in own if key not in ("files", "pattern", "columns", "units", "name")}
+    other = ("files", "pattern", "columns", "units", "name", "accepted_faults")
+    shown_keys = {key: own[key] for key in own if key not in other}
     for key in _TURNED:
         if turned and shown_keys[key] is not None:
             shown_keys[key] = float(f"{math.degrees(shown_keys[key]):.12g}")
