@@ -104,38 +104,50 @@ def _off_curve(table: DynamicTable) -> NDArray[np.bool_]:
         # Inertia, of the rubber or of a fixture, changes the stiffness with the square of the frequency.
         over.append(table.frequency**2)
     values = np.column_stack([np.log(table.stiffness), table.loss_angle])
-    while True:
-        misses = np.zeros(len(table))
+
+    def misses() -> Array:
+        found = np.zeros(len(table))
         for rows in curves:
             used = rows[~off[rows]]
             if len(used) >= 5:
-                misses[used] = np.min([_misses(one[used], values[used]) for one in over], axis=0)
-        scatter = float(np.median(misses[misses > 0.0])) if (misses > 0.0).any() else 0.0
-        worst = int(np.argmax(misses))
-        if misses[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 0.1 * len(table):
-            return off
+                found[used] = _misses([one[used] for one in over], values[used])
+        return found
+
+    seen = misses()
+    while True:
+        worst = int(np.argmax(seen))
         off[worst] = True
+        # The rows beside it are predicted from it: their scatter is that without it.
+        others = misses()
+        scatter = float(np.median(others[others > 0.0])) if (others > 0.0).any() else 0.0
+        if seen[worst] <= max(_OFF, _SCATTER * scatter) or off.sum() > 1 + 0.1 * len(table):
+            off[worst] = False
+            return off
+        seen = others
 
 
-def _misses(over: Array, values: Array) -> Array:
+def _misses(over: Sequence[Array], values: Array) -> Array:
     """Return how far (n,) each row is from the line through its neighbours, two on each side; relative, or rad.
 
-    At the ends, where a line would leave a curve, it may be the parabola through four neighbours on one side.
+    The line is one over any of the coordinates. At the ends, where it would leave a curve, four neighbours on one side
+    may also lie on a parabola, or on a plane over two coordinates.
     """
-    order = np.argsort(over, kind="stable")
-    x, y = over[order], values[order]
-    found = np.zeros(len(x))
-    for i in range(len(x)):
-        near = np.argsort(np.abs(np.arange(len(x)) - i), kind="stable")[1:5]
-        design = np.column_stack([np.ones(len(near)), x[near] - x[i]])
-        if np.ptp(x[near]) < 1e-9:
+    order = np.argsort(over[0], kind="stable")
+    axes, y = [one[order] for one in over], values[order]
+    found = np.zeros(len(y))
+    for i in range(len(y)):
+        near = np.argsort(np.abs(np.arange(len(y)) - i), kind="stable")[1:5]
+        if np.ptp(axes[0][near]) < 1e-9:
             continue
-        designs = [design]
-        if i in (0, len(x) - 1):
-            designs.append(np.column_stack([design, (x[near] - x[i]) ** 2]))
+        from_row = [x[near] - x[i] for x in axes]
+        shapes = [[x] for x in from_row]
+        if i in (0, len(y) - 1):
+            shapes += [[x, x**2] for x in from_row]
+            shapes += [from_row] if len(from_row) > 1 else []
+        designs = [np.column_stack([np.ones(len(near)), *shape]) for shape in shapes]
         fitted = [np.linalg.lstsq(one, y[near], rcond=None)[0][0] for one in designs]
         found[i] = min(float(np.hypot(*(y[i] - value))) for value in fitted)
-    back = np.empty(len(x))
+    back = np.empty(len(y))
     back[order] = found
     return back
 
