@@ -139,7 +139,7 @@ def check_slopes(case: Prepared, at: dict[str, float], digits: float) -> None:
     exact = case.slopes(at, case.free)
     scale_of_force = np.abs(case.force(at)).max()
     for column, name in enumerate(case.free):
-        size = case.typical[name]
+        size = abs(case.typical[name]) or 1.0
         # Size of the derivative; a floor of 1e-7 of the force per typical value for shape parameters of an effect that
         # is off.
         scale = max(np.abs(exact[:, column]).max(), 1e-7 * scale_of_force / size)

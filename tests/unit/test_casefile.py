@@ -320,7 +320,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='mullins', channels=['axail']}]",
-            'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? (axial-1, torsional, axial)',
+            'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? (axial-1, torsional, axial, uniaxial)',
         ),
         ("effects=[{name='mullins', channels=[]}]", "effects[0].channels = [] needs at least 1 entries"),
         (
@@ -817,7 +817,7 @@ def test_channels_are_those_that_a_prediction_names(folder):
 
 
 def test_an_effect_without_anything_to_act_on_is_refused(folder):
-    found = problems(folder, EFFECTS, "recordings=[]", "load_cases=[]")
+    found = problems(folder, EFFECTS, "recordings=[]", "load_cases=[]", "coupons=[]")
     assert any('effects[0].name = "mullins" acts on nothing in this case' in problem for problem in found)
     torsion = problems(
         folder,

@@ -13,7 +13,7 @@ from bushcli.diagnosis import resemblance
 from bushcli.diagnosis.posterior import posterior, probabilities, run_with_shown, unfitted
 from bushcli.diagnosis.resemblance import Size, resembling
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import effect, effects
+from bushcli.effects.effect import effect, effects, effects_on
 from bushcli.effects.rig import Travel, elastic_response
 from bushcli.evidence.prior import effect_odds
 from bushcli.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_MOST, PHI_SPREAD
@@ -50,7 +50,7 @@ def expected(state, name, size, median, spread, most=math.inf):
     # An amplitude of either sign: the density of its absolute value is twice as large.
     signs = 1.0 if known.one_sided else 2.0
     own = signs * abs(value) * math.exp(known.prior.log_density(value, known.scales))
-    return w / (1.0 - w) / len(effects()) / effect_odds(name.split(".")[0]) * of_size / own
+    return w / (1.0 - w) / len(effects_on("static")) / effect_odds(name.split(".")[0]) * of_size / own
 
 
 def whole_size(state, name):
@@ -101,7 +101,7 @@ def test_it_resembles_no_effect_that_is_larger_than_its_prior_admits(coupon, tim
     at = min(times, 1.0) * end
     signs = 1.0 if known.one_sided else 2.0
     w = resemblance.RESEMBLES
-    ratio = w / (1.0 - w) / len(effects()) / effect_odds("permanent_set")
+    ratio = w / (1.0 - w) / len(effects_on("static")) / effect_odds("permanent_set")
     density = signs * at * math.exp(known.prior.log_density(at, known.scales))
     assert found == pytest.approx(math.log(ratio / density))
 
