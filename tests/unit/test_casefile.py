@@ -320,7 +320,8 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='mullins', channels=['axail']}]",
-            'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? (axial-1, torsional, axial, uniaxial)',
+            'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? '
+            "(axial-1, torsional, axial, uniaxial)",
         ),
         ("effects=[{name='mullins', channels=[]}]", "effects[0].channels = [] needs at least 1 entries"),
         (
