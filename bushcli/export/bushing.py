@@ -116,7 +116,9 @@ def _vibrations(source: ExportSource, progress: Progress | None) -> tuple[Vibrat
     for one in response.curves:
         values = one.stiffness if one.matrix is None else one.matrix
         static = (one.preload, one.force)
-        found += motions(one.name, one.test.mode, static, one.test.transfer, one.frequency, values)
+        found += motions(
+            one.name, one.test.mode, static, one.test.transfer, one.frequency, values, one.amplitude
+        )
     return tuple(found)
 
 

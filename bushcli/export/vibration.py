@@ -36,6 +36,8 @@ class Vibration:
         Hz, increasing.
     stiffness : (n,) array
         K' + i K'', N/mm or N mm/rad.
+    amplitude : float or None
+        Peak, mm or rad; None = small.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Vibration:
     transfer: bool
     frequency: Array
     stiffness: Complex
+    amplitude: float | None = None
 
     @property
     def rotational(self) -> bool:
@@ -62,13 +65,13 @@ class Vibration:
         if self.static is None:
             return f"{point} the end of the path"
         q, force = self.static
-        if self.rotational:
-            return f"{point} {math.degrees(q):.4g} deg and {force:.4g} N mm"
-        return f"{point} {q:.4g} mm and {force:.4g} N"
+        per, unit = (math.degrees(1.0), "deg") if self.rotational else (1.0, "mm")
+        peak = "" if self.amplitude is None else f" at an amplitude of {per * self.amplitude:.4g} {unit}"
+        return f"{point} {per * q:.4g} {unit} and {force:.4g} {'N mm' if self.rotational else 'N'}{peak}"
 
 
 def by_direction(vibrations: tuple[Vibration, ...], of: str) -> dict[str, Vibration]:
-    """Return the vibration of each direction FX to TZ: that about the first preload of the first load case.
+    """Return the vibration of each direction FX to TZ: of the first load case, at its first preload and amplitude.
 
     Parameters
     ----------
@@ -106,16 +109,24 @@ def vibrations_in(result: dict[str, Any]) -> tuple[Vibration, ...]:
             values = np.array(entry["storage"]) + 1j * np.array(entry["loss"])
         else:
             values = np.array(matrix) + 1j * np.array(entry["loss_matrix"])
-        preload, mode = entry["preload"], entry["mode"]
-        q = math.radians(preload["displacement"]) if modes()[mode].rotational else preload["displacement"]
+        preload, mode, peak = entry["preload"], entry["mode"], entry["amplitude"]
+        unit = math.radians(1.0) if modes()[mode].rotational else 1.0
+        q = unit * preload["displacement"]
         transfer = entry["point"] == "transfer"
         frequency = np.array(entry["frequency"], dtype=float)
-        found += motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values)
+        amplitude = None if peak is None else unit * peak
+        found += motions(entry["name"], mode, (q, preload["force"]), transfer, frequency, values, amplitude)
     return tuple(found)
 
 
 def motions(
-    name: str, mode: str, static: tuple[float, float], transfer: bool, frequency: Array, values: Complex
+    name: str,
+    mode: str,
+    static: tuple[float, float],
+    transfer: bool,
+    frequency: Array,
+    values: Complex,
+    amplitude: float | None = None,
 ) -> Iterator[Vibration]:
     """Yield the motions of a load case: one of a mode, six of a pose, whose matrix lacks its other terms.
 
@@ -130,13 +141,14 @@ def motions(
         Hz, in any order.
     values : (n,) or (n, 6, 6) array
         K' + i K'', N, mm and rad.
+    amplitude : float or None
+        Peak, mm or rad; None = small.
     """
     rising = np.argsort(frequency)
     if values.ndim == 1:
         if modes()[mode].specimen == "bushing":
-            yield Vibration(
-                name, modes()[mode].directions, static, transfer, frequency[rising], values[rising]
-            )
+            directions = modes()[mode].directions
+            yield Vibration(name, directions, static, transfer, frequency[rising], values[rising], amplitude)
         return
     for k, direction in enumerate(FORCES):
         yield Vibration(name, (direction,), None, transfer, frequency[rising], values[rising, k, k])

@@ -14,13 +14,13 @@ import numpy as np
 from bushcli.export.writer import Order, Writer, one_line
 
 _COLUMNS = (
-    *("direction", "load_case", "point", "preload_displacement", "preload_force", "frequency"),
+    *("direction", "load_case", "point", "preload_displacement", "preload_force", "amplitude", "frequency"),
     *("stiffness", "loss_angle_deg", "storage", "loss", "damping"),
 )
 
 
 def write(order: Order) -> str:
-    """Return the table, a row for each direction, preload and frequency."""
+    """Return the table, a row for each direction, preload, amplitude and frequency."""
     assert order.bushing is not None
     units = order.units
     text = io.StringIO()
@@ -33,13 +33,14 @@ def write(order: Order) -> str:
         static: tuple[object, ...] = ("", "")
         if one.static is not None:
             static = (f"{length * one.static[0]:.12g}", f"{force(one.static[1]):.12g}")
+        peak = "" if one.amplitude is None else f"{length * one.amplitude:.12g}"
         point = "transfer" if one.transfer else "driving"
         for direction in one.directions:
             for f, k, c in zip(one.frequency, one.stiffness, one.damping, strict=True):
                 per = force(1.0) / length
                 complex_parts = (per * k.real, per * k.imag, units.of_time(per * c))
                 numbers = (units.of_frequency(f), per * abs(k), np.degrees(np.angle(k)), *complex_parts)
-                row = (direction, one_line(one.name), point, *static)
+                row = (direction, one_line(one.name), point, *static, peak)
                 table.writerow((*row, *(f"{number:.12g}" for number in numbers)))
     return text.getvalue()
 
@@ -53,6 +54,7 @@ WRITER = Writer(
     write=write,
     remarks=(
         "the bushing's axis is z; frequency in cycles per unit of time, angles in rad, the loss angle in degrees",
+        "an amplitude is a peak; without one the vibration is small",
         "stiffness, storage and loss are force/length, of TX to TZ moment/rad; damping = loss / (2 pi frequency)",
     ),
     source="RFC 4180",

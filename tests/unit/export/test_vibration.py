@@ -129,6 +129,15 @@ def test_a_table_of_dynamic_stiffness_is_complete():
     )
 
 
+def test_stiffness_at_an_amplitude_says_which():
+    (first, *_) = vibrations()
+    small, large = (replace(first, amplitude=one) for one in (0.1, 2.0))
+    text = written("csv_dynamic", BushingData((), vibrations=(first, small, large)), "SI")
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    assert list(dict.fromkeys(row["amplitude"] for row in rows)) == ["", "0.0001", "0.002"]
+    assert "0.1 mm" in small.state
+
+
 @pytest.fixture
 def case(tmp_path):
     def made(*load_cases):
