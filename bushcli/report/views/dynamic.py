@@ -78,7 +78,7 @@ def amplitude_in_words(curve: DynamicCurve) -> str:
     if curve.amplitude is None:
         return "small"
     shown = quantities(curve.mode)
-    return f"{number(shown.per_internal * curve.amplitude, 4)} {shown.displacement_unit}".strip()
+    return f"{shown.per_internal * curve.amplitude:.4g} {shown.displacement_unit}".strip()
 
 
 def point_in_words(curve: DynamicCurve) -> str:
