@@ -26,7 +26,8 @@ from bushcli.recording.source import UNITS, Quantity, dimension
 from cases.mode import modes
 from geometry.shape import Shape
 
-# Least stiffness with voids over that without: voids may take most of the rubber out of the load's path.
+# Least stiffness with voids over that without: voids may take most of the rubber out of the load's path
+# (judgement).
 _VOIDED = 0.2
 
 

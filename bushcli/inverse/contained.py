@@ -30,14 +30,15 @@ from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
-# Shares of the full step to an addition's first size, of which the one with the lowest misfit is the start.
+# Shares of the full step to an addition's first size, of which the one with the lowest misfit is the start (judgement:
+# the first order overestimates what thins or saturates; each share costs one evaluation).
 SHARES = (1.0, 0.25, 0.0625, 0.015625)
-# An addition that promises less than this share of the misfit stays off: no search moves by it.
+# An addition that promises less than this share of the misfit stays off: no search moves by it (judgement).
 NOTHING_PROMISED = 1e-4
 # Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
 # decades; the shortest of the grid is that of a branch with its largest loss at the highest frequency.
 IN_TABLE = 50.0
-# Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own.
+# Factor on the times of two branches that begin as one, up and down: half a decade apart each is its own (judgement).
 APART = 3.0
 
 

@@ -25,7 +25,7 @@ from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
 from bushcli.simulate.touching import sharing
 from cases.contact.touch import touches
-from cases.dynamic.amplitude import UnevenModel
+from cases.dynamic.amplitude import SETTLED, UnevenModel
 from cases.dynamic.model import Branches, DynamicModel, spread
 from cases.dynamic.pencil import Pencil, Unstable
 from cases.dynamic.reduction import basis_for
@@ -454,15 +454,16 @@ class Vibrations:
             small = replace(small, model=DynamicModel(basis.reduced(), number, test.transfer, slopes))
 
         def curve(amplitude: float) -> DynamicCurve:
-            stiffness, third = uneven.stiffness(np.full(len(frequency), amplitude), frequency)
+            balances = uneven.balances(np.full(len(frequency), amplitude), frequency)
+            unsettled = [one.moved for one in balances if one.moved > SETTLED]
             return replace(
                 small,
-                stiffness=stiffness,
+                stiffness=np.array([one.stiffness for one in balances]),
                 vectors=uneven.vectors,
                 matrix=None,
-                reduction_error=error,
+                reduction_error=max([error, *unsettled]),
                 amplitude=amplitude,
-                third_harmonic=third,
+                third_harmonic=np.array([one.third for one in balances]),
                 uneven=uneven,
             )
 

@@ -34,8 +34,8 @@ Complex = NDArray[np.complex128]
 LocalResponse = Callable[[Array], tuple[Complex, Complex]]
 """First and third harmonic of the stress of a sine of shear amplitudes gamma (n,), over 2 mu gamma: s and t, (n,)."""
 
-# The stiffness has settled when it moves by less than this share, and a balance that has not settled by then is left:
-# each turn shrinks the change by the share that thinning has in the stiffness, about a third in filled rubber.
+# The stiffness has settled when it moves by less than this share; else `Balance.moved` says by how much it still moves.
+# Each turn shrinks the change: from 0.01 to 20 % strain two to four turns were enough (`benchmarks/amplitude.py`).
 SETTLED, MOST_TURNS = 1e-4, 60
 # Share of the largest eigenvalue of a point's moduli below which a direction is rounding.
 FLAT = 1e-9
@@ -63,6 +63,8 @@ class Balance:
         Coefficients of the vectors under a unit motion.
     local : shape (points,)
         Local shear amplitude over the sleeve's.
+    moved : float
+        Relative change of the stiffness in the last turn, at most `SETTLED` where it settled.
     """
 
     amplitude: float
@@ -71,6 +73,7 @@ class Balance:
     third: float
     state: Complex
     local: Array
+    moved: float
 
 
 class UnevenModel:
@@ -269,16 +272,15 @@ class UnevenModel:
         local : shape (points,)
             Local amplitude over the sleeve's from which to begin.
         """
-        known = 0j
+        known, moved = 0j, np.inf
         for _ in range(MOST_TURNS):
             s, t = response(amplitude * local)
             found, x = self._stiffness(s, frequency)
-            local = self._local(x)
-            if abs(found - known) <= SETTLED * abs(found):
+            local, moved, known = self._local(x), abs(found - known) / abs(found), found
+            if moved <= SETTLED:
                 break
-            known = found
         third = float(abs(x @ self._over(t) @ x) / abs(found))
-        return Balance(amplitude, frequency, found, third, x, local)
+        return Balance(amplitude, frequency, found, third, x, local, moved)
 
     def _stiffness(self, s: Complex, frequency: float) -> tuple[complex, Complex]:
         """Return stiffness and coefficients of the state under the motion, at local moduli s."""

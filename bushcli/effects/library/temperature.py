@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 #: Degrees C in kelvins; gas constant, kJ/(mol K).
 ZERO, GAS = 273.15, 8.314462618e-3
 #: Kelvins of C2 + T - Tr below which WLF is continued with a constant divisor, and largest |ln a_T|: beyond either the
-#: rubber is glass, and numbers would overflow.
+#: rubber is glass, and numbers would overflow (judgement).
 _GLASS, _LARGEST = 5.0, 100.0
 
 

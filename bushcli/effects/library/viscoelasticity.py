@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from forms.potential import Attached
 
 #: Branches that a diagnosis tries at most; a case file gives more for a spectrum over some decades, whose fast branches
-#: may be much stiffer than the relaxed rubber.
+#: may be much stiffer than the relaxed rubber: five or six for tests at 1 to 80 degrees C (`benchmarks/payne.md`).
 SEARCHED, MOST = 3, 6
 # Start value of the first branch in periods of the highest frequency of a table; each further one is a decade slower.
 _PERIODS = 0.5
