@@ -166,7 +166,18 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
 def main(format_name: str, path: str, wanted: str) -> None:
     """Run as the child: read a file and write its contents to standard output, or to standard error why not."""
     try:
-        _write(format_name, Path(path), json.loads(wanted))
+        # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
+        output, sys.stdout = sys.stdout.buffer, sys.stderr
+        for what, soft, hard in (
+            (resource.RLIMIT_CPU, LONGEST, LONGEST + 5),
+            (resource.RLIMIT_AS, MOST_MEMORY, MOST_MEMORY),
+            (resource.RLIMIT_CORE, 0, 0),
+        ):
+            # A limit of the shell may be narrower, and nobody may widen it.
+            most = resource.getrlimit(what)[1]
+            most = hard if most == resource.RLIM_INFINITY else min(hard, most)
+            resource.setrlimit(what, (min(soft, most), most))
+        copy_contents(format_name, Path(path), json.loads(wanted), output)
     except MemoryError:
         _fail(f"reading it takes more than {MOST_MEMORY / 1e9:g} GB")
     except Exception as error:  # noqa: BLE001 - a parser may raise anything for a damaged file
@@ -178,27 +189,17 @@ def _fail(reason: str) -> None:
     sys.exit(1)
 
 
-def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
-    """Read a file within the limits of the child, and write its contents to the standard output."""
-    # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
-    output, sys.stdout = sys.stdout.buffer, sys.stderr
-    for what, soft, hard in (
-        (resource.RLIMIT_CPU, LONGEST, LONGEST + 5),
-        (resource.RLIMIT_AS, MOST_MEMORY, MOST_MEMORY),
-        (resource.RLIMIT_CORE, 0, 0),
-    ):
-        # A limit of the shell may be narrower, and nobody may widen it.
-        most = resource.getrlimit(what)[1]
-        most = hard if most == resource.RLIM_INFINITY else min(hard, most)
-        resource.setrlimit(what, (min(soft, most), most))
-    copy_contents(format_name, path, wanted, output)
-
-
 def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], output: BinaryIO) -> None:
     """Read a file in this process, and write its contents as the child does."""
     shown, arrays = [], []
     with readers()[format_name].opened(path) as parts:
-        _bounded(parts)
+        if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
+            raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
+        longest = max((part.samples for part in parts), default=0)
+        if longest > MOST_SAMPLES:
+            raise ValueError(
+                f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit"
+            )
         whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
         for part in parts:
             columns = _columns(part, wanted, whole)
@@ -224,12 +225,3 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)
     output.flush()
-
-
-def _bounded(parts: Sequence[FilePart]) -> None:
-    """Refuse more groups, columns or samples than a recording can have."""
-    if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
-        raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
-    longest = max((part.samples for part in parts), default=0)
-    if longest > MOST_SAMPLES:
-        raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit")

@@ -80,7 +80,9 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
-    there |= _other_motions(table, source, moved)
+    if source.six is not None:
+        every = motion_columns(table, source).items()
+        there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -154,13 +156,6 @@ def _used_columns(
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
     return columns, unused, tuple(Repair("columns", text) for text in _remarks(table, found, source))
-
-
-def _other_motions(table: Table, source: Source, moved: Column) -> dict[str, Column]:
-    """Return the columns of the other prescribed motions of a recorded path, by their names, "ux" to "rz"."""
-    free = () if source.six is None else source.six.free
-    every = {} if source.six is None else motion_columns(table, source)
-    return {MOTIONS[k]: one for k, one in every.items() if k not in free and one.index != moved.index}
 
 
 def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:

@@ -82,7 +82,13 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
     storage, loss = _solved(pair, values)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
-        _refuse_complement(columns, storage, loss)
+        angle = np.arctan2(loss, storage)
+        if (angle > _IMPLAUSIBLE_ANGLE).all():
+            low, high = np.degrees([angle.min(), angle.max()])
+            what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
+            complement = 'loss_angle_is = "complement" if the file has 90 degrees minus them'
+            expected = f'{complement}, "loss" if they were measured so'
+            raise RecordingError(Problem(columns.where, what, "", expected))
     return storage, loss, tuple(remarks)
 
 
@@ -268,16 +274,6 @@ def _compare(
                 raise RecordingError(Problem(columns.places[row], what, "", remedy))
     remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
     raise RecordingError(Problem(columns.places[row], what, "", remedy))
-
-
-def _refuse_complement(columns: StiffnessColumns, storage: Array, loss: Array) -> None:
-    """Ask whether a table whose every loss angle is above 45 degrees has 90 degrees minus the angle."""
-    angle = np.arctan2(loss, storage)
-    if (angle > _IMPLAUSIBLE_ANGLE).all():
-        low, high = np.degrees([angle.min(), angle.max()])
-        what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
-        expected = 'loss_angle_is = "complement" if the file has 90 degrees minus them, "loss" if they were measured so'
-        raise RecordingError(Problem(columns.where, what, "", expected))
 
 
 def _more(bad: NDArray[np.bool_]) -> str:

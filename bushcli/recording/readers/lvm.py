@@ -70,17 +70,12 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
         named = [("", one) for one in joined if one is not None]
     else:
         named = [(f"segment {i + 1}", one) for i, clocks in enumerate(segments) for one in clocks]
-    yield _parts(named)
-
-
-def _parts(segments: Sequence[tuple[str, _Segment]]) -> list[FilePart]:
-    """Return segments as parts; several clocks of one segment are distinguished by the names of their channels."""
-    labels = [label for label, _ in segments]
+    labels = [label for label, _ in named]
     names = [
         label if labels.count(label) == 1 else ", ".join(filter(None, (label, *one.names)))[:80]
-        for label, one in segments
+        for label, one in named
     ]
-    return [_part(name, one) for name, (_, one) in zip(numbered(names), segments, strict=True)]
+    yield [_part(name, one) for name, (_, one) in zip(numbered(names), named, strict=True)]
 
 
 def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
@@ -148,7 +143,10 @@ def _segment(
     clocks: dict[tuple[object, ...], list[int]] = {}
     x: list[Array] = []
     for i, place in enumerate(at):
-        x.append(_x_values(_filled(body, place), head, i, place - 1 if multi else 0, form))
+        last = max(
+            (i + 1 for i, (_, row) in enumerate(body) if place < len(row) and row[place].strip()), default=0
+        )
+        x.append(_x_values(body[:last], head, i, place - 1 if multi else 0, form))
         if not len(x[i]):
             continue
         # Of channels with equal x values the begin may differ, or what the values are.
@@ -181,14 +179,6 @@ def _x_values(
             )
         return np.asarray(first + step * np.arange(len(body)))
     return _column(body, at, form.decimal)
-
-
-def _filled(body: Sequence[tuple[int, list[str]]], index: int) -> Sequence[tuple[int, list[str]]]:
-    """Return the rows to the last one that has a value in a column: a slower channel has fewer."""
-    last = max(
-        (i + 1 for i, (_, row) in enumerate(body) if index < len(row) and row[index].strip()), default=0
-    )
-    return body[:last]
 
 
 def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:
