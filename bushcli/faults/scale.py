@@ -128,7 +128,16 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
     for one, other in combinations(known, 2):
         if _are_exchanged(one, other) and not {one.recording.name, other.recording.name} & done:
             done |= {one.recording.name, other.recording.name}
-            yield from _exchanged(one, other)
+            for this, that in ((one, other), (other, one)):
+                yield DataFault(
+                    this.recording.name,
+                    "swapped",
+                    f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
+                    f'"{this.recording.name}" contains the data of "{that.recording.name}"',
+                    "exchange the file names (or the columns) of the two [[recordings]]",
+                    True,
+                    np.zeros(len(this.recording.force), dtype=bool),
+                )
     for one in known:
         if one.recording.name in done:
             continue
@@ -202,19 +211,6 @@ def _are_exchanged(one: _Scale, other: _Scale) -> bool:
     )
     real = all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
     return real and given >= _EXCHANGED and _apart(*swapped) <= _AGREE
-
-
-def _exchanged(one: _Scale, other: _Scale) -> Iterator[DataFault]:
-    for this, that in ((one, other), (other, one)):
-        yield DataFault(
-            this.recording.name,
-            "swapped",
-            f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
-            f'"{this.recording.name}" contains the data of "{that.recording.name}"',
-            "exchange the file names (or the columns) of the two [[recordings]]",
-            True,
-            np.zeros(len(this.recording.force), dtype=bool),
-        )
 
 
 def _moduli(one: _Scale) -> str:

@@ -155,19 +155,12 @@ def _used_columns(
         for name, one in found.items()
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
-    return columns, unused, tuple(Repair("columns", text) for text in _remarks(table, found, source))
-
-
-def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:
-    """Return what a user should know about how a table and its columns were read."""
-    taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    untimed = "time" not in found and not source.is_untimed
-    said += untaken_time(table, taken) if untimed else []
-    return said + (
-        rate_remarks(table) if untimed and source.sample_rate is None and source.rate is None else []
-    )
+    if "time" not in found and not source.is_untimed:
+        said += untaken_time(table, taken)
+        said += rate_remarks(table) if source.sample_rate is None and source.rate is None else []
+    return columns, unused, tuple(Repair("columns", text) for text in said)
 
 
 def _used(recording: Recording, source: Source) -> Recording:

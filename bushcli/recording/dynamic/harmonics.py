@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.segment import turning_points
+
 Array = NDArray[np.float64]
 
 #: Half cycles of a burst agree in duration and range within this share: a rig needs some periods to reach its
@@ -101,21 +103,7 @@ def _turns(displacement: Array) -> list[int]:
     noise = min(noise, 0.01 * float(np.ptp(displacement)))
     resolution = float(steps[steps > 0.0].min()) if steps.any() else 0.0
     least = max(_REVERSAL * noise, min(2.0 * resolution, 0.01 * float(np.ptp(displacement))), 1e-12)
-    values = [float(value) for value in displacement]
-    turns = [0]
-    high = low = sense = 0
-    for i, value in enumerate(values):
-        if sense >= 0 and value > values[high]:
-            high = i
-        if sense <= 0 and value < values[low]:
-            low = i
-        if sense >= 0 and values[high] - value > least:
-            turns.append(high)
-            sense, low = -1, i
-        elif sense <= 0 and value - values[low] > least:
-            turns.append(low)
-            sense, high = 1, i
-    return [*dict.fromkeys(turns), len(displacement) - 1]
+    return [0, *turning_points(displacement, least), len(displacement) - 1]
 
 
 def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float:

@@ -64,7 +64,11 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     mode, tables = modes()[source.mode], TableCache() if tables is None else tables
     parts = [part for file in source.files for part in _parts(file, source, mode, tables)]
     if mode.specimen == "coupon" and source.quantity is None:
-        parts = [replace(part, modulus=_modulus(part, source, mode)) for part in parts]
+        if not mode.sheared and not all(part.modulus for part in parts):
+            what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
+            expected = 'quantity = "E" or "G" in the recording\'s table of the case file'
+            raise RecordingError(Problem(str(source.files[0]), what, "", expected))
+        parts = [replace(part, modulus=part.modulus or "G") for part in parts]
     arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
     places = tuple(place for part in parts for place in part.places)
     _refuse_conditions(arrays, places, source, mode)
@@ -106,24 +110,20 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     fitting = [table for table in every if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
-    parts = [part for table in fitting for part in _table_parts(table, source, mode)]
+    parts: list[TablePart] = []
+    for table in fitting:
+        # A column of conditions alone, such as the mean of all, is no group.
+        measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
+        made = [_part(with_values(table, group), group, source, mode) for group in measured]
+        taken = {index for group in measured for index, _ in group.columns.values()}
+        unused = [name for i, name in enumerate(table.names) if name and i not in taken]
+        if unused:
+            said = f"columns that are not used: {', '.join(unused)}"
+            made[0] = replace(made[0], remarks=(*made[0].remarks, said))
+        parts += made
     if len(fitting) > 1:
         said = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
         parts[0] = replace(parts[0], remarks=(said, *parts[0].remarks))
-    return parts
-
-
-def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[TablePart]:
-    made = groups(table, source, mode)
-    # A column of conditions alone, such as the mean of all, is no group.
-    measured = [group for group in made if set(MEASURED) & set(group.columns)]
-    parts = [_part(with_values(table, group), group, source, mode) for group in measured]
-    taken = {index for group in measured for index, _ in group.columns.values()}
-    unused = [name for i, name in enumerate(table.names) if name and i not in taken]
-    if unused:
-        parts[0] = replace(
-            parts[0], remarks=(*parts[0].remarks, f"columns that are not used: {', '.join(unused)}")
-        )
     return parts
 
 
@@ -257,17 +257,3 @@ def _refuse_conditions(
         row = int(np.argmax(cold))
         what = f"a temperature of {arrays['temperature'][row]:.4g} degrees C is below absolute zero"
         raise RecordingError(Problem(places[row], what, "", 'units = {temperature = "°C"} or "K"'))
-
-
-def _modulus(part: TablePart, source: DynamicSource, mode: Mode) -> Literal["E", "G", ""]:
-    """Return the modulus of a coupon's table; ask for it where neither names nor the mode say it."""
-    if part.modulus:
-        return part.modulus
-    if mode.sheared:
-        return "G"
-    what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
-    raise RecordingError(
-        Problem(
-            str(source.files[0]), what, "", 'quantity = "E" or "G" in the recording\'s table of the case file'
-        )
-    )

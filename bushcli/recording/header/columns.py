@@ -206,24 +206,23 @@ def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> Re
     listed = ", ".join(filter(None, table.names))
     named = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(wanted.measured, _EXPECTED[wanted.measured])
     what = f"no column {named}, which mode {wanted.mode.name} needs"
-    what += f"; there are {listed[:300]}" if listed else f"; {_headless(table)}"
+    if listed:
+        what += f"; there are {listed[:300]}"
+    else:
+        # A line above the table may have names, but not as many as the rows have fields.
+        lines = (
+            (number, text.split(delimiter))
+            for number, text in reversed(table.preamble)
+            for delimiter in ("\t", ";", ",")
+        )
+        short = (
+            f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
+            for number, fields in lines
+            if len(fields) > 1 and named_columns(fields) > 1
+        )
+        what += f"; {next(short, 'the table has no header')}"
     expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
     return table.refused(what + (f"; {other}" if other else ""), expected)
-
-
-def _headless(table: Table) -> str:
-    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields."""
-    lines = (
-        (number, [field.strip() for field in text.split(delimiter)])
-        for number, text in reversed(table.preamble)
-        for delimiter in ("\t", ";", ",")
-    )
-    said = (
-        f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
-        for number, fields in lines
-        if len(fields) > 1 and named_columns(fields) > 1
-    )
-    return next(said, "the table has no header")
 
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:

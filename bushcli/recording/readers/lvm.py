@@ -75,7 +75,17 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
         label if labels.count(label) == 1 else ", ".join(filter(None, (label, *one.names)))[:80]
         for label, one in named
     ]
-    yield [_part(name, one) for name, (_, one) in zip(numbered(names), named, strict=True)]
+    parts = []
+    for name, (_, one) in zip(numbered(names), named, strict=True):
+        columns, origin = [one.x, *one.values], one.origin
+        titles = ["time" if one.x_unit == "s" else "x", *one.names]
+        if one.begin is not None and one.x_unit == "s":
+            since = one.begin - _ZERO_DATE
+            nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
+            origin = Instant("date", nanoseconds)
+        units = [one.x_unit, *one.units]
+        parts.append(FilePart(name, titles, units, len(one.x), columns.__getitem__, origin=origin))
+    yield parts
 
 
 def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
@@ -103,18 +113,14 @@ def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
 
 
 def _header(lines: Sequence[str], separator: str) -> Mapping[str, list[str]]:
-    """Return the fields of each keyword, in lower case."""
-    split = [line.split(separator) for line in _plain(lines)]
-    return {fields[0].strip().lower(): [field.strip() for field in fields[1:]] for fields in split}
-
-
-def _plain(lines: Sequence[str]) -> Iterator[str]:
-    """Yield the lines that are neither empty nor within a special block."""
-    special = False
+    """Return the fields of each keyword, in lower case; special blocks are left out."""
+    found, special = dict[str, list[str]](), False
     for line in lines:
         special = (special or line.startswith(_SPECIAL[0])) and not line.startswith(_SPECIAL[1])
         if line.strip() and not special and not line.startswith(_SPECIAL[1]):
-            yield line
+            keyword, *fields = (field.strip() for field in line.split(separator))
+            found[keyword.lower()] = fields
+    return found
 
 
 class _Form(NamedTuple):
@@ -239,17 +245,6 @@ def _joined(segments: Sequence[_Segment]) -> _Segment | None:
         return None
     values = np.concatenate([one.values for one in segments], axis=1)
     return replace(first, x=x, values=values)
-
-
-def _part(name: str, segment: _Segment) -> FilePart:
-    columns = [segment.x, *segment.values]
-    title = "time" if segment.x_unit == "s" else "x"
-    names, units = [title, *segment.names], [segment.x_unit, *segment.units]
-    origin = segment.origin
-    if segment.begin is not None and segment.x_unit == "s":
-        since = segment.begin - _ZERO_DATE
-        origin = Instant("date", (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000)
-    return FilePart(name, names, units, len(segment.x), columns.__getitem__, origin=origin)
 
 
 READER = Reader(

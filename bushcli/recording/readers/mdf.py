@@ -25,15 +25,13 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     # Given a name, the library would judge the file by its suffix.
     with path.open("rb") as stream, MDF(stream) as file:
         found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
-        names = numbered([_name(group, i) for i, group in found])
+        names = []
+        for i, group in found:
+            source = getattr(group.channel_group, "acq_source", None)
+            name = getattr(group.channel_group, "acq_name", "") or (source.name if source else "") or ""
+            names.append(name.strip() or f"group {i + 1}")
+        names = numbered(names)
         yield [_part(file, i, group, name) for (i, group), name in zip(found, names, strict=True)]
-
-
-def _name(group: Any, index: int) -> str:
-    block = group.channel_group
-    source = getattr(block, "acq_source", None)
-    name = getattr(block, "acq_name", "") or (source.name if source else "") or ""
-    return name.strip() or f"group {index + 1}"
 
 
 def _part(file: Any, index: int, group: Any, name: str) -> FilePart:

@@ -23,7 +23,13 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     with parquet.ParquetFile(path) as file:
         schema = file.schema_arrow
         common = _common_units(schema.metadata or {})
-        units = [_unit(field, common) for field in schema]
+        units = []
+        for field in schema:
+            own = field.metadata or {}
+            unit = unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
+            if str(field.type).startswith(("timestamp", "duration")):
+                unit = UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
+            units.append(unit)
         yield [FilePart("", schema.names, units, file.metadata.num_rows, partial(_load, file, schema.names))]
 
 
@@ -35,13 +41,6 @@ def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
         return {}
     found = attributes.get("units", attributes.get("unit")) if isinstance(attributes, dict) else None
     return found if isinstance(found, dict) else {}
-
-
-def _unit(field: Any, common: dict[str, Any]) -> str:
-    if str(field.type).startswith(("timestamp", "duration")):
-        return UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
-    own = field.metadata or {}
-    return unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
 
 
 def _load(file: Any, names: Sequence[str], index: int) -> NDArray[Any]:

@@ -139,10 +139,10 @@ def _load(
     return points if layout.kind.kind == "f" else points * scales[index - 1]
 
 
-def _recognises(head: bytes, suffix: str) -> bool:
-    return head.startswith(b"FORMAT\0") or (
-        head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512]
-    )
-
-
-READER = Reader(name="an RPC III file", recognises=_recognises, opened=_opened)
+READER = Reader(
+    name="an RPC III file",
+    recognises=lambda head, suffix: (
+        head.startswith(b"FORMAT\0") or (head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512])
+    ),
+    opened=_opened,
+)
