@@ -75,7 +75,12 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refused(what)
     displacement, force = nominal(source, mode, samples.displacement, samples.force, moved.form, forced.form)
-    kept = _below(source, table, mode, displacement, fewest)
+    kept: NDArray[np.bool_] = np.ones(len(displacement), dtype=bool)
+    if source.largest_stretch is not None:
+        kept = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
+        if np.count_nonzero(kept) < min(fewest, len(kept)):
+            what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
+            raise table.refused(what, f"at least {fewest}")
     displacement, force = displacement[kept], force[kept]
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
@@ -129,20 +134,6 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
         expected = 'give its unit, as in units = {temperature = "K"}; or leave the column out'
         raise table.refused(what, expected, row)
     return np.asarray(values, dtype=np.float64)
-
-
-def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest: int) -> NDArray[np.bool_]:
-    """Return which points (n,) lie below the largest stretch that the case gives; all if it gives none."""
-    largest = np.inf if source.largest_stretch is None else source.largest_stretch
-    kept = (
-        np.asarray(mode.stretch(displacement) <= largest)
-        if largest < np.inf
-        else np.ones(len(displacement), dtype=bool)
-    )
-    if np.count_nonzero(kept) < min(fewest, len(kept)):
-        what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {largest:g}"
-        raise table.refused(what, f"at least {fewest}")
-    return kept
 
 
 def _used_columns(

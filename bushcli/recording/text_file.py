@@ -175,12 +175,13 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
             body.append(line)
             split.append(list(fields))
         lines.append(line)
-    found = [(fewest, sign) for fewest in (2, 1) for sign in ".," if _has_rows(split, sign, fewest)]
-    fewest, decimal = max(
-        found,
-        key=lambda one: (one[0], sum(_is_row(fields, one[1], one[0]) for fields in split)),
-        default=(0, "."),
-    )
+    found = []
+    for least, sign in ((2, "."), (2, ","), (1, "."), (1, ",")):
+        like = [_is_row(fields, sign, least) for fields in split]
+        # Where single numbers count, all lines below the first must be such.
+        if any(like) and (least > 1 or (sum(like) > 1 and all(like[like.index(True) :]))):
+            found.append((least, sum(like), sign))
+    fewest, _, decimal = max(found, key=lambda one: one[:2], default=(0, 0, "."))
     if not fewest:
         what, expected = "has no table with two columns of numbers", ""
         if any(field.startswith("=") for fields in split for field in fields):
@@ -302,12 +303,6 @@ def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
     count = numbers_in(fields, decimal)
     several = count >= 2 and 2 * count >= len(fields) - fields.count("")
     return count == len(trimmed(fields)) == 1 if fewest == 1 else several
-
-
-def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:
-    """Whether a sheet has a row of numbers; where single numbers count, all lines below the first must be such."""
-    like = [_is_row(fields, decimal, fewest) for fields in split]
-    return any(like) and (fewest > 1 or (sum(like) > 1 and all(like[like.index(True) :])))
 
 
 def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:

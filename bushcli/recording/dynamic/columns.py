@@ -27,14 +27,14 @@ Array = NDArray[np.float64]
 MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
 _FURTHER = ("storage_error", "loss_error")
 _CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
-#: Units that are proposed for a column without one.
+#: Units that are proposed for a column without one, by its quantity or by the kind of its unit.
 _PROPOSED = {
-    "frequency": ('"Hz"', '"rad/s"'),
-    "temperature": ('"°C"', '"K"'),
-    "loss_angle": ('"deg"', '"rad"'),
-    "damping": ('"N s/mm"', '"N s/m"'),
-    "tan_delta": ('"1"', '"percent"'),
-}
+    "frequency": ('"Hz"', '"rad/s"'), "temperature": ('"°C"', '"K"'), "loss_angle": ('"deg"', '"rad"'),
+    "damping": ('"N s/mm"', '"N s/m"'), "tan_delta": ('"1"', '"percent"'), "strain": ('"percent"', '"1"'),
+    "angle": ('"deg"', '"rad"'), "length": ('"mm"', '"um"'), "stress": ('"MPa"', '"Pa"'),
+    "force": ('"N"', '"kN"'), "rotational stiffness": ('"Nm/deg"', '"Nm/rad"'), "stiffness": ('"N/mm"', '"kN/mm"'),
+    "moment": ('"Nm"', '"Nmm"'),
+}  # fmt: skip
 #: Words that make a column of a static recording another quantity, and none of these.
 _OWN_WORDS = frozenset([
     "amplitude", "frequency", "temperature", "temp", "mean", "stiffness", "modulus", "delta", "phase", "preload",
@@ -244,7 +244,7 @@ def numbers(
     given = source.units.get(key)
     unit = said.unit if given is None else read_unit(given)
     kinds = suited_kinds(quantity, mode)
-    proposed = _PROPOSED.get(quantity, _usual(quantity, mode))
+    proposed = next(_PROPOSED[one] for one in (quantity, *sorted(kinds, reverse=True)) if one in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
@@ -266,16 +266,6 @@ def numbers(
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
         raise table.refused(what, expected)
     return unit.factor * values + unit.zero, remark
-
-
-def _usual(quantity: str, mode: Mode) -> tuple[str, str]:
-    """Return the units that are proposed for a quantity that depends on the mode."""
-    coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in ("amplitude", "preload"):
-        return ('"percent"', '"1"') if coupon else ('"deg"', '"rad"') if turned else ('"mm"', '"um"')
-    if quantity == "preload_force":
-        return ('"MPa"', '"Pa"') if coupon else ('"Nm"', '"Nmm"') if turned else ('"N"', '"kN"')
-    return ('"MPa"', '"Pa"') if coupon else ('"Nm/deg"', '"Nm/rad"') if turned else ('"N/mm"', '"kN/mm"')
 
 
 def above(table: Table) -> dict[str, Stated]:

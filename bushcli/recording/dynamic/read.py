@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -29,7 +29,7 @@ from bushcli.recording.dynamic.loops import read_loops
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
-from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart
+from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
@@ -71,7 +71,25 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
         parts = [replace(part, modulus=part.modulus or "G") for part in parts]
     arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
     places = tuple(place for part in parts for place in part.places)
-    _refuse_conditions(arrays, places, source, mode)
+    amplitude, temperature = arrays["amplitude"], arrays["temperature"]
+    refuse_rows(
+        amplitude == 0.0,
+        places,
+        "an amplitude of 0 has no response",
+        "delete the row; without a column of amplitudes all are taken as small",
+    )
+    refuse_rows(
+        amplitude > (_LARGEST_STRAIN if mode.specimen == "coupon" else math.inf),
+        places,
+        lambda row: f"a strain amplitude of {100 * amplitude[row]:.4g} % is not that of a dynamic test",
+        'units = {amplitude = "percent"} in the recording\'s table, if the file has percent',
+    )
+    refuse_rows(
+        temperature < -273.15,
+        places,
+        lambda row: f"a temperature of {temperature[row]:.4g} degrees C is below absolute zero",
+        'units = {temperature = "°C"} or "K"',
+    )
     found = {part.modulus for part in parts} - {""}
     if len(found) > 1:
         what = "some files have a modulus E and others a modulus G"
@@ -158,7 +176,25 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
     highest = HIGHEST if mode.specimen == "bushing" else math.inf
-    _refuse_frequency(arrays["frequency"], places, table, highest)
+    frequency = arrays["frequency"]
+    if np.isnan(frequency).any():
+        what = "has no column of a frequency, and neither its header nor the case file states one"
+        expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
+        raise table.refused(what, expected)
+    refuse_rows(
+        frequency <= 0.0,
+        places,
+        lambda row: f"a frequency of {frequency[row]:g} Hz has no cycle",
+        "delete the row; a static stiffness comes from a recording of force over displacement",
+    )
+    refuse_rows(
+        frequency > highest,
+        places,
+        lambda row: (
+            f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
+        ),
+        'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
+    )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
@@ -213,47 +249,3 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
         raise table.refused(what, expected)
     return found
-
-
-def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, highest: float) -> None:
-    if np.isnan(frequency).any():
-        what = "has no column of a frequency, and neither its header nor the case file states one"
-        expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
-        raise table.refused(what, expected)
-    bad = frequency <= 0.0
-    if bad.any():
-        row = int(np.argmax(bad))
-        what = f"a frequency of {frequency[row]:g} Hz has no cycle"
-        expected = "delete the row; a static stiffness comes from a recording of force over displacement"
-        raise RecordingError(Problem(places[row], what, "", expected))
-    high = frequency > highest
-    if high.any():
-        row = int(np.argmax(high))
-        what = f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
-        expected = 'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit'
-        raise RecordingError(Problem(places[row], what, "", expected))
-
-
-def _refuse_conditions(
-    arrays: Mapping[str, Array], places: Sequence[str], source: DynamicSource, mode: Mode
-) -> None:
-    """Refuse an amplitude of zero, strains in percent that are taken for ratios, and temperatures that do not exist."""
-    bad = arrays["amplitude"] == 0.0
-    if bad.any():
-        what = "an amplitude of 0 has no response"
-        expected = "delete the row; without a column of amplitudes all are taken as small"
-        raise RecordingError(Problem(places[int(np.argmax(bad))], what, "", expected))
-    if mode.specimen == "coupon":
-        large = arrays["amplitude"] > _LARGEST_STRAIN
-        if large.any():
-            row = int(np.argmax(large))
-            what = (
-                f"a strain amplitude of {100 * arrays['amplitude'][row]:.4g} % is not that of a dynamic test"
-            )
-            expected = 'units = {amplitude = "percent"} in the recording\'s table, if the file has percent'
-            raise RecordingError(Problem(places[row], what, "", expected))
-    cold = arrays["temperature"] < -273.15
-    if cold.any():
-        row = int(np.argmax(cold))
-        what = f"a temperature of {arrays['temperature'][row]:.4g} degrees C is below absolute zero"
-        raise RecordingError(Problem(places[row], what, "", 'units = {temperature = "°C"} or "K"'))
