@@ -40,8 +40,8 @@ _END = 0.01
 #: Share of the range below which two displacements count as equal.
 SMALLEST_STEP = 1e-9
 # Largest ratio of the slopes of two polynomials through the points of a coarse curve. Of 140 exact curves (seven
-# shapes, in 2 to 30 equal steps of force or displacement) it leaves 92, the worst of which is off by 2.1 %. With 1.3 one of 97
-# is off by 15 %.
+# shapes, in 2 to 30 equal steps of force or displacement) it leaves 92, the worst of which is off by 2.1 %. With 1.3
+# one of 97 is off by 15 %.
 _AGREED = 1.2
 _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
 
