@@ -399,7 +399,8 @@ def _coupon_targets(q: Array) -> Array:
 
 def _noise(recording: Recording) -> float:
     """Return the noise of the force, with that of the displacement converted by the mean stiffness."""
-    stiffness = abs(recording.secant_stiffness())
+    # Where nothing moves, a hold, there is none.
+    stiffness = float(np.nan_to_num(abs(recording.secant_stiffness())))
     return float(np.hypot(force_noise(recording), stiffness * displacement_noise(recording)))
 
 
