@@ -130,7 +130,7 @@ class Contained(LeastSquaresProblem):
         super().__init__(
             whole.channels, whole.law, names, whole.fixed | held, whole.bounds.of(self.free), whole.states
         )
-        self.stopping, self.patience, self.evaluations = whole.stopping, whole.patience, whole.evaluations
+        self.stopping, self.limits, self.evaluations = whole.stopping, whole.limits, whole.evaluations
 
     def all_of(self, x: Array) -> Array:
         """Return the parameters of the whole problem, shape (p,), for those that are free."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,9 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
-from bushcli.inverse.channel import Channel, FitChannel
+from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves, compared_tables
 from bushcli.inverse.contained import additions, from_contained
-from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import open_journal
@@ -38,10 +38,13 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
-from bushcli.simulate.extent import Extent, of_path, of_table, outside
+from bushcli.simulate.extent import outside
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
+
+if TYPE_CHECKING:
+    from bushcli.inverse.dynamic_channel import DynamicChannel
 
 Array = NDArray[np.float64]
 
@@ -159,9 +162,9 @@ def identify(
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start = (task.law, task.vectors())[1][0]
     saved = open_journal(journal, task.identity(), resume) if journal is not None else None
-    problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
+    problem, curves, dynamic = task.problem(journal=saved, progress=progress, tables=tables)
     place = None if saved is None else saved.folder
-    run = _Searches(task, problem, held_out, start, place, resume, progress, pool, tables)
+    run = _Searches(task, problem, curves, dynamic, start, place, resume, progress, pool, tables)
     run.check(told)
     interrupted = False
     try:
@@ -191,6 +194,8 @@ class _Searches:
 
     Attributes
     ----------
+    curves, dynamic : list of Channel, of DynamicChannel
+        All of the case, those held out too.
     minima : list of Minimum
         Ends of the searches, the first start's first.
     instead : Array or None
@@ -199,7 +204,8 @@ class _Searches:
 
     task: Task
     problem: LeastSquaresProblem
-    held_out: list[FitChannel]
+    curves: list[Channel]
+    dynamic: list[DynamicChannel]
     start: Array
     journal: Path | None
     resume: bool | None
@@ -208,16 +214,6 @@ class _Searches:
     tables: TableCache
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
-
-    @property
-    def curves(self) -> list[Channel]:
-        """All channels of recorded curves, those held out too."""
-        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, Channel)]
-
-    @property
-    def dynamic(self) -> list[DynamicChannel]:
-        """All channels of tables of dynamic stiffness, those held out too."""
-        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, DynamicChannel)]
 
     @property
     def recordings(self) -> list[Recording]:
@@ -261,18 +257,17 @@ class _Searches:
 
     def _outside(self) -> tuple[Condition, ...]:
         """Return which channels that are held out lie outside of what was fitted."""
-        warm = {one.label: one.temperature for one in (*self.task.case.recordings, *self.task.case.coupons)}
-
-        def extent(one: FitChannel) -> Extent:
-            if isinstance(one, DynamicChannel):
-                return of_table(one.table)
-            assert isinstance(one, Channel)
-            path = one.recording
-            return of_path(path.mode, path.displacement, path.time, warm.get(one.name))
-
-        fitted = [extent(one) for one in self.problem.channels]
+        case = self.task.case
+        warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
+        extents = {
+            channel: channel.extent(warm.get(channel.name)) for channel in (*self.curves, *self.dynamic)
+        }
+        fitted = [extents[channel] for channel in self.problem.channels]
         return tuple(
-            found for one in self.held_out for found in outside(one.name, extent(one), fitted, one.active)
+            condition
+            for channel, extent in extents.items()
+            if channel not in self.problem.channels
+            for condition in outside(channel.name, extent, fitted, channel.active)
         )
 
     def search(self) -> None:
@@ -284,7 +279,7 @@ class _Searches:
             The start cannot be solved at all.
         """
         task, problem = self.task, self.problem
-        every = additions(task, [c.recording for c in problem.channels if isinstance(c, Channel)])
+        every = additions(task, [one.recording for one in self.curves if one in problem.channels])
         first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first is None:
             raise InputError(unsolvable(task, self.start, self.faults))
@@ -292,9 +287,9 @@ class _Searches:
         self.instead = first.instead
         states = {0: problem.states}
         points = _further_starts(task, problem, first.initial, self.pool, self.tables)
-        patience = tuple(problem.patience)
+        limits = tuple(problem.limits)
         given = [
-            Assignment(number, point, first.states, patience, first.minimum.cost, self.journal, self.resume)
+            Assignment(number, point, first.states, limits, first.minimum.cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
         ]
         _refine(task, problem, given, self.minima, states, self.progress, self.pool)
@@ -317,7 +312,7 @@ class _Searches:
             material=rubber,
             parameters=found,
             correlation=correlation,
-            curves=compared_curves(task, problem, self.held_out, best.x, self.start),
+            curves=compared_curves(problem, self.curves, best.x, self.start),
             stability=coupon_limits(task.law, rubber.parameters),
             weighting=task.weighting,
             forward_solves=searched[1],

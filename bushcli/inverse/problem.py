@@ -9,13 +9,14 @@ far.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
+from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
@@ -120,7 +121,7 @@ class LeastSquaresProblem:
         When searches end.
     start
         Number of the start whose search it is.
-    patience
+    limits
         Failed steps after which marches are given up, by channel, as an earlier search left them; if empty, there is no
         limit at first.
     """
@@ -137,7 +138,7 @@ class LeastSquaresProblem:
         progress: Progress | None = None,
         stopping: Stopping = STOPPING,
         start: int = 0,
-        patience: Sequence[Patience] = (),
+        limits: Sequence[StepLimit] = (),
     ) -> None:
         self.stopping, self.bounds = stopping, bounds
         self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
@@ -148,7 +149,7 @@ class LeastSquaresProblem:
         # Recorded with each evaluation.
         self._start = start
         self._stage: Literal["search", "profile"] = "search"
-        self.patience = [replace(one) for one in patience] or [Patience() for _ in channels]
+        self.limits = [replace(limit) for limit in limits] or [StepLimit() for _ in channels]
         self._known: dict[bytes, list[ChannelForces] | None] = {}
 
     def watch(self, states: Array, best: Array | None = None) -> None:
@@ -171,7 +172,7 @@ class LeastSquaresProblem:
 
     def lift_limits(self) -> None:
         """Give up no further march before one has reached its end, whatever limit was given."""
-        self.patience = [Patience() for _ in self.channels]
+        self.limits = [StepLimit() for _ in self.channels]
 
     def reached(self, x: Array) -> Array:
         """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
@@ -179,17 +180,11 @@ class LeastSquaresProblem:
         Those of swept curves are stored in the answer: near the edge of stability a second march may end on another
         branch.
         """
-        found: list[Array] = [np.zeros((0, 3))]
-        answers = self.answers(x) or ()
-        for channel, patience, answer in zip(self.channels, self.patience, answers, strict=False):
-            if answer.states is not None:
-                found.append(answer.states)
-            elif not channel.coupon:
-                try:
-                    found.append(channel.reached(self.parameters(x), patience))
-                except NotConverged:
-                    continue
-        return np.concatenate(found)
+        states: list[Array] = [np.zeros((0, 3))]
+        for channel, limit, answer in zip(self.channels, self.limits, self.answers(x) or (), strict=False):
+            with suppress(NotConverged):
+                states.append(channel.reached(self.parameters(x), answer, limit))
+        return np.concatenate(states)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
         """Return the penalty of instability, one row per state; this needs no solution of the model.
@@ -325,9 +320,9 @@ class LeastSquaresProblem:
     def _solve(self, x: Array) -> list[ChannelForces]:
         """Answers of all channels, or an empty list where one of them failed."""
         answers = []
-        for channel, patience in zip(self.channels, self.patience, strict=True):
+        for channel, limit in zip(self.channels, self.limits, strict=True):
             try:
-                answers.append(channel.solve(self.parameters(x), self.names, patience))
+                answers.append(channel.solve(self.parameters(x), self.names, limit))
             except NotConverged:
                 return []
         return answers

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.inverse.channel import ChannelForces, Patience
+from bushcli.inverse.channel import ChannelForces, StepLimit
 from bushcli.inverse.contained import Contained, ContainedPart, from_contained
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
@@ -25,7 +25,7 @@ class Relaxation:
         self.measured += noise * np.random.default_rng(2).standard_normal(len(TIMES))
         self.scale = np.full(len(TIMES), noise)
 
-    def solve(self, parameters, names, patience=None):
+    def solve(self, parameters, names, limit=None):
         c = parameters["C10"]
         force, slopes = np.full(len(TIMES), c), {"C10": np.ones(len(TIMES))}
         for i in (n.removeprefix("g") for n in parameters if n.startswith("g")):
@@ -39,7 +39,7 @@ class Relaxation:
     def at_samples(self, answer):
         return answer.force, answer.slope
 
-    def reached(self, parameters, patience):
+    def reached(self, parameters, answer, limit):
         return np.zeros((0, 3))
 
 
@@ -51,7 +51,7 @@ def posed(count, branches):
     )
     states = coupon_states((0.8, 1.2))
     problem = LeastSquaresProblem(
-        [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, patience=[Patience()]
+        [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, limits=[StepLimit()]
     )
     every = [
         ContainedPart(
