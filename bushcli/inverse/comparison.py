@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
-from bushcli.inverse.certainty import Uncertainty, uncertainty
+from bushcli.inverse.certainty import uncertainty
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import FittedCurve
@@ -60,7 +60,7 @@ def compared_tables(
     found: list[ComparedTable] = []
     conditions: list[Condition] = []
     before = problem.answers(start) if problem.knows(start) else None
-    deviations = _deviations(uncertainty(problem, x)) if channels else None
+    deviations = uncertainty(problem, x).deviations if channels else None
     for channel in channels:
         fitted = channel in problem.channels
         try:
@@ -72,14 +72,6 @@ def compared_tables(
             one = replace(one, started=channel.simulated(before[problem.channels.index(channel)]))
         found.append(replace(one, held_out=not fitted))
     return tuple(found), tuple(conditions)
-
-
-def _deviations(found: Uncertainty) -> Array | None:
-    """Return a root (p, p) of the covariance, times the quantile of 95 %; None if the curves leave a parameter open."""
-    if not np.isfinite(found.covariance).all():
-        return None
-    values, axes = np.linalg.eigh(found.covariance)
-    return np.asarray(found.quantile * axes * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _compared(

@@ -89,10 +89,20 @@ def fit_coupons(
     InputError
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
+    # Effects that coupons have are those on the rubber that name them, or that have nothing else to act on.
+    warm = {test.label: test.temperature for test in case.coupons if test.temperature is not None}
+    elsewhere = bool(case.channels or case.dynamic or case.vibrations)
+    names = {source.label for source in case.coupons}
+    effects = tuple(
+        replace(effect, temperatures=warm if effect.effect.needs_temperature else {})
+        for effect in case.effects
+        if effect.effect.feature is not None
+        and (not elsewhere if effect.channels is None else names & set(effect.channels))
+    )
     tests = [modes()[source.mode] for source in case.coupons]
     volumetric = [mode for mode in tests if mode.needs_compressibility]
     task = Task(
-        replace(case, effects=_of_coupons(case)),
+        replace(case, effects=effects),
         model or case.material.law,
         "coupons",
         fixed=fixed,
@@ -105,20 +115,6 @@ def fit_coupons(
         task = replace(task, fixed=tuple(task.material.parameters))
     refuse_fixed([task])
     return identify(task, progress=progress, tables=tables)
-
-
-def _of_coupons(case: Case) -> tuple[ActiveEffect, ...]:
-    """Return the effects that coupons have: those on the rubber that name them, or that have nothing else."""
-    warm = {one.label: one.temperature for one in case.coupons if one.temperature is not None}
-    others = {name for name, _ in case.channels} | {one.label for one in case.dynamic}
-    tests = {source.label for source in case.coupons}
-    found = []
-    for one in case.effects:
-        named = tests & set(one.channels or ())
-        nothing_else = one.channels is None and not others and not case.vibrations
-        if one.effect.feature is not None and (named or nothing_else):
-            found.append(replace(one, temperatures=warm if one.effect.needs_temperature else {}))
-    return tuple(found)
 
 
 def identify(
@@ -286,14 +282,63 @@ class _Searches:
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
-        points = _further_starts(task, problem, first.initial, self.pool, self.tables)
+        points = self._further_starts(first.initial)
         limits = tuple(problem.limits)
         given = [
             Assignment(number, point, first.states, limits, first.minimum.cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
         ]
-        _refine(task, problem, given, self.minima, states, self.progress, self.pool)
+
+        def forward(evaluation: Evaluation) -> None:
+            if self.progress is not None:
+                self.progress(replace(evaluation, number=problem.sweeps + evaluation.number))
+
+        def done(refined: Refined) -> None:
+            problem.count(refined.evaluations, refined.forward_solves, refined.failed_solves)
+            if refined.answers is not None:
+                problem.learn(refined.minimum.x, refined.answers)
+                states[len(self.minima)] = refined.states
+                self.minima.append(refined.minimum)
+
+        refine_start(task, problem.channels, given, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
+
+    def _further_starts(self, initial: Array) -> list[Array]:
+        """Return further starts, found on a coarse mesh; none if only one start is requested."""
+        task = self.task
+        if task.starts <= 1 and not task.globally:
+            return []
+        shear = task.law.shear_modulus(**self.problem.law_parameters(initial))
+        low, high = starts.box(initial, self.problem.bounds, abs(shear))
+        points: list[Array] = []
+        with coarse_costs(task, self.tables, self.pool) as costs:
+            if task.globally:
+                points.append(starts.evolve_start(costs, low, high, task.seed))
+            if task.starts > 1:
+                points += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
+        return points
+
+    def _profiled(self, best: Minimum, skipped: bool) -> tuple[Minimum, list[Profile], bool]:
+        """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
+        profiles: dict[int, Profile] = {}
+        cut = False
+        if skipped or self.task.source != "recordings":
+            return best, [], False
+        try:
+            with unwrapped_interrupts():
+                for _ in range(BETTER_ROUNDS):
+                    profiles.clear()
+                    uncertainty = certainty.uncertainty(self.problem, best.x)
+                    better = profiles_of(self.problem, best, uncertainty, profiles)
+                    if better is None:
+                        break
+                    # The search had ended too early: from here the misfit falls further.
+                    on = search(self.problem, better, self.task.loss)
+                    best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+        except KeyboardInterrupt:
+            # The search is complete: its result is kept although intervals are missing.
+            cut = True
+        return best, [profiles[index] for index in sorted(profiles)], cut
 
     def result(self, interrupted: bool, started: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty."""
@@ -303,7 +348,7 @@ class _Searches:
         # The intervals of a law that is fitted to wrong data would mean nothing.
         fatal = any(fault.fatal for fault in self.faults)
         skipped = interrupted or fatal
-        best, profiles, cut = _profiled(task, problem, best, skipped)
+        best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, profiles)
         tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
@@ -353,78 +398,6 @@ def _best(minima: Sequence[Minimum]) -> int:
     """Return the index of the lowest cost; of equal costs, the first."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))
-
-
-def _further_starts(
-    task: Task,
-    problem: LeastSquaresProblem,
-    initial: Array,
-    pool: Pool | None,
-    tables: TableCache,
-) -> list[Array]:
-    """Return further starts, found on a coarse mesh; none if only one start is requested."""
-    if task.starts <= 1 and not task.globally:
-        return []
-    shear = task.law.shear_modulus(**problem.law_parameters(initial))
-    low, high = starts.box(initial, problem.bounds, abs(shear))
-    found: list[Array] = []
-    with coarse_costs(task, tables, pool) as costs:
-        if task.globally:
-            found.append(starts.evolve_start(costs, low, high, task.seed))
-        if task.starts > 1:
-            found += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
-    return found
-
-
-def _refine(
-    task: Task,
-    problem: LeastSquaresProblem,
-    given: Sequence[Assignment],
-    minima: list[Minimum],
-    states: dict[int, Array],
-    progress: Progress | None,
-    pool: Pool | None,
-) -> None:
-    """Refine further starts, and take over their evaluations and minima."""
-
-    def forward(evaluation: Evaluation) -> None:
-        if progress is not None:
-            progress(replace(evaluation, number=problem.sweeps + evaluation.number))
-
-    def done(found: Refined) -> None:
-        problem.count(found.evaluations, found.forward_solves, found.failed_solves)
-        if found.answers is None:
-            return
-        problem.learn(found.minimum.x, found.answers)
-        states[len(minima)] = found.states
-        minima.append(found.minimum)
-
-    refine_start(task, problem.channels, given, done, forward, pool)
-
-
-def _profiled(
-    task: Task, problem: LeastSquaresProblem, best: Minimum, skipped: bool
-) -> tuple[Minimum, list[Profile], bool]:
-    """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
-    found: dict[int, Profile] = {}
-    cut = False
-    if skipped or task.source != "recordings":
-        return best, [], False
-    try:
-        with unwrapped_interrupts():
-            for _ in range(BETTER_ROUNDS):
-                found.clear()
-                uncertainty = certainty.uncertainty(problem, best.x)
-                better = profiles_of(problem, best, uncertainty, found)
-                if better is None:
-                    break
-                # The search had ended too early: from here the misfit falls further.
-                on = search(problem, better, task.loss)
-                best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
-    except KeyboardInterrupt:
-        # The search is complete: its result is kept although intervals are missing.
-        cut = True
-    return best, [found[index] for index in sorted(found)], cut
 
 
 def values_by_name(task: Task, x: NDArray[np.float64]) -> dict[str, float]:

@@ -8,7 +8,6 @@ before, decides which of the others are hopeless.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -223,7 +222,8 @@ def refine_start(
             for future in left:
                 future.cancel()
             for future in left:
-                _collect(future, done, progress)
+                if not future.cancelled():
+                    _hand_over(future.result(), done, progress)
             raise
 
 
@@ -247,11 +247,6 @@ def _refined_there(
 ) -> Refined:
     stopped = stop.exists if stop is not None else lambda: False
     return refine(task, cache.problem(task, coarse=False).channels, given, None, stopped)
-
-
-def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:
-    if not future.cancelled():
-        _hand_over(future.result(), done, progress)
 
 
 def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:
