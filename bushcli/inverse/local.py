@@ -193,12 +193,19 @@ def minimise(
 ) -> Minimum:
     """Minimise the weighted misfit within bounds."""
     watched = Watched(problem, loss == "linear", most_in_row, explained, ends)
+    origin = problem.bounds.inside(start)
+    limits, point = problem.bounds.about(origin)
+
+    def jacobian(y: Array) -> Array:
+        x = point(y)
+        return watched.jacobian(x) * np.where(problem.bounds.logarithmic, x, 1.0)
+
     try:
         result = least_squares(
-            watched.residual,
-            problem.bounds.inside(start),
-            jac=watched.jacobian,
-            bounds=(problem.bounds.lower, problem.bounds.upper),
+            lambda y: watched.residual(point(y)),
+            np.zeros(len(origin)),
+            jac=jacobian,
+            bounds=(limits.lower, limits.upper),
             x_scale="jac",
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
@@ -207,7 +214,7 @@ def minimise(
             gtol=1e-12,
             max_nfev=problem.stopping.evaluations,
         )
-        x, ended, message = result.x, result.status > 0, str(result.message)
+        x, ended, message = point(result.x), result.status > 0, str(result.message)
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, FlatValley | Settled), str(stopped)
     linear = loss == "linear"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -45,16 +45,19 @@ Progress = Callable[[Evaluation], None]
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds of the parameters.
+    """Bounds of the parameters, and which of them are searched in their logarithm.
 
     Attributes
     ----------
     lower, upper : shape (parameters,)
         Each in its parameter's unit; infinite where there is none.
+    logarithmic : shape (parameters,)
+        Positive parameters whose size is not known, such as a relaxation time.
     """
 
     lower: Array
     upper: Array
+    logarithmic: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((), dtype=bool))
 
     def clip(self, x: Array) -> Array:
         """Return the nearest point within the bounds."""
@@ -67,7 +70,25 @@ class Bounds:
 
     def of(self, free: NDArray[np.bool_]) -> Bounds:
         """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
-        return Bounds(self.lower[free], self.upper[free])
+        logarithmic = np.broadcast_to(self.logarithmic, free.shape)
+        return Bounds(self.lower[free], self.upper[free], logarithmic[free])
+
+    def about(self, origin: Array) -> tuple[Bounds, Callable[[Array], Array]]:
+        """Return the bounds of a search's coordinates (parameters,), zero at a point within, and the way back to x.
+
+        A coordinate is the difference from the origin, or the logarithm of the ratio.
+        """
+
+        def point(y: Array) -> Array:
+            ratio = np.exp(np.where(self.logarithmic, y, 0.0))
+            return self.clip(np.where(self.logarithmic, origin * ratio, origin + y))
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = [
+                np.where(self.logarithmic, np.log(end / origin), end - origin)
+                for end in (self.lower, self.upper)
+            ]
+        return Bounds(*ends), point
 
 
 @dataclass(frozen=True)

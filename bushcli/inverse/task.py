@@ -173,6 +173,12 @@ class Task:
             for one in self.effects
             for p in one.parameters
         }
+        spread = {
+            one.full_name(p)
+            for one in self.effects
+            for p in one.parameters
+            if p.off is None and p.lower >= 0.0 and p.prior is not None and p.prior.is_logarithmic
+        }
         for name in self.names:
             if name in ranges:
                 value, low, high = ranges[name]
@@ -187,7 +193,7 @@ class Task:
                 own = self.law.parameter(name)
                 rows.append((material.parameters[name], own.lower, own.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
-        return start, Bounds(lower, upper)
+        return start, Bounds(lower, upper, np.array([name in spread for name in self.names], dtype=bool))
 
     def channels(
         self,

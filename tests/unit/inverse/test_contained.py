@@ -48,6 +48,7 @@ def posed(count, branches):
     bounds = Bounds(
         np.array([1e-6 if n == "C10" else 0.0 if n.startswith("g") else 1e-3 for n in names]),
         np.array([1e3 if n == "C10" else 10.0 if n.startswith("g") else 1e6 for n in names]),
+        np.array([n.startswith("tau") for n in names]),
     )
     states = coupon_states((0.8, 1.2))
     problem = LeastSquaresProblem(
@@ -57,7 +58,7 @@ def posed(count, branches):
         ContainedPart(
             (f"g{i}", f"tau{i}"),
             {f"g{i}": 0.0},
-            tuple({f"tau{i}": tau} for tau in (0.3, 3.0, 30.0)),
+            {f"tau{i}": (0.3, 3.0, 30.0)},
             "viscoelasticity",
             {f"{stem}{i}": f"{stem}{i - 1}" for stem in ("g", "tau")} if i > 1 else {},
         )
@@ -112,7 +113,7 @@ def test_no_start_of_ten_is_better():
 def test_an_addition_that_promises_nothing_where_it_is_absent_begins_at_its_start_value():
     problem, _, start = posed(1, [(0.5, 1.0)])
     # A grid whose only time is spent before the first sample.
-    every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
+    every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, {"tau1": (1e-3,)}, "viscoelasticity", {})]
     found = from_contained(problem, start, every=every)
     assert found.cost == pytest.approx(1.0, abs=0.25)
 
