@@ -30,7 +30,7 @@ _PROGRAMS = {
 
 
 def head(
-    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
+    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """Return the entries that every result has.
 
@@ -42,14 +42,14 @@ def head(
         The validated case.
     problems : iterable of Condition
         Conditions of the result.
-    timings : mapping of str to float
-        Seconds by stage.
+    timings : mapping of str to float, optional
+        Seconds by stage; the command adds its own when it delivers the result.
     """
     return {
         "command": command,
         "case": resolved(case),
         "versions": versions(),
-        "timings_s": dict(timings),
+        "timings_s": dict(timings or {}),
         "problems": [part(problem, "name message remedy") for problem in problems],
     }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from bushcli.diagnosis.result import Diagnosis, NextTest, Quantity
@@ -17,17 +16,9 @@ from bushcli.report.views.diagnosis.values import derived, shown
 from bushcli.report.views.diagnosis.words import headline
 
 
-def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a diagnosis as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document, searched = head("diagnose", found.case, found.conditions, timings), found.searched
+def diagnosis_json(found: Diagnosis) -> dict[str, Any]:
+    """Return a diagnosis as JSON-ready data."""
+    document, searched = head("diagnose", found.case, found.conditions), found.searched
     modes, test = {one.name: one.mode for one in found.channels}, found.next_test
     document |= {
         "verdict": found.verdict,

@@ -15,19 +15,12 @@ from bushcli.study.study import Study
 
 def described(response: Response) -> Mapping[str, Any]:
     """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
-    return direct_json(response, misfits(response), None, {})
+    return direct_json(response, misfits(response), None)
 
 
-def study_json(found: Study, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a study as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Study
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("study", found.case, found.conditions, timings)
+def study_json(found: Study) -> dict[str, Any]:
+    """Return a study as JSON-ready data."""
+    document = head("study", found.case, found.conditions)
     document["sampling"] = found.plan.sampling
     document["designs"] = len(found.plan.rows)
     document["failed"] = found.failed

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Section, Table, note, of_kind, table_of
+from bushcli.report.document import Document, Section, Table, figures, note, table_of
 from bushcli.report.quantity import listed, number, percent, quantities, with_std
 from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.causes import joined
@@ -32,16 +31,8 @@ _BAND = (
 )
 
 
-def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a batch.
-
-    Parameters
-    ----------
-    found : Batch
-        The batch.
-    pictures : sequence of Picture
-        Those of its folder.
-    """
+def batch_document(found: Batch) -> Document:
+    """Return the document of a batch."""
     lines = [f"{one.name}: an outlier by {_why(one)}." for one in found.outliers]
     lines += [f"{one.name}: {joined(one.causes)}." for one in found.parts if one.causes and not one.outlier]
     return Document(
@@ -49,7 +40,7 @@ def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
         lines,
         "bad" if found.outliers else "good",
         [
-            Section("Curves", of_kind(pictures, "curve"), on="page"),
+            Section("Curves", [figures("curve")], on="page"),
             Section("Parts", [_parts(found), note(_HOW)]),
             Section("Scatter", [_scatter(found), note(_BAND)]),
             Section("Law of all parts", [_law(found)]),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Section, Table, of_kind, table_of
+from bushcli.report.document import Document, Paragraph, Section, Table, figures, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 _ROWS = 10
 
 
-def dynamic_document(
-    response: DynamicResponse, fit: Fit | None, pictures: Sequence[Picture] = ()
-) -> Document:
+def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
     """Return the document of dynamic stiffness.
 
     Parameters
@@ -34,8 +32,6 @@ def dynamic_document(
     response : DynamicResponse
     fit : Fit or None
         Fit to the coupons; None where the case gives the parameters.
-    pictures : sequence of Picture
-        For the page.
     """
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [_table(curve) for curve in response.curves]
@@ -46,8 +42,8 @@ def dynamic_document(
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if fit is None else [fit_section(fit, pictures)]),
-            Section("Dynamic stiffness and loss angle", of_kind(pictures, "dynamic")),
+            *([] if fit is None else [fit_section(fit)]),
+            Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [_summary(response.curves)]),
             Section(
                 "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables

@@ -17,7 +17,7 @@ from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
+from bushcli.report.document import Document, Row, Section, Table, Tone, figures, note, paragraphs
 from bushcli.report.quantity import listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
@@ -42,7 +42,7 @@ _RANKING = (
 )
 
 
-def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture] = ()) -> Document:
+def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them.
 
     Parameters
@@ -51,19 +51,20 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
         The case with the recordings.
     fits : sequence of Fit
         The best first.
-    pictures : sequence of Picture
-        For the page.
     """
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     found, histories = answer(best), fit_histories(best)
-    ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
     sections = [
-        Section("Laws compared", ranking if len(fits) > 1 else []),
+        *(
+            [Section("Laws compared", [model_table(fits), note(_RANKING), figures("ranking")])]
+            if len(fits) > 1
+            else []
+        ),
         Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
-        Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
-        *([compared_section(best.tables, pictures)] if best.tables else []),
-        history_section(histories, pictures),
+        Section("Curves before and after", [curve_table(best), figures("curve")]),
+        *([compared_section(best.tables)] if best.tables else []),
+        history_section(histories),
         Section(
             "What the curves determine",
             [
@@ -71,12 +72,12 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
                 leverage_table(best),
                 *paragraphs(determined(best)),
                 *paragraphs((f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined), "page"),
-                *of_kind(pictures, "certainty", "profiles"),
+                figures("certainty", "profiles"),
             ],
         ),
         Section(
             "The search",
-            [*paragraphs(search(best), kind="note"), *of_kind(pictures, "convergence", "starts")],
+            [*paragraphs(search(best), kind="note"), figures("convergence", "starts")],
         ),
     ]
     return Document(

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, table_of
+from bushcli.report.document import Document, Row, Section, Table, Tone, figures, note, table_of
 from bushcli.report.quantity import number
 from bushcli.runtime.digits import beside
 from bushcli.study.study import Study
@@ -42,22 +41,15 @@ _SOBOL = (
 )
 
 
-def study_document(found: Study, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a study.
-
-    Parameters
-    ----------
-    found : Study
-    pictures : sequence of Picture
-        For the page.
-    """
+def study_document(found: Study) -> Document:
+    """Return the document of a study."""
     indices = _SOBOL if found.plan.sampling == "saltelli" else ""
     explained = [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
     sections = [
-        Section("What matters", of_kind(pictures, "tornado")),
-        Section("Curves of all designs", of_kind(pictures, "band")),
-        Section("Answers against the varied keys", of_kind(pictures, "scatter")),
-        Section("Spread of the answers", of_kind(pictures, "histogram")),
+        Section("What matters", [figures("tornado")]),
+        Section("Curves of all designs", [figures("band")]),
+        Section("Answers against the varied keys", [figures("scatter")]),
+        Section("Spread of the answers", [figures("histogram")]),
         *(Section(table.title, [table, note(text)]) for table, text in explained),
         Section("Designs without a result", [_failures(found)]),
     ]
