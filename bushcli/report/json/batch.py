@@ -36,7 +36,7 @@ def batch_json(found: Batch) -> dict[str, Any]:
                 "stiffness": stiffness(one),
                 "own_simulation": one.simulated,
                 **part(one, "outlier"),
-                "causes": [part(cause, "kind text") for cause in one.causes],
+                "causes": one.causes,
             }
             for one in found.parts
         ],

@@ -26,13 +26,11 @@ def check_json(found: Checked) -> dict[str, Any]:
     document |= {
         "protocol": [_observed(one) for one in (*tests.recordings, *tests.coupons)],
         "standards": [
-            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
-            for channel, name, asked in tests.judged
+            {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
         ],
-        "open_questions": [vars(lack) for lack in tests.lacks],
+        "open_questions": tests.lacks,
         "sources": [
-            {"channel": one.name, "columns": [vars(column) for column in one.columns], **part(one, "unused")}
-            for one in tests.files
+            {"channel": one.name, "columns": one.columns, **part(one, "unused")} for one in tests.files
         ],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }

@@ -22,7 +22,7 @@ def compare_json(found: Comparison) -> dict[str, Any]:
             ],
             "keys": {one.key: part(one, "values percent") for one in found.keys},
             "numbers": {one.key: part(one, "values percent") for one in found.numbers},
-            "curves": [part(one, "channel percent") for one in found.curves],
+            "curves": found.curves,
             "problems": [],
         }
     )

@@ -28,7 +28,7 @@ def design_json(found: Design) -> dict[str, Any]:
             "deviation_percent": 100 * one.deviation,
             "met": one.met,
             "derivatives": one.slopes,
-            **({"tolerances": part(one.spread, "contributions worst std share")} if one.spread else {}),
+            **({"tolerances": one.spread} if one.spread else {}),
         }
         for one in found.targets
     }

@@ -52,12 +52,9 @@ def inverse_json(case: Case, fits: Sequence[Fit]) -> dict[str, Any]:
     if best.tables:
         document["dynamic"] = compared_json(best.tables)
     document |= part(best, "leverage profile_sweeps")
-    document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
-    document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
-    document["evaluations"] = [
-        part(one, "number parameters cost best stage start iteration") | {"step": None, "radius": None}
-        for one in best.evaluations
-    ]
+    document["end_points"] = best.end_points
+    document["profiles"] = best.profiles
+    document["evaluations"] = [vars(one) | {"step": None, "radius": None} for one in best.evaluations]
     if len(fits) > 1:
         document["models"] = [_model(fit) for fit in fits]
     return cleaned(document)
