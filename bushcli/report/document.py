@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from bushcli.runtime.condition import Condition
 Array = NDArray[np.float64]
 Row = tuple[str, ...]
 _Item = TypeVar("_Item")
+Columns: TypeAlias = Iterable[tuple[str, Callable[[_Item], str]]]
+"""Columns of a table: the head of each, and what it shows of an item."""
 #: The writers that write a block.
 On = Literal["both", "page", "terminal"]
 #: Colour of a verdict.
@@ -283,7 +285,7 @@ class Table:
 def table_of(
     title: str,
     items: Iterable[_Item],
-    columns: Iterable[tuple[str, Callable[[_Item], str]]],
+    columns: Columns[_Item],
     left: int = 1,
     most: int | None = None,
 ) -> Table:

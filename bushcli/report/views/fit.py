@@ -19,7 +19,7 @@ from bushcli.report.document import (
     note,
     paragraphs,
 )
-from bushcli.report.quantity import number, percent, quantities, with_std
+from bushcli.report.quantity import interval, number, percent, quantities, with_std
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -97,7 +97,10 @@ def fitted_table(fit: Fit) -> Table:
         tested = f"{ends} {unit}" if unit else f"{shown.displacement} {ends}"
         # Simple shear reaches the states of a planar test.
         limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
-        stable = "-" if limits is None else _interval(*limits)
+        stable = "-"
+        if limits is not None:
+            low, high = limits
+            stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
         name = f"{curve.name} (held out)" if curve.held_out else curve.name
         rows.append((name, mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
@@ -147,11 +150,3 @@ def bulk_modulus_std(fit: Fit) -> float | None:
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
-
-
-def _interval(low: float, high: float) -> str:
-    if low <= 0 and not np.isfinite(high):
-        return "all"
-    if low <= 0:
-        return f"below {high:.2f}"
-    return f"above {low:.2f}" if not np.isfinite(high) else f"{low:.2f} to {high:.2f}"

@@ -18,7 +18,7 @@ from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import Document, Row, Section, Table, Tone, figures, note, paragraphs
-from bushcli.report.quantity import listed, number, percent, with_std
+from bushcli.report.quantity import interval, listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
 from bushcli.report.views.cycles import history_section
@@ -261,7 +261,13 @@ def estimate_table(fit: Fit) -> Table:
         unit = parameter_unit(fit, name)
         bounds = f"{number(estimate.lower)} to {number(estimate.upper)}"
         value = (number(estimate.value, 4), number(estimate.std, 2), _interval(estimate), bounds)
-        rows.append((name, "-" if unit == "1" else unit, *value, _flags(estimate)))
+        flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
+        flags += [
+            f"{end} end: limited by {_LIMITED[limit]}"
+            for end, limit in zip(("lower", "upper"), estimate.limits, strict=True)
+            if estimate.interval is not None and limit in _LIMITED
+        ]
+        rows.append((name, "-" if unit == "1" else unit, *value, ", ".join(flags)))
     if "compliance" in fit.parameters:
         rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
@@ -276,19 +282,7 @@ def _interval(estimate: Estimate) -> str:
     width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
     narrow = math.isfinite(width) and 0 < width < size
     digits = 2 + math.ceil(math.log10(size / width)) if narrow else 3
-    low_shown, high_shown = (number(value, max(3, digits)) for value in (low, high))
-    if not math.isfinite(low):
-        return f"below {high_shown}"
-    return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
-
-
-def _flags(estimate: Estimate) -> str:
-    flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
-    if estimate.interval is not None:
-        for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
-            if limit in _LIMITED:
-                flags.append(f"{end} end: limited by {_LIMITED[limit]}")
-    return ", ".join(flags)
+    return interval(low, high, lambda value: number(value, max(3, digits)))
 
 
 def curve_table(fit: Fit) -> Table:

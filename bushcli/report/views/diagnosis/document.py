@@ -62,6 +62,17 @@ def diagnosis_document(found: Diagnosis) -> Document:
     """Return the document of a diagnosis."""
     is_faulty = found.verdict == "faulty_data"
     missing = _missing(found)
+    left_out = Section(
+        "What was left out",
+        [*paragraphs(effect_lines(found)), effect_table(found), note(_VALUES), figures("priors")],
+        fold="Where the priors come from",
+        folded=[source_table(found)],
+    )
+    curves = Section("Recorded curves", [figures("diagnosed")])
+    if not is_faulty:
+        some = any(one.faulty.any() for one in found.channels)
+        how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if some else "")
+        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(how)])
     sections = [
         Section(
             "How probable each effect is",
@@ -74,12 +85,12 @@ def diagnosis_document(found: Diagnosis) -> Document:
         ),
         Section("The most probable models", [model_table(found), note(_PROBABILITIES)]),
         *([missing] if words.is_missing(found) else []),
-        _left_out(found),
+        *([left_out] if found.effects else []),
         Section(
             "Before and after",
             [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
         ),
-        _curves(found),
+        curves,
         *([] if words.is_missing(found) else [missing]),
         _record(found),
         Section(
@@ -112,25 +123,6 @@ def diagnosis_document(found: Diagnosis) -> Document:
             found.law_from if found.law_fixed else "recordings",
         ),
         Section("Data faults", [fault_table(found), *paragraphs(faults, "terminal")]),
-    )
-
-
-def _curves(found: Diagnosis) -> Section:
-    """Return the curves with the misfit over time; of faulty data the recorded curves."""
-    curves = [figures("diagnosed")]
-    if found.verdict == "faulty_data":
-        return Section("Recorded curves", curves)
-    left = any(one.faulty.any() for one in found.channels)
-    how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if left else "")
-    return Section("Recorded and simulated curves", [*curves, note(how)])
-
-
-def _left_out(found: Diagnosis) -> Section:
-    blocks: list[Block] = [*paragraphs(effect_lines(found)), effect_table(found)]
-    blocks += [note(_VALUES), figures("priors")]
-    fold, folded = "Where the priors come from", [source_table(found)]
-    return (
-        Section("What was left out", blocks, fold=fold, folded=folded) if found.effects else Section("", ())
     )
 
 
