@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.export.reduce import Reduced
+from bushcli.export.reduce import Reduced, Sine
 from bushcli.export.units import UnitSystem
 from cases.mode import modes
 
@@ -21,7 +22,7 @@ class BushingLaw:
     channels: tuple[Reduced, ...]
 
     def summary(self) -> dict[str, Any]:
-        """Return what the result reports: branches, sliders, and the errors relative to the range of the force."""
+        """Return what the result reports: branches, sliders, and the errors against finite elements."""
         return {
             "channels": [
                 {
@@ -29,6 +30,7 @@ class BushingLaw:
                     "mode": one.mode,
                     "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
                     "sliders": len(one.data["sliders"]),
+                    "clocks": len(one.data["clock"].get("classes", ())),
                     "softens": bool(one.data["softening"]),
                     "set": one.data["set"],
                     "warming": dict(zip(("amount", "tau"), one.data["warming"], strict=False)),
@@ -36,6 +38,7 @@ class BushingLaw:
                     "displacement_to": _shown(one, one.data["displacement"][-1]),
                     "rms_percent": one.rms_percent,
                     "peak_percent": one.peak_percent,
+                    "vibrations": [_vibration(one, sine) for sine in one.sines],
                 }
                 for one in self.channels
             ]
@@ -77,6 +80,18 @@ def _identifier(name: str) -> str:
     return plain if plain[:1].isalpha() else f"channel_{plain}"
 
 
+def _vibration(one: Reduced, sine: Sine) -> dict[str, float]:
+    stiffness, angle = sine.errors
+    return {
+        "amplitude": _shown(one, sine.amplitude),
+        "frequency": sine.frequency,
+        "stiffness": abs(sine.simulated),
+        "loss_angle_deg": math.degrees(cmath.phase(sine.simulated)),
+        "stiffness_error_percent": stiffness,
+        "loss_angle_error_deg": angle,
+    }
+
+
 def _shown(one: Reduced, q: float) -> float:
     return math.degrees(q) if modes()[one.mode].rotational else q
 
@@ -86,7 +101,7 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
     turned = modes()[one.mode].rotational
     length = 1.0 if turned else units.of_length(1.0)
     force = units.of_moment(1.0) if turned else units.of_force(1.0)
-    data = one.data
+    data, clock = one.data, one.data["clock"]
 
     def times(key: str, factor: float) -> list[float]:
         return [float(value) for value in factor * np.array(data[key])]
@@ -101,10 +116,15 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
         "maxwell": data["maxwell"],
         # A slider's stiffness multiplies the elastic force and has no unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],
+        "clock": clock and clock | {"classes": [_strained(part, length) for part in clock["classes"]]},
         "softening": _softening(data["softening"], length, force),
         "set": data["set"],
         "warming": data["warming"],
     }
+
+
+def _strained(data: Mapping[str, Any], length: float) -> dict[str, Any]:
+    return {**data, "strain_slope": [slope / length for slope in data["strain_slope"]]}
 
 
 def _softening(data: Mapping[str, Any], length: float, force: float) -> dict[str, Any]:
