@@ -195,16 +195,24 @@ class _Bushing:
 
     def reduced(self, low: float, high: float) -> Reduced:
         """Return the force law between two displacements."""
+        from scipy.interpolate import CubicSpline
+
         kept, *_ = self._values("set") or (0.0,)
         # Largest distances of the rubber from its set position, after the largest displacement to the other side.
         grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
         static, _ = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
         viscous, friction, mullins = (self.states.get(part) for part in ("maxwell", "sliders", "softening"))
-        series, warming = () if viscous is None else _series(viscous), self._values("warming")
+        on_card = None if viscous is None else viscous.effect.on_card
+        series = () if viscous is None or on_card is None else on_card(viscous.values).series
+        warming = self._values("warming")
         elastic, clock = np.zeros_like(static), dict[str, Any]()
         if series or friction is not None or "clock" in self.states:
-            unrelaxed, solved = self._there_and_back(grid, _unrelaxed())
+            # A branch that does not relax and has the law's initial shear modulus.
+            branch = effect_in_force_law("maxwell")
+            ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
+            one = in_state([ActiveEffect(branch, ones)], unrelaxed=True)
+            unrelaxed, solved = self._there_and_back(grid, one)
             elastic = unrelaxed - static
             clock = self._clock(grid, solved)
         data["maxwell"] = [[g, tau] for g, tau in series]
@@ -212,7 +220,7 @@ class _Bushing:
             data["sliders"] = self._sliders(friction, grid, static, elastic)
         data["softening"] = {} if mullins is None else softening(self.force, mullins, grid, static)
         for key, values in (("force", static), ("elastic", elastic)):
-            data[key], data[f"{key}_slope"] = values, _slopes(grid, values)
+            data[key], data[f"{key}_slope"] = values, CubicSpline(grid, values)(grid, 1)
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
@@ -333,25 +341,6 @@ def _grid(low: float, high: float) -> Array:
 def _second(count: int) -> Array:
     """Return `count` times evenly distributed over one second."""
     return np.linspace(0.0, 1.0, count).astype(np.float64)
-
-
-def _series(viscous: ActiveEffect) -> tuple[tuple[float, float], ...]:
-    """Return the Maxwell branches (g, tau) of an effect."""
-    return viscous.effect.on_card(viscous.values).series if viscous.effect.on_card is not None else ()
-
-
-def _unrelaxed() -> tuple[ActiveEffect, ...]:
-    """Return a branch that does not relax and has the law's initial shear modulus."""
-    branch = effect_in_force_law("maxwell")
-    ones = {p.name: 1.0 for p in branch.parameters if not p.optional}
-    return in_state([ActiveEffect(branch, ones)], unrelaxed=True)
-
-
-def _slopes(x: Array, y: Array) -> Array:
-    """Return the slopes of the cubic spline through points."""
-    from scipy.interpolate import CubicSpline
-
-    return np.asarray(CubicSpline(x, y)(x, 1))
 
 
 def _program(low: float, high: float, times: Sequence[float], grows: bool) -> Array:
