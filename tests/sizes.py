@@ -81,9 +81,7 @@ def main() -> None:
         longest = max((length for file in files for length, _ in functions(file)), default=0)
         sizes = list(map(lines, files))
         short = sum(
-            size < FRAGMENT
-            and file.name != "__init__.py"
-            and "/".join(file.parts[-3:-1]) not in PLUG_INS
+            size < FRAGMENT and file.name != "__init__.py" and "/".join(file.parts[-3:-1]) not in PLUG_INS
             for size, file in zip(sizes, files, strict=True)
         )
         once = sum(map(named_once, files))
