@@ -277,7 +277,8 @@ class Search:
                 self._queue(one, state, slack_of(BORROWED * one.reach))
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
-        self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
+        row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
+        self.rows.append(replace(row, solves=state.fitted.solves))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log
