@@ -24,7 +24,7 @@ from bushcli.evidence.prior import log_odds
 from bushcli.evidence.promise import Needed, needed_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection.additions import more_branches, with_one_more
-from bushcli.selection.columns import unfit
+from bushcli.selection.columns import shear_modulus, unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
 from bushcli.selection.learned import changes
@@ -95,7 +95,8 @@ class Search:
     # -- the loop ------------------------------------------------------------------------------------------------
 
     def __post_init__(self) -> None:
-        self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress)
+        shear = shear_modulus(self.plain.model, self.problem.case)
+        self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress, shear)
         self._enter(self.plain, float("nan"))
 
     def run(self) -> Ended:

@@ -155,7 +155,7 @@ def test_what_the_law_does_itself_is_no_share_of_its_own(made):
 @pytest.mark.parametrize("name", ["permanent_set", "drift", "warming", "time_lag"])
 def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     """From real derivatives on a coupon, as accurately as the search assumes."""
-    some, reason = trials(made.case, made.state.model, effect(name), made.recordings)
+    some, reason = trials(made.case, made.state.model, effect(name), made.recordings, 1.0)
     assert some, reason
     features = made.problem.likelihood.features[0]
     added = []
