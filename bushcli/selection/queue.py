@@ -194,7 +194,7 @@ class Search:
             odds = self.odds(one.model), self.odds(one.model, unknown=True)
             # Other models are predicted beside a law alone, which always matters.
             needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
-            start = self._start_beside_effects(one.model)
+            start = self._start_beside_effects(one)
             questions.append((self.problem.case, one.model, measured, inner, least, needed, start))
 
         known: dict[int, Fitted | None] = {}
@@ -215,20 +215,21 @@ class Search:
             # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
             self._receive([(one, questions[i][5], known.get(i, one)) for i, one in enumerate(chosen)])
 
-    def _start_beside_effects(self, model: Model) -> Mapping[str, float] | None:
-        """Return parameters of the law beside effects that explain the recordings, if the plain law is far from them.
+    def _start_beside_effects(self, one: Queued) -> Mapping[str, float] | None:
+        """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
 
-        That law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
+        The plain law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
         """
+        model = one.model
         same = [
-            one
-            for one in self.states.values()
-            if one.model.effects
-            and one.model.start.keys() == model.start.keys()
-            and one.model.law == model.law
+            state
+            for state in self.states.values()
+            if state.model.effects
+            and state.model.start.keys() == model.start.keys()
+            and state.model.law == model.law
         ]
-        best = max(same, key=lambda one: one.evidence.coarse, default=None)
-        if best is None or model.fixed or best.evidence.coarse < self.plain.evidence.coarse + FAR:
+        best = max(same, key=lambda state: state.evidence.coarse, default=None)
+        if best is None or model.fixed or best.evidence.coarse < one.base.evidence.coarse + FAR:
             return None
         return best.model.start
 
