@@ -11,11 +11,12 @@ from scipy.optimize import brentq, lsq_linear, minimize
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import known_parameters
 from bushcli.likelihood.form import Left
 from bushcli.selection.columns import Candidate, columns, trials
-from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, reachable
