@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss
-    from bushcli.report.document import Document, Picture
+    from bushcli.report.document import Document
     from bushcli.runtime.executor import Pool
 
 weighted = click.option(
@@ -93,8 +92,8 @@ def fit(
         spectra, problems = fit_tables(case, run.tables)
     if spectra and not case.coupons:
         run.deliver(
-            lambda: tables_json(case, spectra, problems, run.timings()),
-            lambda pictures=(): tables_document(case, spectra, problems, pictures),
+            lambda: tables_json(case, spectra, problems),
+            lambda: tables_document(case, spectra, problems),
             lambda: report.fit_files(case, None, spectra),
         )
         return NEGATIVE if strict and problems else DONE
@@ -107,12 +106,12 @@ def fit(
     found = replace(found, conditions=(*found.conditions, *problems))
     further = {"dynamic": spectra_json(spectra)} if spectra else {}
 
-    def document(pictures: Sequence[Picture] = ()) -> Document:
-        law = report.fit_document(case, found, pictures)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra, pictures)])
+    def document() -> Document:
+        law = report.fit_document(case, found)
+        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
 
     run.deliver(
-        lambda: report.fit_json(case, found, run.timings()) | further,
+        lambda: report.fit_json(case, found) | further,
         document,
         lambda: report.fit_files(case, found, spectra),
     )
@@ -214,7 +213,9 @@ def inverse(
     same command continues after an interruption. --scheduler shares the starts among the workers of Dask, which write
     no such files.
     """
+    from bushcli import report
     from bushcli.inverse import Task, refuse_fixed
+    from forms.law import laws
 
     case = run.load()
     if resume and run.output is None:
@@ -223,6 +224,9 @@ def inverse(
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
         )
+    chosen = names_in(models) or (case.material.law,)
+    if "all" in chosen:
+        chosen = tuple(laws())
     tasks = [
         Task(
             case,
@@ -237,7 +241,7 @@ def inverse(
             seed=seed,
             workers=workers,
         )
-        for law in _laws(case, models)
+        for law in chosen
     ]
     refuse_fixed(tasks)
     fits = []
@@ -246,7 +250,14 @@ def inverse(
             fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
-    return _reported(run, case, fits, strict)
+    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
+    fits.sort(key=report.rank)
+    run.deliver(
+        lambda: report.inverse_json(case, fits),
+        lambda: report.inverse_document(case, fits),
+        lambda: report.inverse_files(case, fits),
+    )
+    return _exit_code(fits[0], strict, interrupted)
 
 
 def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
@@ -256,11 +267,13 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
     counts = {
         kind: len({source.label for source in sources} - set(task.hold_out))
         for kind, sources in (
-            ("recording", task.case.recordings),
-            ("table of dynamic stiffness", task.case.dynamic),
+            (("recording", "recordings"), task.case.recordings),
+            (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
         )
     }
-    shown = [_counted(count, kind) for kind, count in counts.items() if count]
+    shown = [
+        f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
+    ]
     if shown:
         # Without any, the task says what is missing.
         run.say(f"identifying {task.model} from {' and '.join(shown)}")
@@ -278,26 +291,6 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
         )
 
 
-def _counted(count: int, kind: str) -> str:
-    """Return a number of things in words: "2 tables of dynamic stiffness"."""
-    noun, space, rest = kind.partition(" ")
-    return f"{count} {noun}{'s' if count != 1 else ''}{space}{rest}"
-
-
-def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
-    """Print and save identified laws, and return the exit code."""
-    from bushcli import report
-
-    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
-    fits.sort(key=report.rank)
-    run.deliver(
-        lambda: report.inverse_json(case, fits, run.timings()),
-        lambda pictures=(): report.inverse_document(case, fits, pictures),
-        lambda: report.inverse_files(case, fits),
-    )
-    return _exit_code(fits[0], strict, interrupted)
-
-
 def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     if interrupted:
         # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
@@ -306,10 +299,3 @@ def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE
-
-
-def _laws(case: Case, models: Sequence[str]) -> tuple[str, ...]:
-    from forms.law import laws
-
-    chosen = names_in(models)
-    return tuple(laws()) if "all" in chosen else chosen or (case.material.law,)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.inverse.channel import Channel, Patience
+from bushcli.inverse.channel import Channel, StepLimit
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
@@ -17,6 +17,10 @@ from bushcli.likelihood.noise import NoiseModel, noise_model
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+# Factor below which a variance counts as unchanged. Other values change probabilities by less than 0.002
+# (`benchmarks/constants.md`).
+SETTLED = 1.3
 
 
 class Posterior(LeastSquaresProblem):
@@ -33,7 +37,7 @@ class Posterior(LeastSquaresProblem):
         Priors of the parameters that have one.
     stopping : Stopping
         When searches end.
-    patience : sequence of Patience
+    limits : sequence of StepLimit
         Failed steps after which marches are given up, by channel.
     """
 
@@ -44,7 +48,7 @@ class Posterior(LeastSquaresProblem):
         variances: tuple[float, ...],
         known: Mapping[str, ParameterPrior],
         stopping: Stopping,
-        patience: Sequence[Patience],
+        limits: Sequence[StepLimit],
     ) -> None:
         super().__init__(
             plain.channels,
@@ -54,7 +58,7 @@ class Posterior(LeastSquaresProblem):
             plain.bounds,
             plain.states,
             stopping=stopping,
-            patience=patience,
+            limits=limits,
         )
         self.likelihood, self.variances, self.known = likelihood, variances, known
 
@@ -97,11 +101,15 @@ class Posterior(LeastSquaresProblem):
 
     def rescale(self, x: Array) -> float:
         """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""
+        factor, self.variances = self.rescaled(x)
+        return factor
+
+    def rescaled(self, x: Array) -> tuple[float, tuple[float, ...]]:
+        """Return the variances of the likelihood at a solved point, and the largest factor by which one differs."""
         forces = self.forces(x)
         assert forces is not None
-        rows = self.misfit(forces)
-        before, self.variances = self.variances, self.judge(rows).scale
-        return max(max(a / b, b / a) for a, b in zip(before, self.variances, strict=True))
+        now = self.judge(self.misfit(forces)).scale
+        return max(max(a / b, b / a) for a, b in zip(self.variances, now, strict=True)), now
 
     def _rows(self, x: Array) -> tuple[Array, Array]:
         forces = self.forces(x)

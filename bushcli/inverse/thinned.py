@@ -12,7 +12,7 @@ doi:10.1088/0266-5611/19/2/201.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,6 @@ from cases.sine import ThinnedSpectrum
 from forms.branches.payne import spectrum
 
 Array = NDArray[np.float64]
-Solved = Callable[[Array], tuple[Array, Array]]
 
 # Ranges of the starts: the longest time over a period, decades, the clock's run in a period over a period at the
 # geometric mean of the amplitudes, a0 over that mean, and the exponent, all as logarithms; then the slope.
@@ -47,7 +46,7 @@ class ThinnedFit:
     equilibrium, modulus : float
         E_inf and E_1, MPa.
     constants : mapping
-        Of the effect payne, by name; g = E_1 / E_inf.
+        Of the effect payne, by name.
     shear : float
         Shear strain per unit of the coupon's strain.
     storage_percent, loss_percent : float
@@ -80,13 +79,19 @@ class ThinnedFit:
 
 def _harmonics(constants: Mapping[str, float], gamma: Array, frequency: Array) -> NDArray[np.complex128]:
     """Return s (n,) of a spectrum whose moduli sum to 1."""
-    moduli, times = spectrum(1.0, *(constants[name] for name in ("tau", "decades", "slope")))
-    thinned = ThinnedSpectrum(moduli, times, *(constants[name] for name in ("path", "offset", "exponent")))
+    moduli, times = _unit(constants)
+    clock = (constants[name] for name in ("path", "offset", "exponent"))
+    thinned = ThinnedSpectrum(moduli / moduli.sum(), times, *clock)
     s = np.empty(len(gamma), dtype=np.complex128)
     for one in np.unique(frequency):
         own = frequency == one
         s[own] = thinned.harmonics(gamma[own], float(one))[0]
     return s
+
+
+def _unit(constants: Mapping[str, float]) -> tuple[Array, Array]:
+    """Moduli at g = 1, and times."""
+    return spectrum(1.0, *(constants[name] for name in ("tau", "decades", "slope")))
 
 
 def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
@@ -126,25 +131,22 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
         values, _ = nnls(design, np.ones(len(design)))
         return values, design @ values - 1.0
 
-    best = _best(solved)
+    # Logarithms of the constants with the least misfit of several searches.
+    random, (low, high) = np.random.default_rng(SEED), np.array(BOUNDS).T
+    starts = [random.uniform(*np.array(RANGES).T) for _ in range(STARTS)]
+    ends = [least_squares(lambda p: solved(p)[1], p, bounds=(low, high), max_nfev=MOST) for p in starts]
+    best = np.asarray(min(ends, key=lambda end: float(end.cost)).x)
     values, residual = solved(best)
     misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
-    g = {"g": float(values[1] / values[0]) if values[0] else np.inf}
+    found = constants(best)
+    g = {"g": float(values[1] / values[0] / _unit(found)[0].sum()) if values[0] else np.inf}
     return ThinnedFit(
         float(np.mean(table.temperature)),
         float(values[0]),
         float(values[1]),
-        g | constants(best),
+        g | found,
         shear,
         float(misfit[0]),
         float(misfit[1]),
         len(table),
     )
-
-
-def _best(solved: Solved) -> Array:
-    """Return the logarithms of the constants with the least misfit of several searches."""
-    random, (low, high) = np.random.default_rng(SEED), np.array(BOUNDS).T
-    starts = [random.uniform(*np.array(RANGES).T) for _ in range(STARTS)]
-    found = [least_squares(lambda p: solved(p)[1], p, bounds=(low, high), max_nfev=MOST) for p in starts]
-    return np.asarray(min(found, key=lambda one: float(one.cost)).x)

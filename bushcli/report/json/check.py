@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,19 +11,11 @@ from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
-from bushcli.standards import Observed
 
 
-def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Checked
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("check", found.case, found.conditions, timings)
+def check_json(found: Checked) -> dict[str, Any]:
+    """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data."""
+    document = head("check", found.case, found.conditions)
     document["data_faults"] = faults_json(found.faults)
     document["recordings"] = [_summary(curve) for curve in found.curves]
     document["coupons"] = [_summary(curve) for curve in found.coupons]
@@ -32,15 +23,28 @@ def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
         document["dynamic"] = dynamic_tables_json(found.tables)
     tests = found.tests
     document |= {
-        "protocol": [_observed(one) for one in (*tests.recordings, *tests.coupons)],
-        "standards": [
-            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
-            for channel, name, asked in tests.judged
+        "protocol": [
+            {
+                "channel": one.channel,
+                "cycles": len(one.compared),
+                "conditioning": one.conditioning,
+                "amplitudes": [per * value for value in one.compared],
+                "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
+                "rates": [per * rate for rate in one.rates],
+                "holds_s": one.holds,
+                "rests_s": one.rests,
+                "pauses_s": one.pauses,
+                **part(one, "timed from_rest unloads"),
+            }
+            for one in (*tests.recordings, *tests.coupons)
+            for per in [quantities(one.mode).per_internal]
         ],
-        "open_questions": [vars(lack) for lack in tests.lacks],
+        "standards": [
+            {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
+        ],
+        "open_questions": tests.lacks,
         "sources": [
-            {"channel": one.name, "columns": [vars(column) for column in one.columns], **part(one, "unused")}
-            for one in tests.files
+            {"channel": one.name, "columns": one.columns, **part(one, "unused")} for one in tests.files
         ],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }
@@ -62,20 +66,4 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
         "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
-    }
-
-
-def _observed(one: Observed) -> dict[str, Any]:
-    per = quantities(one.mode).per_internal
-    return {
-        "channel": one.channel,
-        "cycles": len(one.compared),
-        "conditioning": one.conditioning,
-        "amplitudes": [per * value for value in one.compared],
-        "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
-        "rates": [per * rate for rate in one.rates],
-        "holds_s": one.holds,
-        "rests_s": one.rests,
-        "pauses_s": one.pauses,
-        **part(one, "timed from_rest unloads"),
     }
