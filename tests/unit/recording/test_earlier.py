@@ -185,3 +185,13 @@ def test_the_rate_of_the_ramp_is_that_of_the_motion_without_holds():
     before = earlier(Recording("axial", q, 100.0 * q, seconds))
     assert before is not None
     assert before.time == pytest.approx([-10.0], rel=0.02)
+
+
+def test_a_hold_without_its_ramp_is_simulated_as_with_it():
+    # Loaded in half a second; the record begins 10 s later, and its clock counts from the end of the loading.
+    seconds = np.concatenate([[-0.5, 0.0], np.arange(10.0, 200.0, 5.0)])
+    q = np.where(seconds >= 0.0, 2.0, 0.0)
+    whole = simulated(seconds, q, "viscoelasticity")
+    hold = Recording("axial", q[2:], whole[2:], seconds[2:])
+    found = simulated(hold.time, hold.displacement, "viscoelasticity", earlier(hold))
+    np.testing.assert_allclose(found, whole[2:], rtol=2e-3)
