@@ -43,6 +43,8 @@ OVERALL, THICKNESS = (5.0, 500.0), (0.5, 150.0)
 STRAIN = (1e-3, 3.0)
 #: Shear strain rate, or rate of the stretch of a coupon, 1/s.
 RATE = (1e-4, 10.0)
+#: Share of the largest displacement below which the whole path of a recording is the noise of a hold; judgement.
+_HELD = 0.01
 # Shore A: numbers that are hardnesses where a modulus is far too large.
 _SHORE = (20.0, 95.0)
 
@@ -171,6 +173,8 @@ def _of_the_path(
 
 def _rate(q: Array, time: Array) -> float:
     """Return the median speed of the moving samples, per s; holds and noise do not count."""
+    if np.ptp(q) < _HELD * np.abs(q).max(initial=0.0):
+        return 0.0
     steps = np.diff(time)
     speed = np.abs(np.diff(q))[steps > 0.0] / steps[steps > 0.0]
     moving = speed[speed > 0.1 * speed.max(initial=0.0)]
