@@ -120,42 +120,38 @@ def plan(
     chosen = sampling or ("grid" if all(one.values for one in variables) else "lhs")
     rows: Sequence[tuple[Value, ...]]
     if chosen == "grid":
-        rows = _grid(variables, designs)
+        ranged = next((one for one in variables if not one.values), None)
+        if ranged is not None:
+            wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
+            raise InputError(
+                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
+            )
+        if designs is not None:
+            raise InputError(
+                Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
+            )
+        count = math.prod(len(one.values) for one in variables)
+        if count > MOST_DESIGNS:
+            raise InputError(
+                Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}")
+            )
+        rows = list(itertools.product(*(one.values for one in variables)))
     elif chosen == "corners":
-        rows = _corners(variables)
+        texts = next((one for one in variables if not one.numeric), None)
+        if texts is not None or len(variables) > 16:
+            what = (
+                f"{texts.key} has words"
+                if texts
+                else f"{len(variables)} keys have {2 ** len(variables)} corners"
+            )
+            raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
+        ends = [(one.low, one.high) for one in variables]
+        # The nominal design, then all combinations of both ends.
+        rows = [tuple(one.nominal for one in variables), *itertools.product(*ends)]
     else:
         unit = _unit(chosen, len(variables), designs, seed)
         rows = list(zip(*(one.at(unit[:, i]) for i, one in enumerate(variables)), strict=True))
     return Plan(tuple(variables), chosen, rows, seed)
-
-
-def _grid(variables: Sequence[Variable], designs: int | None) -> list[tuple[Value, ...]]:
-    ranged = next((one for one in variables if not one.values), None)
-    if ranged is not None:
-        wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
-        raise InputError(
-            Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
-        )
-    if designs is not None:
-        raise InputError(
-            Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
-        )
-    count = math.prod(len(one.values) for one in variables)
-    if count > MOST_DESIGNS:
-        raise InputError(Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}"))
-    return list(itertools.product(*(one.values for one in variables)))
-
-
-def _corners(variables: Sequence[Variable]) -> list[tuple[Value, ...]]:
-    """Return the nominal design, then all combinations of both ends."""
-    texts = next((one for one in variables if not one.numeric), None)
-    if texts is not None or len(variables) > 16:
-        what = (
-            f"{texts.key} has words" if texts else f"{len(variables)} keys have {2 ** len(variables)} corners"
-        )
-        raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
-    ends = [(one.low, one.high) for one in variables]
-    return [tuple(one.nominal for one in variables), *itertools.product(*ends)]
 
 
 def _unit(sampling: str, keys: int, designs: int | None, seed: int) -> Array:

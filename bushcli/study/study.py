@@ -177,17 +177,8 @@ def study(
         if resumed < len(plan.rows):
             task = with_fineness(cache, task, values)
         _solve(cache, task, plan, pool, rows, notify)
-    found = _summed_up(case, task, plan, rows, limits, resumed)
     # How many designs have such numbers is known from their rows, which numbers from the first one.
     odd = [replace(one, message=f"the first design: {one.message}") for one in unusual(first, first.material)]
-    return replace(found, conditions=(*found.conditions, *odd)), rows
-
-
-def _summed_up(
-    case: Case, task: StudyTask, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
-) -> Study:
-    """Return the statistics of the rows."""
-    known = [one.name for one in task.answers]
     found = columns(rows, plan.keys, known)
     summaries = {
         name: one
@@ -209,7 +200,7 @@ def _summed_up(
         shown = whole[:: max(1, -(-len(whole) // SHOWN))]
         samples = {key: [column[i] for i in shown] for key, column in found.keys.items()}
         samples |= {name: [float(v) for v in column[shown]] for name, column in found.answers.items()}
-    return Study(
+    result = Study(
         case=case,
         task=task,
         plan=plan,
@@ -220,8 +211,9 @@ def _summed_up(
         failed=lost,
         resumed=resumed,
         seconds=seconds,
-        conditions=_conditions(plan, lost, summaries, doubted, rows.damaged),
+        conditions=(*_conditions(plan, lost, summaries, doubted, rows.damaged), *odd),
     )
+    return result, rows
 
 
 def _solve(

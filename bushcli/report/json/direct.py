@@ -98,26 +98,9 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
             "tolerance_percent": found.tolerance.percent,
             **part(found, "compared force_range"),
         }
-    document |= _six(channel)
-    document["contact"] = [
-        {
-            "surfaces": one.surfaces,
-            "first": one.first if channel.in_time else shown.at(one.first),
-            "largest_force": one.force,
-            "at": one.at if channel.in_time else shown.at(one.at),
-            **part(one, "radius height"),
-        }
-        for one in channel.touched
-    ]
-    return document
-
-
-def _six(channel: Simulated) -> dict[str, Any]:
-    """Return motions, reactions and stiffness matrices of a channel as JSON-ready data, where there are any."""
-    document: dict[str, Any] = {}
     if channel.six is not None:
         six, motion = channel.six, shown_motion(channel.six)
-        document = {
+        document |= {
             "mode": "path",
             "units": {
                 "motion": "mm, deg",
@@ -138,6 +121,16 @@ def _six(channel: Simulated) -> dict[str, Any]:
         document["stiffness_matrix_state"] = "unrelaxed" if channel.unrelaxed else "relaxed"
         if state == "at":
             document["stiffness_matrix_at_displacement"] = displacement_at(channel, displacement)
+    document["contact"] = [
+        {
+            "surfaces": one.surfaces,
+            "first": one.first if channel.in_time else shown.at(one.first),
+            "largest_force": one.force,
+            "at": one.at if channel.in_time else shown.at(one.at),
+            **part(one, "radius height"),
+        }
+        for one in channel.touched
+    ]
     return document
 
 

@@ -67,7 +67,7 @@ def check_document(found: Checked) -> Document:
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
-        Section("Vibrations", [_dynamic_table(case.vibrations)]),
+        Section("Vibrations", [vibration_table(case.vibrations)]),
         Section("Recordings", [_recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [_recording_table("Coupon tests", found.coupons)]),
         *([dynamic_tables_section(found.tables)] if found.tables else []),
@@ -76,7 +76,7 @@ def check_document(found: Checked) -> Document:
     return Document("", (), "plain", sections, found.conditions, seen)
 
 
-def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
+def vibration_table(tests: Sequence[DynamicTest]) -> Table:
     """Return a row for each dynamic test: frequencies and preloads."""
     heads = ("vibration", "mode", "preload", "", "amplitude", "", "frequencies", "from", "to", "")
 
