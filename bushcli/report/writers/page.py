@@ -34,18 +34,7 @@ def page(
     pictures: Sequence[Picture] = (),
     inputs: Sequence[Path] = (),
 ) -> str:
-    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
-
-    Parameters
-    ----------
-    document : Document
-    result : mapping of str to object
-        The same as JSON-ready data.
-    pictures : sequence of Picture
-        Those of the folder.
-    inputs : sequence of Path
-        The files that the case reads, whose digests are shown.
-    """
+    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance."""
     sections = on("page", document.illustrated(pictures).sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
