@@ -18,8 +18,7 @@ from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
-from bushcli.runtime.history import history_of
-from bushcli.runtime.store import code_revision
+from bushcli.runtime.store import code_revision, history_of
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band

@@ -24,11 +24,11 @@ from bushcli.report.writers.folder import (
     RESULT,
     Content,
     check_folder,
+    claim,
     earlier_result,
     refuse_others,
     write_files,
 )
-from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 from bushcli.runtime.store import code_revision
 
