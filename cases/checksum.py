@@ -1,4 +1,4 @@
-"""Whether a compiled kernel is as the compiler left it: its length by its own header, its content by a checksum.
+"""Checks that a compiled kernel is undamaged: its length against its own header, its content against a checksum.
 
 Loading a damaged library ends the process, or worse, computes something else. The checksum stands in a file beside the
 library since its compilation; a library without one, from an earlier version, counts as sound if it is whole. CRC-32

@@ -1,4 +1,4 @@
-"""Compilation of a function of a point (`forms.point`): its UFL is built, and the form compiler makes a library of it.
+"""Compiles a function of a point (`forms.point`): builds its UFL expression, from which FFCx makes a shared library.
 
 Separate from `cases.kernels`, which calls the library, because a function that is already compiled needs neither UFL
 nor the form compiler.

@@ -114,7 +114,7 @@ class Equilibrium:
         return self._newton(corrections, guessed=True)
 
     def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
-        """Bring the model's state into equilibrium, with contact included or left out (`SurfaceForms.resting`)."""
+        """Bring the model's state into equilibrium, with contact or without it (`SurfaceForms.resting`)."""
         self.q, self.rate = q, self.model.rate(q)
         for renew in (self._fatigue is None or self._fatigue > TIRED, True):
             self._begin(guess)

@@ -255,7 +255,7 @@ class Sensitivity:
 
     @staticmethod
     def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
-        """Improve solutions with the tangent's symmetric part, just factorised, to those with the tangent."""
+        """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
         at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
         found = refined(at, loads, guess, MOST_OF_SKEW)
         if found is None:

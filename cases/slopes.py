@@ -260,7 +260,7 @@ class Slopes:
         return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
 
     def _P(self, part: MaterialCells) -> Array:
-        """Energy's derivatives by the gradients."""
+        """Return the derivatives of the energy by the displacement gradients."""
         if id(part) not in self._kept:
             self._kept[id(part)] = part.answer().copy()
         return self._kept[id(part)]

@@ -219,7 +219,7 @@ def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
 
 
 def _seen_from_outside(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Return indices of cells (n, 1, 1) and of their faces' corners (n, faces, 4), counter-clockwise from outside.
+    """Return indices of cells (n, 1, 1) and of their faces' corners (n, faces, 4), counter-clockwise seen from outside.
 
     Parameters
     ----------

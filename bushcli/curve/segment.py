@@ -376,7 +376,7 @@ def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
 
 
 def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
-    """Whether what follows the last cycle has no reversal of its own: the way to a preload, or back to rest."""
+    """Whether the path after the last cycle does not reverse: it leads to a preload, or back to rest."""
     one, largest = last[0], max(abs(each.furthest) for each in before)
     if len(last) > 1 or (one.loop and one.reverses):
         return False

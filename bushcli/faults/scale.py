@@ -1,4 +1,4 @@
-"""Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
+"""Checks whether a recording can be that of rubber: wrong units, exchanged columns, exchanged channels.
 
 The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.scale` give a shear
 modulus. How common moduli are gives the probability that a column was read in another unit: a modulus that rubber

@@ -198,7 +198,7 @@ def _miss(
 
 
 def _scale(score: Array, values: Array) -> float:
-    """Return the standard deviation of scores; signals that are exact to the last digit have next to none."""
+    """Return the standard deviation of the scores; it is nearly zero for a signal without noise."""
     spread = 1.4826 * float(np.median(np.abs(score))) if len(score) else 0.0
     return max(spread, 1e-9 * float(np.ptp(values)), 1e-300)
 

@@ -1,4 +1,4 @@
-"""The simulated conditions of a case in words: geometry, contact, law, effects, tolerances."""
+"""What a case simulates, in words: geometry, contact, law, effects, tolerances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results beside each other: the keys of their cases and the numbers that differ, and their curves."""
+"""Compares results: keys of their cases that differ, numbers that differ, and their curves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vibrations of finite amplitude about an equilibrium: harmonic balance of a rubber that amplitude thins.
+"""Vibrations of finite amplitude about an equilibrium: harmonic balance for rubber that softens with amplitude.
 
 A branch whose relaxation the motion itself speeds up (`forms.branches.payne`) answers a sine of local shear amplitude
 gamma with a first harmonic s(gamma) that depends on it. The bushing's state and the local moduli are brought into

@@ -1,4 +1,4 @@
-"""A spectrum of Maxwell branches on a clock of time and path: relaxation that amplitude thins (Payne effect).
+"""A spectrum of Maxwell branches whose clock advances with time and strain path: the Payne effect.
 
 While filled rubber moves, it relaxes faster than at rest, the more so the larger the motion has been. In a step
 

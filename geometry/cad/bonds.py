@@ -227,7 +227,7 @@ def _owner(face: int) -> int:
 
 
 def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
-    """Return, of two colours on the faces, the one nearer to the axis or farther from it."""
+    """Return which of the two colours of the faces lies nearer to the axis, or farther from it."""
     groups: dict[tuple[int, int, int], list[Sampled]] = {}
     for face in faces:
         if face.tag in part.colours:

@@ -72,7 +72,7 @@ def _plane(found: FoundPart, component: int, reach: float) -> int:
 
 
 def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
-    """Solids at positive coordinates by region; the others are removed."""
+    """Return the solids at positive coordinates, by region, and remove the others."""
     occ = model().occ
     components = ["xyz".index(plane) for plane in found.planes]
     regions: dict[str, tuple[int, ...]] = {}

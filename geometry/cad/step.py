@@ -100,7 +100,7 @@ def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
 
 
 def _statements(text: str) -> Iterator[str]:
-    """Yield what stands between semicolons, except those in quotes; a search by one pattern could take hours."""
+    """Yield the statements between semicolons outside quotes; one regular expression could take hours."""
     parts: list[str] = []
     quotes = 0
     for part in _without_comments(text).split(";"):

@@ -95,7 +95,7 @@ def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
 
 
 def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
-    """Faces with their regions, before they are cut at each other."""
+    """Return the faces with their regions, before they are cut where they overlap."""
     occ = model().occ
     points: dict[tuple[float, float], int] = {}
     wires = [occ.addCurveLoop([_add(curve, points) for curve in loop.curves]) for loop in loops]

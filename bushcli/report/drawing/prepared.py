@@ -1,4 +1,4 @@
-"""A plot made ready to be drawn: curves thinned, limits found, numbers moved apart; the same for both drawings."""
+"""Prepares a plot for both drawings: thins its curves, finds its limits, moves its numbers apart."""
 
 from __future__ import annotations
 
