@@ -41,7 +41,7 @@ def compiled_function(function: PointFunction) -> tuple[tuple[str, ...], int, An
 
 @cache
 def _places(batch: int) -> Array:
-    """Return points of an interval, of which only the number matters."""
+    """Return points of an interval; only their number matters."""
     return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
 
 

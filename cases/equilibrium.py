@@ -243,7 +243,7 @@ class Equilibrium:
             self.border.release()
 
     def _broyden(self, renew: bool) -> tuple[bool, int]:
-        """Correct the state in `x`, with a new tangent or the last one; return whether it balances, and iterations."""
+        """Correct the state in `x` with a new or the last tangent; return whether it converged, and the iterations."""
         steps: list[tuple[PETSc.Vec, float]] = []
         norms = [self._residual()]
         try:

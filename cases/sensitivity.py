@@ -263,7 +263,7 @@ class Sensitivity:
         return found
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
-        """Solve for both by refining those that the last steps lead to; None unless the step was short."""
+        """Solve for both by refining an extrapolation of the last steps; None unless the step was short."""
         if not self._last.q or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less
         guess = self._last.extrapolate(solver.q)

@@ -275,7 +275,7 @@ class Slopes:
 
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
-    """Changes of what a branch depends on, by the names of its inputs."""
+    """Return the changes of a branch's inputs, by their names."""
     found = {"parameters": parameters}
     if memory is not None:
         found["memory"] = memory

@@ -252,7 +252,7 @@ def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Ar
 
 
 def _outside(reference: Array) -> NDArray[np.bool_]:
-    """Faces that occur once: those between two cells occur twice."""
+    """Return the faces that occur once: a face between two cells occurs twice."""
     # Each corner of a triangle counts once, whichever is repeated.
     repeated = np.all(reference[:, 2] == reference[:, 3], axis=1)
     mean = np.where(repeated[:, None], reference[:, :3].mean(axis=1), reference.mean(axis=1))

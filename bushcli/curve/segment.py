@@ -347,7 +347,7 @@ def _same_side(one: _Excursion, other: _Excursion) -> bool:
 
 
 def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
-    """Whether both halves of a cycle are as large as those of a later one, as far as there are any."""
+    """Whether both halves of a cycle are as large as those of a later cycle, if there is one."""
     return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
 
 

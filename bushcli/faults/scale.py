@@ -308,7 +308,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
 
 
 def _frequency(low: float, high: float) -> float:
-    """Return how common the most common shear modulus of an interval (MPa) is: a density over the logarithm."""
+    """Return the density, over the logarithm, of the most common shear modulus within an interval (MPa)."""
     return max(
         sum(
             share / spread * math.exp(-0.5 * (math.log(modulus / median) / spread) ** 2)

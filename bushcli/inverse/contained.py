@@ -239,7 +239,7 @@ def _begun(
 
 
 def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:
-    """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
+    """Return a point, shape (p,), at which two neighbouring branches share an amplitude and have different times.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
     """

@@ -64,7 +64,7 @@ CACHED = 32
 
 @dataclass(frozen=True)
 class _Preloads:
-    """The preloads of some rows that are alike travels or forces: rows (m,), and which preload each has."""
+    """Preloads of rows that give them in the same way, as travels or as forces: rows (m,), the preload of each."""
 
     rows: NDArray[np.intp]
     number: NDArray[np.intp]

@@ -366,7 +366,7 @@ def _on_their_own(
 def _with_causes(
     part: BatchPart, faults: Sequence[DataFault], curves: Sequence[BatchCurve], parts: Sequence[BatchPart]
 ) -> BatchPart:
-    """Return a part with what its recording shows of why it is an outlier, or ran another program."""
+    """Return a part with the causes that its recording shows for being an outlier or for another program."""
     causes = [Cause(fault.kind, fault.where) for fault in faults if fault.channel == part.name]
     curve = next(one for one in curves if one.mode == part.mode)
     if part.simulated:

@@ -49,7 +49,7 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
 
 
 def _upright(bodies: Bodies) -> Array:
-    """Outward unit normals at the centres of the soft facets, in the body at rest."""
+    """Return the outward unit normals of the undeformed body at the centres of the soft facets."""
     basis, soft = bodies.basis, bodies.soft
     middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
     slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])

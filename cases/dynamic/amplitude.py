@@ -107,7 +107,7 @@ class UnevenModel:
         self._take()
 
     def _take(self) -> None:
-        """Compute the strains of new vectors, and the matrices over all."""
+        """Compute the strains of the new vectors, and the matrices over all vectors."""
         basis, points = self._basis, self._basis.pencil.model.body.rubber.points
         new = basis.vectors[len(self._strains) :]
         strains = [np.einsum("prk,pk->pr", self._root, points.gradients(one)).ravel() for one in new]

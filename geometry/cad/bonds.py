@@ -274,7 +274,7 @@ def radius_of(face: Sampled, axis: Axis) -> float:
 
 
 def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
-    """Return the coaxial faces that face the axis and are nearest to it, or face away and are farthest."""
+    """Return the coaxial faces nearest to the axis that face it, or the farthest ones that face away from it."""
     toward = -1.0 if bond == "inner" else 1.0
     radii: dict[int, float] = {}
     for face in faces:

@@ -174,7 +174,7 @@ def _inside(point: Any, polygon: Any) -> bool:
 
 
 def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
-    """Faces by region; `made` are the pieces of each face that was drawn."""
+    """Return the faces by region; `made` are the pieces into which each drawn face was cut."""
     there = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()

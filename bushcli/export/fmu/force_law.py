@@ -228,7 +228,7 @@ class ChannelForceLaw:
         return self.force
 
     def _move(self, q: float) -> None:
-        """Go to a displacement, and save it where it is the largest so far."""
+        """Move to a displacement, and store it if it is the largest so far."""
         self.q = q
         if self.set:
             first = self.extremes
