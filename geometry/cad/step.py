@@ -85,7 +85,7 @@ def read_step(path: Path) -> StepText:
 
 
 def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
-    """Refuse points without coordinates, which crash the process or become zero, and lists that name an entity twice."""
+    """Refuse points without coordinates, which crash the process or become zero, and lists that repeat an entity."""
     for number, (kind, body) in entities.items():
         if kind in ("CARTESIAN_POINT", "DIRECTION") and not _POINT.match(body):
             values = body[body.find("(") :][:60]
