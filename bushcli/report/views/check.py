@@ -61,7 +61,7 @@ def check_document(found: Checked) -> Document:
     """Return the document of a case that was checked."""
     case, seen = found.case, conditions(found.case)
     names = load_case_names(case.load_cases, case.recordings)
-    loads = [_load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
+    loads = [load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
     heads = ("load case", "mode", "program", "from", "to", "")
     sections = [
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
@@ -115,7 +115,8 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     )
 
 
-def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+    """Return a load case as a row: its program, and the range of what it prescribes."""
     if load.six is not None:
         six = load.six
         moved = [MOTIONS[k] for k in range(6) if np.ptp(six.motion[:, k]) > 0.0]
