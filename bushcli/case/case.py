@@ -422,7 +422,7 @@ def _given(key: str, value: str | int | None) -> dict[Any, Any]:
 
 
 def _further(source: Source) -> dict[str, Any]:
-    """Return the rarer keys of a source, as far as they are given."""
+    """Return those of a source's rarer keys that are given."""
     turned = source.mode in modes() and modes()[source.mode].rotational
     rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
     shown = {

@@ -178,7 +178,7 @@ def _wanted() -> str:
 
 
 def _is_like_toml(text: str) -> bool:
-    """Whether a text has a table's head or a key somewhere: a case file with a mistake, rather than another format."""
+    """Whether a text has a line that begins a table or a key: a case file with a mistake, not another format."""
     return re.search(r"^\s*(\[+[\w.]+\]+|\w+\s*=)", text, re.MULTILINE) is not None
 
 

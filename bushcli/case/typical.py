@@ -1,4 +1,4 @@
-"""What the numbers of a rubber bushing usually are: a number outside is asked about, never refused.
+"""Usual ranges of a rubber bushing's numbers: a number outside its range gives a condition, never an error.
 
 Most wrong numbers are in another unit (kPa, m, ms), or are another quantity, such as a hardness in Shore A in place of
 a modulus. Each can be true of some specimen, so that a result with it carries a condition instead of an error.

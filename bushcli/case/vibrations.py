@@ -103,7 +103,7 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
 
 
 def _vibrating(path: SixPath, name: str | None) -> int:
-    """Return the motion that vibrates: the one named, or the one that goes furthest, a degree counted as a mm."""
+    """Return the motion that vibrates: the named one, or else the largest of the path, a degree counting as a mm."""
     if name is not None:
         return MOTIONS.index(name)
     travel = np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)

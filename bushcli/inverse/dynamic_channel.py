@@ -64,7 +64,7 @@ CACHED = 32
 
 @dataclass(frozen=True)
 class _Preloads:
-    """The preloads of some rows that are alike travels or forces: rows (m,), and which preload each has."""
+    """Preloads of rows that give them in the same way, as travels or as forces: rows (m,), the preload of each."""
 
     rows: NDArray[np.intp]
     number: NDArray[np.intp]
@@ -244,7 +244,7 @@ class DynamicChannel(FitChannel):
         return [*branches, *(() if thinned is None else thinned.branches())]
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit) -> _Reached:
-        """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         moving = tuple(name for name in names if name in own)

@@ -317,7 +317,7 @@ def gathered(values: Array) -> Array:
 def _travel(
     case: Case, material: Material, mode: str, force: float, rig: Sequence[ActiveEffect], comm: MPI.Comm
 ) -> float:
-    """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
+    """Return the displacement (mm or rad) at which bushing and parallel parts together carry a force (N or N mm)."""
     features = features_of(in_state(case.effects, unrelaxed=False))
     model = prepare(case.geometry, modes()[mode], rubber_of(material), case.mesh.refinement, comm, features)
     history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))

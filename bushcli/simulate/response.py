@@ -267,7 +267,7 @@ def _of_the_rig(channel: Simulated, acting: Sequence[ActiveEffect]) -> list[Cond
 
 
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
-    """Return whether the assembled part exerts a force at rest, from which a rig would have moved its zero."""
+    """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
     q, force = channel.curve.displacement, channel.curve.force
     stiffness = channel.curve.initial_stiffness()
     if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:
