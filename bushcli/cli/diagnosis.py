@@ -136,8 +136,8 @@ def diagnose(
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
         run.deliver(
-            lambda: report.diagnosis_json(found, run.timings()),
-            lambda pictures=(): report.diagnosis_document(found, pictures),
+            lambda: report.diagnosis_json(found),
+            lambda: report.diagnosis_document(found),
             lambda: report.diagnosis_files(found),
         )
         ended = {condition.name for condition in found.conditions}

@@ -130,8 +130,8 @@ def study(
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
             run.deliver(
-                lambda: report.study_json(found, run.timings()),
-                lambda pictures=(): report.study_document(found, pictures),
+                lambda: report.study_json(found),
+                lambda: report.study_document(found),
                 lambda: report.study_files(found, rows.write),
             )
             return NEGATIVE if strict and found.failed else DONE
