@@ -29,18 +29,10 @@ from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic import (
-    PROMISED,
-    DynamicCurve,
-    Vibrations,
-    branches_of,
-    doubts,
-    effects_left_out,
-    thinned_of,
-    unfit,
-)
+from bushcli.simulate.dynamic import doubts, effects_left_out, unfit
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
 from bushcli.simulate.extent import Extent, of_table
+from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
