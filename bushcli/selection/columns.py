@@ -20,7 +20,7 @@ from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
-from bushcli.inverse.channel import Channel, Patience
+from bushcli.inverse.channel import Channel, StepLimit
 from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
@@ -36,7 +36,7 @@ FLAT = 1e-3
 # Factor on the default number of steps of a march: enough for a first estimate, as is a coarse mesh.
 HALF = 0.5
 # Failed steps after which a march is given up: another point of the grid is as good.
-PATIENCE = 2
+FAILED_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -309,7 +309,7 @@ def _derivative(
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
-        return channel.at_samples(channel.solve(at, by, Patience(PATIENCE)))
+        return channel.at_samples(channel.solve(at, by, StepLimit(FAILED_STEPS)))
 
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.
