@@ -20,7 +20,7 @@ from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
-from bushcli.inverse.channel import Channel, Patience
+from bushcli.inverse.channel import Channel, StepLimit
 from bushcli.recording import Recording
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
@@ -314,7 +314,7 @@ def _derivative(
     """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
-        return channel.at_samples(channel.solve(at, by, Patience(PATIENCE)))
+        return channel.at_samples(channel.solve(at, by, StepLimit(PATIENCE)))
 
     if trial.size is not None and trial.effect.acts == "rig":
         at = {**values, names[0]: values[names[0]] + trial.size}
