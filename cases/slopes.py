@@ -288,7 +288,8 @@ def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> No
     """Put the changes of what passes on a clock, (points,) each, in the place of a step's duration."""
     for change, row in zip(changes, passed, strict=True):
         if row is not None:
-            parameters = np.tile(change["parameters"], (len(row), 1))
+            parameters = np.empty((len(row), change["parameters"].shape[-1]))
+            parameters[:] = change["parameters"]
             parameters[:, -1] = row
             change["parameters"] = parameters
 

@@ -56,7 +56,7 @@ Complex = NDArray[np.complex128]
 # Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
 MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
 # Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth
-# (the derivatives are within 0.3 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
+# (the derivatives are within 1 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
 THINNED_STEP = 1e-3
 # Sets of constants whose reduced matrices are cached: a point with its differences, and that to which a search returns.
 CACHED = 32

@@ -36,6 +36,7 @@ def estimates(
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     intervals = {found.name: interval(found) for found in profiles}
     limits = {found.name: found.limits for found in profiles}
+    logarithmic = np.broadcast_to(problem.bounds.logarithmic, x.shape)
     found = {}
     for i, name in enumerate(task.names):
         value, lower, upper = float(x[i]), float(problem.bounds.lower[i]), float(problem.bounds.upper[i])
@@ -48,6 +49,7 @@ def estimates(
             intervals.get(name),
             limits.get(name, ("misfit", "misfit")),
             uncertainty.quantile,
+            bool(logarithmic[i]),
         )
     # A parameter that the curves leave open has no correlation.
     scale = np.where(np.isfinite(spread), np.maximum(spread, 1e-150), 1.0)

@@ -82,26 +82,23 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
     stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
-    effects) they are those that are poorly determined themselves; compliance and density are never profiled. None if
-    the curves leave several combinations open (three terms of Ogden on one curve): the other parameters can then
-    follow any change of one, and the interval of a single parameter is meaningless.
+    effects) they are those that are poorly determined themselves, but not those that are searched in their logarithm,
+    whose standard error serves there, nor those whose standard error exceeds their value, which the curves leave open:
+    their profiles take ten times the search. Compliance and density are never profiled. None if the curves leave
+    several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change of
+    one, and the interval of a single parameter is meaningless.
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
     own = problem.law_parameters(x)
-    poor = [
-        bool(s > POOR * abs(v))
-        for s, v in zip(np.sqrt(np.abs(np.diag(uncertainty.covariance))), x, strict=True)
-    ]
-    held = best.beside_failure or best.at_edge
-    bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
-    names = problem.names
-    return [
-        i
-        for i, name in enumerate(names)
-        if (bent if name in own else poor[i] and name not in ("compliance", "density"))
-    ]
+    deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
+    of_law = np.array([name in own for name in problem.names])
+    poor = deviations > POOR * np.abs(x)
+    bent = best.beside_failure or best.at_edge or bool(poor[of_law].any())
+    of_effect = poor & (deviations <= np.abs(x)) & ~problem.bounds.logarithmic
+    of_effect &= np.array([name not in ("compliance", "density") for name in problem.names])
+    return [int(i) for i in np.flatnonzero(np.where(of_law, bent, of_effect))]
 
 
 def profiles_of(

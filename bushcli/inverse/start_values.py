@@ -48,6 +48,8 @@ def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Arra
 # Largest number of steps of `sized`: twice as many as it took (3 and 4, poor 034 and foreign
 # 027 of benchmarks/decks).
 SIZINGS = 8
+# Share of the sum of squares that one of them has to promise: judgement; a search goes on from there.
+ENOUGH = 0.1
 # Largest relative change of the stiffness in one of them: judgement; the stiffness stays positive.
 MOST = 0.5
 # Shares of a step that are tried: after a failure a trust region would try a quarter, too (`bushcli.inverse.edge`).
@@ -146,7 +148,7 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     return tried[min(reached)[1]] if reached else trial
 
 
-def sized(problem: LeastSquaresProblem, x: Array) -> Array:
+def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
     """Return a point at which stiffness and effects fit best while the law keeps its shape.
 
     While an effect has the wrong size, the law's shape makes up for it, and a search may end at the edge of the law's
@@ -160,6 +162,8 @@ def sized(problem: LeastSquaresProblem, x: Array) -> Array:
         The least-squares problem.
     x : Array
         Solvable parameters, shape (parameters,), in the units of the law.
+    enough : float
+        Share of the sum of squares; a step that promises less is not made.
     """
     free, effects = scalable(problem), np.flatnonzero(~own_parameters(problem))
     for _ in range(SIZINGS):
@@ -172,7 +176,7 @@ def sized(problem: LeastSquaresProblem, x: Array) -> Array:
         high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]]) * size
         found = lsq_linear(slope / size, -value, (low, high))
         before = float(value @ value)
-        if before - 2.0 * found.cost <= problem.stopping.tolerance * before:
+        if before - 2.0 * found.cost <= enough * before:
             break
         step = ways @ (found.x / size)
         tried = (problem.bounds.inside(x + share * step) for share in SHORTENED)

@@ -72,7 +72,7 @@ class Candidate:
 
 
 def trials(
-    case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
+    case: Case, model: Model, effect: Effect, recordings: Sequence[Recording], shear: float
 ) -> tuple[list[Candidate], str]:
     """Return the variants of an effect to try beside a model; if there are none, the reason.
 
@@ -82,6 +82,9 @@ def trials(
     model : Model
     effect : Effect
     recordings : sequence of Recording
+    shear : float
+        Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
+        are reused.
     """
     acting = [one for one in recordings if effect.acts_on(one.mode)]
     if not acting:
@@ -96,14 +99,14 @@ def trials(
     everywhere = [one.name for one in recordings]
     for present in having:
         there = [one for one in acting if present.channels is None or one.name in present.channels]
-        found += _grid(case, model, effect, present, present.channels, there)
+        found += _grid(case, shear, effect, present, present.channels, there)
     known = {name for one in having for name in one.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
         if not effect.differs_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
             continue
         if not having or (rig is not None and not known & set(rig)):
             there = [one for one in acting if rig is None or one.name in rig]
-            found += _grid(case, model, effect, None, rig, there)
+            found += _grid(case, shear, effect, None, rig, there)
     if found or having:
         return found, "" if found else "it is in the model already"
     return [], "the law, which is identified from the same recordings, can reproduce its influence"
@@ -141,7 +144,7 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
 
 def _grid(
     case: Case,
-    model: Model,
+    shear: float,
     effect: Effect,
     present: ActiveEffect | None,
     rig: tuple[str, ...] | None,
@@ -150,7 +153,6 @@ def _grid(
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
     moved = [{MOTIONS[one.six.number]} if one.six else modes()[one.mode].motions for one in recordings]
     chosen = _parameters(effect, present, frozenset().union(*moved))
-    shear = shear_modulus(model, case)
     scales = scales_of(case, shear, recordings)
     amplitudes = [p for p in chosen if p.off is not None]
     shapes = [p for p in chosen if p.off is None]

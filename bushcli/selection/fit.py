@@ -14,16 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.evidence.density import Posterior, features_of
+from bushcli.evidence.density import SETTLED, Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
 from bushcli.inverse.channel import StepLimit
-from bushcli.inverse.local import Ends
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.start_values import own_start, scaled, sized
@@ -43,17 +43,17 @@ TOLERANCE = 1e-3
 # A fit also ends when this many evaluations reduce the sum of squares by less than this share. Other values change
 # probabilities by less than 0.002 (`benchmarks/constants.md`).
 VALLEY = 8, 5e-3
-# Largest number of alternations between variances and parameters; factor below which a variance counts as unchanged.
-# Other values change probabilities by less than 0.002 (`benchmarks/constants.md`).
-TURNS, SETTLED = 3, 1.3
+# Largest number of alternations between variances and parameters. Other values change probabilities by less than 0.002
+# (`benchmarks/constants.md`).
+TURNS = 3
 # Largest number of evaluations of a fit. Other values change probabilities by less than 0.002
 # (`benchmarks/constants.md`).
 MOST_EVALUATIONS = 40
 # A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
 STOPPING = Stopping(TOLERANCE, VALLEY, rounds=1, evaluations=MOST_EVALUATIONS)
-# A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a
-# nat.
+# A model whose objective exceeds that of a model that it contains by more than this is fitted again, and the variances
+# take no further turn after one that gains less: a tenth of a nat.
 WORSE = 0.2
 # Shares of the first-order amplitude that are tried if the simulation fails at that amplitude. Other values change
 # probabilities by less than 0.002 (`benchmarks/constants.md`).
@@ -156,13 +156,13 @@ def fit(
     initial = _first_solved(problem, model, start)
     if beside is not None:
         initial = _better_start(problem, initial, start, beside)
-    best = None if initial is None else _searched(problem, initial, promise.ends)
+    best = None if initial is None else _searched(problem, initial, promise)
     if best is not None and best.is_stuck and promise.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
         own = _own(problem, start)
         if own is not None:
             own = sized(problem, own)
-            best = min(best, _searched(problem, own, promise.ends))
+            best = min(best, _searched(problem, own, promise))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
         values = model.off(other)
@@ -172,7 +172,7 @@ def fit(
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         found = _End(problem.objective(at), at, True)
-        again = _searched(problem, problem.bounds.inside(at), promise.ends)
+        again = _searched(problem, problem.bounds.inside(at), promise)
         best = min(one for one in (best, found, again) if one is not None)
     if best is None:
         return None
@@ -292,24 +292,25 @@ def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     return found
 
 
-def _searched(problem: Posterior, initial: Array, ends: Ends) -> _End:
+def _searched(problem: Posterior, initial: Array, promise: Promise) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
             problem.watch(problem.reached(initial), initial)
         except NotConverged:
             return _End(problem.objective(initial), initial, False)
     best, point = _End(float("inf"), initial, False), initial
-    for _ in range(1 + TURNS):
+    for turn in range(1 + TURNS):
         # A little inside the bounds a model may fail that can be solved on them.
         if not np.isfinite(problem.residual(point)).all():
             break
-        end = search(problem, point, ends=ends)
+        end = search(problem, point, ends=partial(promise.ends, last=turn == TURNS))
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
+        better = found.objective < best.objective - WORSE
         best = min(best, found)
         if end.hopeless:
             return replace(best, converged=False, hopeless=True)
-        if problem.rescale(end.x) < SETTLED:
+        if problem.rescale(end.x) < SETTLED or not better:
             break
         point = problem.bounds.inside(end.x)
     return best

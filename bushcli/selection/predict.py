@@ -24,11 +24,12 @@ from scipy.interpolate import BSpline
 from scipy.special import logsumexp
 
 from bushcli.evidence.amplitudes import amplitudes
+from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import ParameterPrior
 from bushcli.evidence.promise import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
-from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
 from bushcli.selection.prediction import Addition, KnownAmplitudes, Prediction, known_amplitudes, reachable

@@ -58,12 +58,13 @@ ROUNDED = 1e-7
 def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Array, Array]:
     """Return moduli (over the law's) and relaxation times at rest (s) of the branches, shape (BRANCHES,) each.
 
-    The modulus per decade is proportional to time^slope between tau and tau 10^-decades.
+    The modulus per decade is g time^slope, time in s, between tau and tau 10^-decades: branches that are faster than a
+    recording change no constant. Where g is the sum of all, it correlates with the slope by -0.99 in loops and holds.
 
     Parameters
     ----------
     g : float or complex
-        Sum of the moduli over the law's initial shear modulus, a ratio.
+        Modulus per decade at a time of 1 s, over the law's initial shear modulus, a ratio.
     tau : float or complex
         Longest time, s.
     decades : float or complex
@@ -72,9 +73,8 @@ def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Ar
         Power of the time.
     """
     # The middles of equal parts: the error falls with the square of their number.
-    shares = 10.0 ** (-decades * (np.arange(BRANCHES) + 0.5) / BRANCHES)
-    moduli = shares**slope
-    return g * moduli / moduli.sum(), tau * shares
+    times = tau * 10.0 ** (-decades * (np.arange(BRANCHES) + 0.5) / BRANCHES)
+    return g * decades / BRANCHES * times**slope, times
 
 
 def contribution(

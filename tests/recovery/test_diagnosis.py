@@ -306,6 +306,8 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     document = diagnosis_json(found)
     assert [one["name"] for one in document["effects"]] == ["offset", "offset"]
     assert document["probability"]["offset"] > 0.95
+    # The plain law is fitted outside the search.
+    assert 0 < sum(one["solves"] for one in document["searched"]["trials"]) < document["forward_solves"]
     # The second offset's parameters carry the name of its rig, in the order of the channels' names.
     assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 

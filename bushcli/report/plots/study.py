@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -27,7 +26,7 @@ _ZOOMED = 3
 
 
 def study_panels(found: Study) -> list[Panels]:
-    """Return all plots of a study."""
+    """Return all plots of a study: tornado, bands, each answer over each key with a dot per design, histograms."""
     units = {one.name: one.unit for one in found.task.answers}
     labels = {name: f"{name} [{units[name]}]" if units[name] else name for name in found.summaries}
     made = []
@@ -40,7 +39,16 @@ def study_panels(found: Study) -> list[Panels]:
     made += [band_panels(found, one) for one in found.bands]
     if found.summaries and any(found.samples.values()):
         names = [name for name in found.summaries if name in found.samples]
-        made.append(_scatters(found, names[:DOWN], labels))
+        keys = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS]
+        keys = keys or [found.plan.keys[0]]
+        rows = [
+            [_scatter(found, name, key, labels[name], key == keys[0]) for key in keys]
+            for name in names[:DOWN]
+        ]
+        is_many = len(keys) > _ZOOMED
+        width = max(300.0, 900.0 / len(keys)) if is_many else 900.0 / len(keys)
+        rows = [[replace(plot, width=width) for plot in row] for row in rows]
+        made.append(Panels("scatter", "scatter", "Answers against the varied keys", rows, still=is_many))
         plots = [_spread(found, name, labels[name]) for name in names[: 2 * DOWN]]
         made.append(Panels("spread", "histogram", "Spread of the answers", in_rows(plots, 3)))
     return made
@@ -96,16 +104,6 @@ def band_panels(found: Study, one: Band) -> Panels:
     series = [Series("after", "median", q, middle)]
     plot = Plot("band", shown.labels, series, regions, height=400.0)
     return Panels(f"band-{file}", "band", title, [[plot]], one.channel)
-
-
-def _scatters(found: Study, names: Sequence[str], labels: Mapping[str, str]) -> Panels:
-    """Return each answer over each key, with a dot per design."""
-    varied = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS]
-    keys = varied or [found.plan.keys[0]]
-    rows = [[_scatter(found, name, key, labels[name], key == keys[0]) for key in keys] for name in names]
-    width = max(300.0, 900.0 / len(keys)) if len(keys) > _ZOOMED else 900.0 / len(keys)
-    rows = [[replace(plot, width=width) for plot in row] for row in rows]
-    return Panels("scatter", "scatter", "Answers against the varied keys", rows, still=len(keys) > _ZOOMED)
 
 
 def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot:

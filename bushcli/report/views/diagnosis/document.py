@@ -331,9 +331,9 @@ def trial_table(found: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
     rows: list[Row] = []
     for order, one in enumerate(found.searched.trials, start=1):
-        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit))
+        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit), str(one.solves))
         rows.append((str(order), words.model_title(one.law, one.effects), one.text, *values))
-    heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
+    heads = ("", "model", "remark", "predicted", "found", "misfit/noise", "simulations")
     name = "Models in the order of the search (ln of evidence times odds)"
     return Table(name, heads, tuple(rows), left=3)
 
