@@ -89,8 +89,6 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
-    if case.dynamic:
-        run.say("tables of dynamic stiffness are not used here; inverse fits them")
     several = ranks_there_are() > 1
     _one_way_to_share(several, workers, scheduler)
     if resume and run.output is None:

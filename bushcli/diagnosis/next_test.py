@@ -228,10 +228,12 @@ def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
 
 def _menu(problem: CommonData) -> list[Proposal]:
     """Return the cheapest recordings of the modes that have been recorded, and one of each other mode."""
-    mounted = [one.mode for one in problem.recordings]
+    mounted = [one.mode for one in problem.recordings if one.kind == "static"]
     amplitudes: dict[str, float] = {}
     rate: dict[str, float] = {}
     for one in problem.recordings:
+        if one.kind == "dynamic":
+            continue
         reach = float(np.abs(one.displacement).max())
         amplitudes[one.mode] = max(reach, amplitudes.get(one.mode, 0.0))
         path = float(np.abs(np.diff(one.displacement)).sum())
@@ -251,7 +253,7 @@ def _menu(problem: CommonData) -> list[Proposal]:
 
 def _sigma(problem: CommonData, proposal: Proposal, span: float) -> float:
     for recording, noise in zip(problem.recordings, problem.noises, strict=True):
-        if recording.mode == proposal.channel:
+        if (recording.mode, recording.kind) == (proposal.channel, "static"):
             return noise.sigma
     return NOISE * span
 

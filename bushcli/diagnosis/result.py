@@ -16,6 +16,7 @@ from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 from bushcli.selection.searched import Searched
+from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
 
@@ -213,6 +214,43 @@ class DiagnosedChannel:
 
 
 @dataclass(frozen=True)
+class DiagnosedTable:
+    """A table of dynamic stiffness with its simulations by the plain law and by the most probable model.
+
+    Attributes
+    ----------
+    compared : ComparedTable
+        Of the most probable model, with `started` of the plain law; without rows that are data faults.
+    before_percent, after_percent, noise_percent : float
+        Root mean square misfit of K*, and noise, relative to the measured one, percent.
+    held_out : bool
+        Whether the table was left out of the fits, the derivatives and the evidence.
+    places : tuple of str
+        Where the plain law misses it, in words, the largest part first.
+    remaining : tuple of str
+        Where the most probable model does.
+    """
+
+    compared: ComparedTable
+    before_percent: float
+    after_percent: float
+    noise_percent: float
+    held_out: bool
+    places: tuple[str, ...]
+    remaining: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the channel."""
+        return self.compared.table.name
+
+    @property
+    def mode(self) -> str:
+        """Its mode."""
+        return self.compared.table.mode
+
+
+@dataclass(frozen=True)
 class NextTest:
     """The recording that is expected to say most about the rivals per minute of testing.
 
@@ -313,6 +351,7 @@ class Diagnosis:
     missing: Missing | None
     searched: Searched
     channels: tuple[DiagnosedChannel, ...]
+    tables: tuple[DiagnosedTable, ...]
     location: Location
     remaining: Location
     next_test: NextTest | None

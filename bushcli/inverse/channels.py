@@ -112,9 +112,9 @@ def dynamic_channels(
     from bushcli.simulate.dynamic_tables import by_temperature
 
     return [
-        DynamicChannel(part, rubber, case, comm, temperature=temperature)
+        DynamicChannel(one.rows(rows), rubber, case, comm, temperature=temperature)
         for one in read
-        for part, temperature in by_temperature(case, one)
+        for rows, temperature in by_temperature(case, one)
     ]
 
 

@@ -170,6 +170,7 @@ class Likelihood:
     def explained_by(self, left: Left) -> Array:
         """Return the sum of squares D_c (channels,) that a model explains, given what it leaves."""
         own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
+        own = own * np.array([one.form for one in self.features]) ** 2
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
 

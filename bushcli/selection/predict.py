@@ -124,13 +124,16 @@ class Beside:
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
-            own = one.of(_splines(recording.displacement))
+            pieces = _splines(recording.displacement)
+            # A law changes the stiffness at each preload, not the loss angle.
+            own = one.of(pieces if recording.kind == "static" else recording.force[:, None] * pieces)
             blocks.append(
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )
         G = self._weighed([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
         u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
-        u = u[:, s > 1e-8 * max(float(s.max(initial=0.0)), 1e-300)]
+        # What the law's own parameters change is rounding.
+        u = u[:, s > 1e-8 * max(float(np.linalg.norm(G)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
         likelihood, found = self.state.problem.likelihood, self.state.evidence
         left = likelihood.left(self._split(rest))

@@ -162,7 +162,7 @@ class Search:
             (model.law, model.terms) != (plain.law, plain.terms),
             plain.fixed and not model.fixed,
             unknown,
-            [one.mode for one in self.problem.recordings],
+            [(one.mode, one.kind) for one in self.problem.recordings],
             self.uniform,
         )
 
