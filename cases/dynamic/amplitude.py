@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.dynamic.model import Branches, DynamicModel, modulus
+from cases.dynamic.model import Branches, modulus
 from cases.dynamic.reduction import Change, ReducedPencil, Sweep, VectorBasis
 from cases.ranks import summed
 from cases.sine import ThinnedSpectrum
@@ -166,23 +166,6 @@ class UnevenModel:
         """
         other = copy(self)
         other._relax(thinned, branches, density)
-        return other
-
-    def moved(self, model: DynamicModel, factor: float) -> UnevenModel:
-        """Return the body with other matrices over the same vectors, and another shear modulus.
-
-        Parameters
-        ----------
-        model : DynamicModel
-            Has the matrices.
-        factor : float
-            On the shear modulus.
-        """
-        other = copy(self)
-        other._reduced, other._mu = model.reduced, factor * self._mu
-        root = float(np.sqrt(factor))
-        other._root = root * self._root
-        other._strains = (root * self._strains).reshape(self._strains.shape)
         return other
 
     def _relax(self, thinned: ThinnedSpectrum, branches: Branches, density: float | None) -> None:

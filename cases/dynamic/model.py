@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,19 +148,6 @@ class DynamicModel:
             As for `stiffness`: Hz, t/mm^3.
         """
         return float(self.reduced.errors(sweep(frequencies, branches), density).max())
-
-    def moved(self, steps: Mapping[str, float]) -> DynamicModel:
-        """Return the model with parameters of `changes` moved by steps, to first order.
-
-        Parameters
-        ----------
-        steps : mapping of str to float
-        """
-        matrices = vars(self.reduced).copy()
-        for name, change in zip(self.changes.names, self.changes.matrices, strict=True):
-            for key, by in vars(change).items():
-                matrices[key] = matrices[key] + steps.get(name, 0.0) * by
-        return replace(self, reduced=ReducedPencil(**matrices))
 
     def _taken(self, both: Complex) -> Complex:
         return np.asarray(both[int(self.transfer), :, self.motion, self.motion])
