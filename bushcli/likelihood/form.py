@@ -167,8 +167,17 @@ class Likelihood:
         """Sum of squares D_c that effects may have to explain, by channel."""
         return self.explained_by(self.nothing)
 
+    @cached_property
+    def form(self) -> float:
+        """Error of form over that in recordings along a path: a mean over what the channels leave to effects."""
+        own = np.maximum(np.array(self.plain), 0.0) + 1e-300
+        return float(np.sqrt(np.sum(own * np.array([one.form for one in self.features]) ** 2) / own.sum()))
+
     def explained_by(self, left: Left) -> Array:
-        """Return the sum of squares D_c (channels,) that a model explains, given what it leaves."""
+        """Return the sum of squares D_c (channels,) that a model explains, given what it leaves.
+
+        In a channel whose formulas err less than those of a path it counts as that much less.
+        """
         own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
         own = own * np.array([one.form for one in self.features]) ** 2
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
+import numpy as np
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Effect, effect_in_force_law
+from bushcli.recording import Recording
+from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.selection.derivatives import Derivatives
-from bushcli.selection.model import Key
+from bushcli.selection.model import Key, Model
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.state import CommonData, State
+
+# Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
+# decades is 0.1 to 0.6.
+START = 0.3
 
 
 class Fits(Protocol):
@@ -44,6 +55,33 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
             continue
         for one in Beside(state, fits.derivatives.beside(state, among=own)).singles():
             yield state, one
+
+
+def relaxing(plain: Model, recordings: Sequence[Recording], catalogue: Sequence[Effect]) -> list[Model]:
+    """Return the plain law with one branch of relaxation and more, whose times divide the range that tables show.
+
+    No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it.
+    None where there are no tables.
+
+    Parameters
+    ----------
+    plain : Model
+    recordings : sequence of Recording
+    catalogue : sequence of Effect
+        To be considered.
+    """
+    effect = effect_in_force_law("maxwell")
+    times = [one.times for one in recordings if isinstance(one, RecordedTable)]
+    if not times or effect not in catalogue:
+        return []
+    fast, slow = min(one for one, _ in times), max(one for _, one in times)
+    found = []
+    for count in range(1, effect.branches + 1):
+        own = np.geomspace(slow, fast, count + 2)[1:-1]
+        values = {f"tau{i}": float(tau) for i, tau in enumerate(own, start=1)}
+        values |= {f"g{i}": START / count for i in range(1, count + 1)}
+        found.append(replace(plain, effects=(ActiveEffect(effect, values).started(),), anchor=plain.start))
+    return found
 
 
 def with_one_more(

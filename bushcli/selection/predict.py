@@ -125,8 +125,9 @@ class Beside:
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
             pieces = _splines(recording.displacement)
-            # A law changes the stiffness at each preload, not the loss angle.
-            own = one.of(pieces if recording.kind == "static" else recording.force[:, None] * pieces)
+            # Of a table a law changes the stiffness at each preload, by a factor.
+            simulated = self.state.fitted.simulated[i][:, None]
+            own = one.of(pieces if recording.kind == "static" else simulated * pieces)
             blocks.append(
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )

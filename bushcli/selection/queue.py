@@ -23,7 +23,7 @@ from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.promise import Needed, needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import more_branches, with_one_more
+from bushcli.selection.additions import more_branches, relaxing, with_one_more
 from bushcli.selection.columns import unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -100,6 +100,10 @@ class Search:
 
     def run(self) -> Ended:
         """Search until no model is left that matters, or the time limit is reached; return which of the two."""
+        begin = relaxing(self.plain.model, self.problem.recordings, self.catalogue)
+        for model in [one for one in begin if one.structure not in self._tried]:
+            self._tried.add(model.structure)
+            self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
         while True:
             for key in self._to_expand():
                 self._expand(key)

@@ -41,7 +41,7 @@ class RecordedTable(Recording):
     """A table of n rows as a recording of 2 n samples, which has no path and no time.
 
     ``force`` is the magnitudes over their standard errors, and zeros for the loss angles; ``displacement`` the preload,
-    in mm or rad, zero where it is a force.
+    in mm or rad, about that where it is a force.
 
     Attributes
     ----------
@@ -70,9 +70,10 @@ class RecordedTable(Recording):
     def largest(self) -> tuple[float, float]:
         """Largest preload or amplitude, mm or rad, and the force that the largest stiffness has there, N or N mm."""
         stiffness = float(self.table.stiffness.max())
-        by_force = np.nan_to_num(np.abs(self.table.preload_force)) / stiffness
-        travels = (np.abs(self.table.preload), self.table.amplitude, by_force)
-        travel = max((float(np.nanmax(one)) for one in travels if np.nanmax([*one, 0.0]) > 0.0), default=1.0)
+        largest = [
+            float(np.nan_to_num(np.abs(one)).max()) for one in (self.displacement, self.table.amplitude)
+        ]
+        travel = max(largest) or 1.0
         return travel, stiffness * travel
 
     @property
@@ -154,9 +155,10 @@ def recorded_table(table: DynamicTable, faulty: NDArray[np.bool_] | None = None)
     """
     errors, freedom = _errors(table, np.zeros(len(table), dtype=bool) if faulty is None else faulty)
     force = np.concatenate([1.0 / errors[0], np.zeros(len(table))])
+    by_force = np.nan_to_num(table.preload_force) / table.stiffness.max()
     return RecordedTable(
         table.mode,
-        np.tile(np.nan_to_num(table.preload), 2),
+        np.tile(np.where(np.isnan(table.preload), by_force, table.preload), 2),
         force,
         name=table.name,
         source=table.files[0] if table.files else None,
