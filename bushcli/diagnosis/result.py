@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.diagnosis.words import sentences
 from bushcli.faults import DataFault
 from bushcli.mismatch.maps import LocalMap, Missing
 from bushcli.mismatch.record import Location
@@ -212,6 +213,10 @@ class DiagnosedChannel:
     path: Array
     faulty: NDArray[np.bool_]
 
+    # What the percentages are relative to.
+    of: ClassVar[str] = "of the force range"
+    kind: ClassVar[Literal["static", "dynamic"]] = "static"
+
 
 @dataclass(frozen=True)
 class DiagnosedTable:
@@ -238,6 +243,10 @@ class DiagnosedTable:
     held_out: bool
     places: tuple[str, ...]
     remaining: tuple[str, ...]
+
+    # What the percentages are relative to.
+    of: ClassVar[str] = "of K*"
+    kind: ClassVar[Literal["static", "dynamic"]] = "dynamic"
 
     @property
     def name(self) -> str:
@@ -362,6 +371,23 @@ class Diagnosis:
     failed_solves: int
     seconds: float
     uniform_odds: bool = False
+
+    @property
+    def measured(self) -> tuple[DiagnosedChannel | DiagnosedTable, ...]:
+        """Recordings along a path, and tables."""
+        return (*self.channels, *self.tables)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Where the plain law misses what was measured, in words."""
+        found = sentences(self.location) if self.channels or not self.tables else ()
+        return (*found, *(text for one in self.tables for text in one.places))
+
+    @property
+    def remaining_places(self) -> tuple[str, ...]:
+        """Where the most probable model still misses it, in words; empty where it is noise."""
+        found = sentences(self.remaining) if self.remaining.mismatch else ()
+        return (*found, *(text for one in self.tables for text in one.remaining))
 
     @property
     def unsearched(self) -> bool:

@@ -61,8 +61,8 @@ THINNED_STEP = 1e-3
 # Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
 KEPT = 32
 # The stiffness follows the law's constants to first order while they change by no more than this factor on average, and
-# the stiffness at rest, at each preload, by no more than this share beside it. ln K* is linear in that of all moduli, but
-# for the bulk's (errors: `tests/verification/test_table_channel.py`).
+# the stiffness at rest, at each preload, by no more than this share beside it. ln K* is linear in that of all moduli,
+# but for the bulk's (errors: `tests/verification/test_table_channel.py`).
 FACTOR, BESIDE = 1.15, 0.05
 
 
@@ -172,7 +172,8 @@ class DynamicChannel:
         there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         self.active = tuple(one.started() for one in there)
         if self._near:
-            self.active = tuple(one for one in self.active if _vibrates(one))
+            by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
+            self.active = tuple(one for one in self.active if _vibrates(one, by_force))
         self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
         self._rubber = {one.name for one in self.active if one not in self._rig}
         known = table.amplitude[~np.isnan(table.amplitude)]
@@ -535,9 +536,11 @@ class DynamicChannel:
         return used
 
 
-def _vibrates(one: ActiveEffect) -> bool:
-    """Whether an effect changes a dynamic stiffness, in a way that does not depend on the amplitude of a rig."""
-    return has_slope(one) if one.effect.acts == "rig" else one.effect.fades or is_in_vibrations(one)
+def _vibrates(one: ActiveEffect, by_force: bool) -> bool:
+    """Whether an effect changes a dynamic stiffness in a way that is known, where a preload may be a force."""
+    if one.effect.rig is not None:
+        return has_slope(one) and not (one.effect.rig.parallel is not None and by_force)
+    return one.effect.fades or is_in_vibrations(one)
 
 
 def _density(parameters: Mapping[str, float]) -> float | None:

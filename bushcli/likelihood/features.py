@@ -29,8 +29,8 @@ DEGREE, PER_COEFFICIENT = 5, 3
 # resonance within two decades of frequency are followed to a tenth of what they change.
 TABLE_DEGREE = 6
 # Error of form in a table, over that in recordings along a path, which is a share of 0.14 of what the law leaves. Small
-# vibrations are linear, and branches describe any relaxation but for their number: three leave a share of 0.035 (median;
-# standard deviation of the logarithm 0.45) of what a law leaves of fractional Kelvin-Voigt, Cole-Cole and
+# vibrations are linear, and branches describe any relaxation but for their number: three leave a share of 0.035
+# (median; standard deviation of the logarithm 0.45) of what a law leaves of fractional Kelvin-Voigt, Cole-Cole and
 # Havriliak-Negami elements over two to three decades (`benchmarks/branches.py`). A relaxation that amplitude thins
 # leaves 0.05 to 0.1 on measured strain sweeps (`benchmarks/payne.md`).
 BRANCHES, AMPLITUDES = 0.25, 0.5

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.diagnosis.result import Diagnosis, NextTest, Quantity
+from bushcli.diagnosis.result import DiagnosedTable, Diagnosis, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.maps import MissingProfile
 from bushcli.mismatch.record import Mismatch
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
+from bushcli.report.json.dynamic_tables import compared_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown
@@ -28,7 +29,7 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         Seconds by stage.
     """
     document, searched = head("diagnose", found.case, found.conditions, timings), found.searched
-    modes, test = {one.name: one.mode for one in found.channels}, found.next_test
+    modes, test = {one.name: one.mode for one in found.measured}, found.next_test
     document |= {
         "verdict": found.verdict,
         "headline": headline(found),
@@ -77,20 +78,21 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "mismatch": [_mismatch(one, len(found.channels)) for one in found.location.mismatch],
         "remaining": [_mismatch(one, len(found.channels)) for one in found.remaining.mismatch],
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
-        # By channel, percent of the recorded force range; null for channels that are not held out.
+        # By channel, percent of the recorded force range, of K* of a table; null for channels that are not held out.
         "misfit": {
             **{
-                when: {one.name: getattr(one, f"{when}_percent") for one in found.channels}
+                when: {one.name: getattr(one, f"{when}_percent") for one in found.measured}
                 for when in ("before", "after", "noise")
             },
             **{
                 f"held_out_{when}": {
                     one.name: getattr(one, f"{when}_percent") if one.held_out else None
-                    for one in found.channels
+                    for one in found.measured
                 }
                 for when in ("before", "after")
             },
         },
+        "dynamic": [_table(one) for one in found.tables],
         # The mode is that of the recorded channel of this name, else the name itself.
         "next_test": test and _next_test(test, modes.get(test.channel, test.channel)),
         "maps": [
@@ -100,6 +102,13 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         **part(found, "forward_solves failed_solves seconds"),
     }
     return cleaned(document)
+
+
+def _table(one: DiagnosedTable) -> dict[str, Any]:
+    """Return a table beside the most probable model and the plain law, and where these miss it."""
+    (shown,), before = compared_json([one.compared]), one.compared.started
+    plain = {} if before is None else {"storage": before.real, "loss": before.imag}
+    return {**shown, "plain": plain, **part(one, "places remaining held_out")}
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
@@ -121,7 +130,7 @@ def _profile(one: MissingProfile, mode: str) -> dict[str, Any]:
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    value = shown(name, quantity, found.channels)
+    value = shown(name, quantity, found.measured)
     return {
         "value": quantity.word or value.value,
         **part(value, "with_form_error std unit lower upper"),
