@@ -337,7 +337,8 @@ class DynamicChannel:
             own["temperature"] = self._temperature
         if self._near:
             # Another channel may ask for others.
-            moving = tuple(name for name in own if name != "temperature")
+            held = {one.full_name(p) for one in self.active for p in one.parameters if p.of_mesh}
+            moving = tuple(name for name in own if name not in {"temperature", *held})
         else:
             moving = tuple(name for name in names if name in own)
         key = tuple(own.items())
