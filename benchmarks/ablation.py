@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -30,7 +31,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 from bushcli.errors import InputError
 from bushcli.inverse import Task, identify
-from bushcli.inverse.channel import Patience
+from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.contained import ContainedPart
 from bushcli.inverse.local import Watched
 from bushcli.inverse.problem import STOPPING
@@ -133,12 +134,12 @@ def patches() -> dict[str, list[Any]]:
     plain = contained.additions
 
     def first_of_grids(*given: Any) -> list[ContainedPart]:
-        return [ContainedPart(a.names, a.off, a.grid[:1], a.after, a.earlier) for a in plain(*given)]
+        return [replace(a, grid={name: values[:1] for name, values in a.grid.items()}) for a in plain(*given)]
 
     def only(problem: Any, start: Any) -> Iterator[Any]:
         yield start
 
-    limit = property(lambda self: self.given)
+    steps = property(lambda self: self.given)
     return {
         "-": [],
         "search along the edge of stability": [patch.object(searching, "along_the_edge", stays)],
@@ -146,7 +147,7 @@ def patches() -> dict[str, list[Any]]:
         "unstable trials are not solved": [
             patch.object(Watched, "_is_surely_rejected", lambda self, x: False)
         ],
-        "marches are given up": [patch.object(Patience, "limit", limit)],
+        "marches are given up": [patch.object(StepLimit, "steps", steps)],
         "end after failures in a row": [patch.object(searching, "WALL", STOPPING.evaluations)],
         "end on the floor of a valley": [patch.dict(STOPPING.__dict__, valley=(10**6, 0.0))],
         "start brought to scale": [patch.object(starting, "scaled", lambda problem, trial: trial)],

@@ -80,10 +80,16 @@ def drawn(deck: str, number: int) -> Truth:
     low, high = float(10 ** rng.uniform(-0.3, 0.5)), float(10 ** rng.uniform(1.9, 2.4))
     kind = ("plain", "plain", "temperature", "amplitude", "plain")[int(rng.integers(5))]
     temperature = (10.0, 30.0, 60.0) if kind == "temperature" else ()
-    amplitude = tuple(float(a) for a in np.round(wall * np.array([0.002, 0.01, 0.05]), 4)) if kind == "amplitude" else ()
+    amplitude = (
+        tuple(float(a) for a in np.round(wall * np.array([0.002, 0.01, 0.05]), 4))
+        if kind == "amplitude"
+        else ()
+    )
     thinned = kind == "amplitude" and rng.random() < 0.75
     points = {"plain": 20, "temperature": 10, "amplitude": 8}[kind]
-    preload = tuple(float(q) for q in np.round(wall * np.array([0.0, 0.1, 0.2]), 2)) if kind == "plain" else (0.0,)
+    preload = (
+        tuple(float(q) for q in np.round(wall * np.array([0.0, 0.1, 0.2]), 2)) if kind == "plain" else (0.0,)
+    )
     if thinned:
         formula = "payne cole-cole" if foreign else "payne"
         relaxation = {
@@ -107,17 +113,28 @@ def drawn(deck: str, number: int) -> Truth:
     else:
         formula, count = "maxwell", int(rng.integers(1, 3))
         edge = np.log10([1 / (2 * np.pi * high), 1 / (2 * np.pi * low)])
-        times = np.sort(10 ** (edge[0] + (edge[1] - edge[0]) * (np.arange(count) + rng.uniform(0.2, 0.8, count)) / count))
+        times = np.sort(
+            10 ** (edge[0] + (edge[1] - edge[0]) * (np.arange(count) + rng.uniform(0.2, 0.8, count)) / count)
+        )
         relaxation = {f"g{i + 1}": float(g) for i, g in enumerate(rng.uniform(0.08, 0.4, count))}
         relaxation |= {f"tau{i + 1}": float(t) for i, t in enumerate(times)}
     effects: dict[str, dict[str, float]] = {}
     if temperature:
         effects["temperature"] = {"E": float(rng.uniform(20, 90)), "exponent": float(rng.uniform(-0.5, 1.5))}
-    rigs = ["fixture_mass", "rig_resonance", "time_lag"] + ["rig_compliance"] * (modes == ("axial", "torsional"))
-    for name in rng.permutation(rigs)[: int(rng.choice([0, 1, 1, 2]) if kind == "plain" else rng.integers(2))]:
+    rigs = ["fixture_mass", "rig_resonance", "time_lag"] + ["rig_compliance"] * (
+        modes == ("axial", "torsional")
+    )
+    for name in rng.permutation(rigs)[
+        : int(rng.choice([0, 1, 1, 2]) if kind == "plain" else rng.integers(2))
+    ]:
         # Relative to the stiffness at the highest frequency: `rig`. A late displacement is left out: it is what a fast
         # branch of the rubber does.
-        span = {"fixture_mass": (0.06, 0.4), "rig_resonance": (0.2, 0.6), "time_lag": (1.5, 8.0), "rig_compliance": (0.08, 0.3)}
+        span = {
+            "fixture_mass": (0.06, 0.4),
+            "rig_resonance": (0.2, 0.6),
+            "time_lag": (1.5, 8.0),
+            "rig_compliance": (0.08, 0.3),
+        }
         size = float(rng.uniform(*span[str(name)]))
         effects[str(name)] = {"size": size}
     return Truth(
@@ -218,18 +235,27 @@ def tables(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
         per = 1.0 if mode != "torsional" else np.degrees(1.0) / truth.shape[0]
         amplitude = [float(per * a) for a in truth.amplitude]
         loads += f'\n[[load_cases]]\nmode = "{mode}"\n[load_cases.dynamic]\n'
-        loads += f"preload = {[float(round(per * q, 4)) for q in truth.preload]}\nfrequency = {[float(f) for f in frequency]}\n"
+        preload = [float(round(per * q, 4)) for q in truth.preload]
+        loads += f"preload = {preload}\nfrequency = {frequency.tolist()}\n"
         loads += f"amplitude = {amplitude}\n" if thinned else ""
-    own = {name: truth.relaxation[name] for name in names} if thinned else {"g1": 0.5, "tau1": 0.01, "g2": 0.5, "tau2": 0.001}
+    own = (
+        {name: truth.relaxation[name] for name in names}
+        if thinned
+        else {"g1": 0.5, "tau1": 0.01, "g2": 0.5, "tau2": 0.001}
+    )
     given = ", ".join(f"{k} = {v}" for k, v in own.items())
-    effect = f'\n[[effects]]\nname = "{"payne" if thinned else "viscoelasticity"}"\nparameters = {{ {given} }}\n'
+    effect = (
+        f'\n[[effects]]\nname = "{"payne" if thinned else "viscoelasticity"}"\nparameters = {{ {given} }}\n'
+    )
     (folder / "truth.toml").write_text(case_text(truth, 1) + effect + loads)
     response = vibrate(load_case(folder / "truth.toml"))
     for mode, factor in zip(truth.modes, truth.calibration, strict=False):
         curves = [one for one in response.curves if one.mode == mode]
         stiffest = max(float(np.abs(one.stiffness).max()) for one in curves)
         rows = [row for curve in curves for row in _rows(truth, curve, frequency, stiffest)]
-        per, unit, length = (1.0, "N_per_mm", "mm") if mode != "torsional" else (np.radians(1.0), "Nmm_per_deg", "deg")
+        per, unit, length = (
+            (1.0, "N_per_mm", "mm") if mode != "torsional" else (np.radians(1.0), "Nmm_per_deg", "deg")
+        )
         head = f"frequency_Hz,preload_{length},stiffness_{unit},loss_angle_deg"
         head += f",amplitude_{length}" if truth.amplitude else ""
         head += ",temperature_C" if truth.temperature else ""
@@ -244,7 +270,9 @@ def tables(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
         (folder / f"{mode}.csv").write_text("\n".join(lines) + "\n")
 
 
-def _rows(truth: Truth, curve: DynamicCurve, frequency: Array, stiffest: float) -> list[tuple[float, float, complex, float, float]]:
+def _rows(
+    truth: Truth, curve: DynamicCurve, frequency: Array, stiffest: float
+) -> list[tuple[float, float, complex, float, float]]:
     found = []
     thinned = "payne" in truth.formula
     amplitudes = truth.amplitude or (float("nan"),)
@@ -254,9 +282,14 @@ def _rows(truth: Truth, curve: DynamicCurve, frequency: Array, stiffest: float) 
         K = curve.stiffness
         if truth.formula == "payne cole-cole":
             other = curve.uneven.of(foreign_thinned(truth, curve.uneven._thinned), ())
-            K = np.array([one.stiffness for one in other.balances(np.full(len(frequency), curve.amplitude), frequency)])
+            K = np.array(
+                [one.stiffness for one in other.balances(np.full(len(frequency), curve.amplitude), frequency)]
+            )
         K = rig(truth, curve.mode, frequency, K, stiffest)
-        return [(float(f), curve.preload, complex(k), curve.amplitude, np.nan) for f, k in zip(frequency, K, strict=True)]
+        return [
+            (float(f), curve.preload, complex(k), curve.amplitude, np.nan)
+            for f, k in zip(frequency, K, strict=True)
+        ]
     for T in truth.temperature or (float("nan"),):
         slower, stiffer = 1.0, 1.0
         if truth.temperature:
@@ -268,7 +301,11 @@ def _rows(truth: Truth, curve: DynamicCurve, frequency: Array, stiffest: float) 
         K = stiffer * curve.model._taken(np.array(curve.model.reduced.stiffness(at)))
         K = rig(truth, curve.mode, frequency, K, stiffest)
         per = 1.0 if curve.mode != "torsional" else 1.0 / truth.shape[0]
-        found += [(float(f), curve.preload, complex(k), per * a, T) for a in amplitudes for f, k in zip(frequency, K, strict=True)]
+        found += [
+            (float(f), curve.preload, complex(k), per * a, T)
+            for a in amplitudes
+            for f, k in zip(frequency, K, strict=True)
+        ]
     return found
 
 
@@ -278,11 +315,19 @@ def slow_curve(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
     period = 40.0
     t = np.linspace(0, 1, 81)
     q = travel * np.interp(t, [0, 0.25, 0.75, 1], [0, 1, -1, 0])
-    np.savetxt(folder / "drive.csv", np.column_stack([period * t, q]), delimiter=",", header="time_s,displacement_mm", comments="")
+    np.savetxt(
+        folder / "drive.csv",
+        np.column_stack([period * t, q]),
+        delimiter=",",
+        header="time_s,displacement_mm",
+        comments="",
+    )
     f = np.geomspace(1e-3, truth.frequency[1], 60)
     if "payne" in truth.formula:
         names = ("g", "tau", "decades", "slope", "path", "exponent")
-        effect = f'name = "payne"\nparameters = {{ {", ".join(f"{k} = {truth.relaxation[k]}" for k in names)} }}'
+        effect = (
+            f'name = "payne"\nparameters = {{ {", ".join(f"{k} = {truth.relaxation[k]}" for k in names)} }}'
+        )
     else:
         from scipy.optimize import nnls
 
@@ -290,7 +335,9 @@ def slow_curve(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
         x = 2j * np.pi * f[:, None] * times
         design = x / (1 + x)
         g = nnls(np.vstack([design.real, design.imag]), np.concatenate([s.real, s.imag]))[0]
-        given = ", ".join(f"g{i} = {a:.6g}, tau{i} = {b:.6g}" for i, (a, b) in enumerate(zip(g, times, strict=True), 1))
+        given = ", ".join(
+            f"g{i} = {a:.6g}, tau{i} = {b:.6g}" for i, (a, b) in enumerate(zip(g, times, strict=True), 1)
+        )
         effect = f'name = "viscoelasticity"\nparameters = {{ {given} }}'
     load = '\n[[load_cases]]\nmode = "axial"\nfile = "drive.csv"\n'
     (folder / "slow.toml").write_text(case_text(truth, 1) + f"\n[[effects]]\n{effect}\n" + load)
@@ -298,7 +345,13 @@ def slow_curve(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
     curve = answer.curve
     force = truth.calibration[2] * np.interp(period * t, curve.time, curve.force)
     force = force + 0.002 * np.ptp(force) * rng.standard_normal(len(force))
-    np.savetxt(folder / "slow.csv", np.column_stack([period * t, q, force]), delimiter=",", header="time_s,displacement_mm,force_N", comments="")
+    np.savetxt(
+        folder / "slow.csv",
+        np.column_stack([period * t, q, force]),
+        delimiter=",",
+        header="time_s,displacement_mm,force_N",
+        comments="",
+    )
 
 
 def made(truth: Truth, deck: str, folder: Path) -> Path:
@@ -323,7 +376,11 @@ def answered(truth: Truth, deck: str) -> dict[str, Any]:
         case = made(truth, deck, Path(name))
         begin = time.perf_counter(), time.process_time()
         found = diagnose(load_case(case), maps=False, budget=1200.0)
-        sets = [sorted(set(map(effect_name, one))) for one in (found.models[0].effects, *found.rivals)] if found.models else []
+        sets = (
+            [sorted(set(map(effect_name, one))) for one in (found.models[0].effects, *found.rivals)]
+            if found.models
+            else []
+        )
         return {
             "name": truth.name,
             "verdict": found.verdict,
@@ -345,7 +402,8 @@ def scored(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list
         "foreign formulas": lambda t: t.formula not in ("maxwell", "payne"),
         "all": lambda t: True,
     }
-    lines = ["| | entries | right set in the credible set | named outright | absent effect stated | calibration error | median, longest CPU s |"]
+    heads = "| | entries | right set in the credible set | named outright | absent effect stated "
+    lines = [f"{heads}| calibration error | median, longest CPU s |"]
     lines.append("| --- | --- | --- | --- | --- | --- | --- |")
     for name, chosen in groups.items():
         own = [(truths[k], a) for k, a in answers.items() if chosen(truths[k])]
@@ -353,20 +411,28 @@ def scored(truths: dict[str, Truth], answers: dict[str, dict[str, Any]]) -> list
             continue
         inside = sum(t.right in [frozenset(one) for one in a["sets"]] for t, a in own)
         outright = sum([frozenset(one) for one in a["sets"]] == [t.right] for t, a in own)
-        wrong = [f"{t.name} {n}" for t, a in own for n, p in a["probability"].items() if p > 0.95 and n not in t.right]
-        said = [(p, n in t.right) for t, a in own for n, p in a["probability"].items() if n not in ("nothing", "free_law")]
+        wrong = [
+            f"{t.name} {n}"
+            for t, a in own
+            for n, p in a["probability"].items()
+            if p > 0.95 and n not in t.right
+        ]
+        said = [
+            (p, n in t.right)
+            for t, a in own
+            for n, p in a["probability"].items()
+            if n not in ("nothing", "free_law")
+        ]
         error = calibration_error(reliability(said))
         cpu = [a["cpu"] for _, a in own]
+        spent = f"{np.median(cpu):.0f}, {max(cpu):.0f}"
         stated = f"{len(wrong)} ({', '.join(wrong)})" if wrong else "0"
-        lines.append(
-            f"| {name} | {len(own)} | {inside} | {outright} | {stated} | {error:.3f} | {np.median(cpu):.0f}, {max(cpu):.0f} |"
-        )
+        lines.append(f"| {name} | {len(own)} | {inside} | {outright} | {stated} | {error:.3f} | {spent} |")
     lines.append("")
-    lines += [
-        f"- {k}: {'+'.join(sorted(truths[k].right))} ({truths[k].formula}); said {' or '.join('+'.join(one) for one in a['sets'])}"
-        for k, a in answers.items()
-        if truths[k].right not in [frozenset(one) for one in a["sets"]]
-    ]
+    for k, a in answers.items():
+        if truths[k].right not in [frozenset(one) for one in a["sets"]]:
+            said = " or ".join("+".join(one) for one in a["sets"])
+            lines.append(f"- {k}: {'+'.join(sorted(truths[k].right))} ({truths[k].formula}); said {said}")
     return lines
 
 
@@ -392,7 +458,13 @@ def main(what: str, deck: str = "dev", first: int = 0, last: int = TABLES + STAT
             try:
                 answer = answered(truths[name], deck)
             except Exception as error:  # noqa: BLE001 - an entry that fails is counted
-                answer = {"name": name, "verdict": f"{type(error).__name__}: {error}", "probability": {}, "sets": [], "cpu": 0.0}
+                answer = {
+                    "name": name,
+                    "verdict": f"{type(error).__name__}: {error}",
+                    "probability": {},
+                    "sets": [],
+                    "cpu": 0.0,
+                }
             with results.open("a") as stream:
                 stream.write(json.dumps(answer) + "\n")
             sys.stdout.write(f"{name} {'+'.join(sorted(truths[name].right))}: {answer}\n")

@@ -82,10 +82,23 @@ def stretches_at(at: Points, x: Array) -> Array:
     x : Array
         Unknowns of this rank, shape (n,): displacements in mm, pressures in MPa.
     """
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(metric_at(at, x))))
+
+
+def metric_at(at: Points, x: Array) -> Array:
+    """Right Cauchy-Green tensor at points, shape (cells, p, 3, 3), for a vector x of the unknowns of this rank.
+
+    Parameters
+    ----------
+    at : Points
+        The points, as `stretch_points` returned them.
+    x : Array
+        Unknowns of this rank, shape (n,): displacements in mm, pressures in MPa.
+    """
     g = at.gradients(x).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))
+    return np.asarray(np.swapaxes(F, -1, -2) @ F)
 
 
 def _points(model: FiniteElementModel, region: str, points: Array) -> Points:

@@ -35,6 +35,7 @@ ALLOWED = {
     ("bushcli/export/fmu/slave", "exit_initialization_mode"): "PythonFMU",
     ("bushcli/export/fmu/slave", "do_step"): "PythonFMU",
     ("bushcli/report/writers/page.py", "filters"): "Jinja",
+    ("bushcli/report/document.py", "fold"): "the template of the page",
     ("benchmarks/compare_checkouts.py", "method"): "html.parser",
     ("bushcli/runtime/canonical.py", "persistent_id"): "pickle.Pickler",
     ("geometry/shapes/", "class"): "the list of shapes, which is made from the files in the folder",

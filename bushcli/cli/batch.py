@@ -28,8 +28,8 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
         progress = search_progress(run, Task(case, law).turned, 1)
         found = compared(case, law, tables=run.tables, progress=progress, told=run.say)
     run.deliver(
-        lambda: report.batch_json(found, run.timings()),
-        lambda pictures=(): report.batch_document(found, pictures),
+        lambda: report.batch_json(found),
+        lambda: report.batch_document(found),
         lambda: report.batch_files(found),
     )
     if any(condition.name == "interrupted" for condition in found.conditions):

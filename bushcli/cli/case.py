@@ -19,7 +19,7 @@ from geometry.errors import GeometryError
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.recording.dynamic.table import DynamicTable
-    from bushcli.report.document import Document, Picture
+    from bushcli.report.document import Document
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.response import Response
@@ -88,8 +88,8 @@ def check(run: Run, strict: bool) -> int:
     tests = protocol(case, curves, coupons, moved)
     checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
     run.deliver(
-        lambda: report.check_json(checked, run.timings()),
-        lambda _=(): report.check_document(checked),
+        lambda: report.check_json(checked),
+        lambda: report.check_document(checked),
         lambda: report.check_files(case),
     )
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
@@ -119,8 +119,8 @@ def mesh(run: Run) -> int:
                     run.say(f"see the picture {picture}")
         raise
     run.deliver(
-        lambda: report.mesh_json(case, built, run.timings()),
-        lambda _=(): report.mesh_document(case, built),
+        lambda: report.mesh_json(case, built),
+        lambda: report.mesh_document(case, built),
         lambda: report.mesh_files(case, built),
     )
     part = case.path.suffix != ".toml"
@@ -209,16 +209,16 @@ def direct(
     compared = misfits(response)
     vibrations, doubts = _beside(run, response, () if interrupted else tables)
 
-    def document(pictures: Sequence[Picture] = ()) -> Document:
-        static = report.direct_document(response, compared, found, pictures)
+    def document() -> Document:
+        static = report.direct_document(response, compared, found)
         if not tables:
             return static
         from bushcli.report.views.dynamic_tables import with_tables
 
-        return with_tables(static, vibrations, doubts, not response.channels, pictures)
+        return with_tables(static, vibrations, doubts, not response.channels)
 
     def result() -> dict[str, Any]:
-        static = report.direct_json(response, compared, found, run.timings())
+        static = report.direct_json(response, compared, found)
         if not tables:
             return static
         from bushcli.report.json.dynamic_tables import compared_json

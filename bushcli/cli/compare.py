@@ -37,8 +37,8 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
         run.prepare(run.output, found[0][1])
     result = compared([item for item, _ in found])
     run.deliver(
-        lambda: report.compare_json(result, run.timings()),
-        lambda pictures=(): report.compare_document(result, pictures),
+        lambda: report.compare_json(result),
+        lambda: report.compare_document(result),
         lambda: report.compare_files(result),
     )
     return DONE
@@ -109,7 +109,7 @@ def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
 
             case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
         response = predict(case, pictures=False)
-    return report.direct_json(response, misfits(response), None, {})
+    return report.direct_json(response, misfits(response), None)
 
 
 def _read(file: Path) -> dict[str, Any]:

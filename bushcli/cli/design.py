@@ -107,8 +107,8 @@ def design(
                 tables=run.tables,
             )
     run.deliver(
-        lambda: report.design_json(found, run.timings()),
-        lambda _=(): report.design_document(found),
+        lambda: report.design_json(found),
+        lambda: report.design_document(found),
         lambda: report.Files(found.case),
     )
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE

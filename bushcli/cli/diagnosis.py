@@ -142,8 +142,8 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
     from bushcli import report
 
     run.deliver(
-        lambda: report.diagnosis_json(found, run.timings()),
-        lambda pictures=(): report.diagnosis_document(found, pictures),
+        lambda: report.diagnosis_json(found),
+        lambda: report.diagnosis_document(found),
         lambda: report.diagnosis_files(found),
     )
     if any(condition.name == "interrupted" for condition in found.conditions):

@@ -33,8 +33,8 @@ def dynamic(run: Run, weighting: str) -> int:
         except DynamicInterrupted as ended:
             response, interrupted = ended.response, True
     run.deliver(
-        lambda: report.dynamic_json(response, found, run.timings()),
-        lambda pictures=(): report.dynamic_document(response, found, pictures),
+        lambda: report.dynamic_json(response, found),
+        lambda: report.dynamic_document(response, found),
         lambda: report.dynamic_files(response),
     )
     if interrupted:

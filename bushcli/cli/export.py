@@ -138,16 +138,21 @@ def _said(bushing: BushingData | None) -> list[str]:
     """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
     if bushing is None:
         return []
-    if bushing.law is None:
-        return list(bushing.remarks)
-    return [
-        *bushing.remarks,
-        *(
+    said = list(bushing.remarks)
+    for one in bushing.law.channels if bushing.law is not None else ():
+        said.append(
             f"{one.name}: the force law deviates by {one.rms_percent:.2g} % of the force range (rms; at most "
             f"{one.peak_percent:.2g} %) from a simulation that was not used to fit it"
-            for one in bushing.law.channels
-        ),
-    ]
+        )
+        if one.sines:
+            stiffness, angle = (
+                max(map(abs, errors)) for errors in zip(*(s.errors for s in one.sines), strict=True)
+            )
+            said.append(
+                f"{one.name}: its dynamic stiffness deviates by at most {stiffness:.2g} %, its loss angle by "
+                f"{angle:.2g} degrees, from {len(one.sines)} vibrations along time, up to all of the travel"
+            )
+    return said
 
 
 def _summary(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss
-    from bushcli.report.document import Document, Picture
+    from bushcli.report.document import Document
     from bushcli.runtime.executor import Pool
 
 weighted = click.option(
@@ -93,8 +93,8 @@ def fit(
         spectra, problems = fit_tables(case, run.tables)
     if spectra and not case.coupons:
         run.deliver(
-            lambda: tables_json(case, spectra, problems, run.timings()),
-            lambda pictures=(): tables_document(case, spectra, problems, pictures),
+            lambda: tables_json(case, spectra, problems),
+            lambda: tables_document(case, spectra, problems),
             lambda: report.fit_files(case, None, spectra),
         )
         return NEGATIVE if strict and problems else DONE
@@ -107,12 +107,12 @@ def fit(
     found = replace(found, conditions=(*found.conditions, *problems))
     further = {"dynamic": spectra_json(spectra)} if spectra else {}
 
-    def document(pictures: Sequence[Picture] = ()) -> Document:
-        law = report.fit_document(case, found, pictures)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra, pictures)])
+    def document() -> Document:
+        law = report.fit_document(case, found)
+        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
 
     run.deliver(
-        lambda: report.fit_json(case, found, run.timings()) | further,
+        lambda: report.fit_json(case, found) | further,
         document,
         lambda: report.fit_files(case, found, spectra),
     )
@@ -291,8 +291,8 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
     interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
     fits.sort(key=report.rank)
     run.deliver(
-        lambda: report.inverse_json(case, fits, run.timings()),
-        lambda pictures=(): report.inverse_document(case, fits, pictures),
+        lambda: report.inverse_json(case, fits),
+        lambda: report.inverse_document(case, fits),
         lambda: report.inverse_files(case, fits),
     )
     return _exit_code(fits[0], strict, interrupted)

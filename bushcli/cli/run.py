@@ -129,7 +129,7 @@ class Run:
     def deliver(
         self,
         result: Callable[[], dict[str, Any]],
-        document: Callable[..., Document],
+        document: Callable[[], Document],
         files: Callable[[], Files],
     ) -> None:
         """Write the result into the folder of -o, then print it.
@@ -140,6 +140,7 @@ class Run:
         if self.output is not None and is_first_rank():
             hold()
         found = result()
+        found["timings_s"] = {**self.timings(), **found["timings_s"]}
         if self.output is not None and is_first_rank():
             from bushcli import report
 

@@ -203,8 +203,8 @@ def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
     from bushcli import report
 
     run.deliver(
-        lambda: report.study_json(found, run.timings()),
-        lambda pictures=(): report.study_document(found, pictures),
+        lambda: report.study_json(found),
+        lambda: report.study_document(found),
         lambda: report.study_files(found, rows.write),
     )
     return NEGATIVE if strict and found.failed else DONE

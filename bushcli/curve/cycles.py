@@ -150,20 +150,32 @@ def _cycle(
             if way[rest - 1] <= near and way[rest:].max() < AT_THE_TURN * way.max():
                 closed, q_loop, force_loop = _loop(path.displacement, force, begin, branch.stop, near)
                 break
-    energy = _net_work(q_loop, force_loop, closed, noise)
-    work = sum(_work(path.displacement, force, branch, begin) for branch in part if branch.kind == "loading")
+    x, y = (np.append(one, one[0]) if closed else one for one in (q_loop, force_loop))
+    by_force, by_q = _weights(x, closed), _weights(y, closed)
+    variance = noise.force**2 * float(by_force @ by_force) + noise.displacement**2 * float(by_q @ by_q)
+    energy = Uncertain(float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x))), float(np.sqrt(variance)))
+    loading = [slice(max(b.start - 1, begin), b.stop) for b in part if b.kind == "loading"]
+    work = sum(float(np.trapezoid(force[cut], path.displacement[cut])) for cut in loading)
     known = work > 0 and (closed or any(branch.kind == "unloading" for branch in part))
     stored = 0.0 if closed else 0.5 * float((force_loop[0] + force_loop[-1]) * (q_loop[-1] - q_loop[0]))
     loss = (
         Uncertain((energy.value - stored) / work, energy.std / work) if known else Uncertain(np.nan, np.nan)
     )
-    counted = _without_holds(part, begin)
+    rate = None
+    if path.time is not None:
+        moving = [(max(b.start - 1, begin), b.stop - 1) for b in part if b.kind != "hold"]
+        way = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
+        seconds = sum(path.time[last] - path.time[first] for first, last in moving)
+        rate = float(way / seconds) if seconds > 0 else None
+    # Of each hold only the first sample.
+    pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
+    counted = np.unique(np.concatenate([[begin], *pieces]))
     peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
     return Cycle(
         number=part[0].cycle,
         lowest=float(q.min()),
         highest=float(q.max()),
-        rate=_rate(part, begin, path),
+        rate=rate,
         closed=closed,
         energy=energy,
         loss=loss,
@@ -211,16 +223,6 @@ def _force_at(target: float, q: Array, force: Array, i: int) -> float | None:
     return float((1 - share) * force[i - 1] + share * force[i])
 
 
-def _net_work(q: Array, force: Array, closed: bool, noise: Noise) -> Uncertain:
-    """Integrate the force over the displacement, around the polygon if the path is closed."""
-    if closed:
-        q, force = np.append(q, q[0]), np.append(force, force[0])
-    value = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(q)))
-    by_force, by_q = _weights(q, closed), _weights(force, closed)
-    variance = noise.force**2 * float(by_force @ by_force) + noise.displacement**2 * float(by_q @ by_q)
-    return Uncertain(value, float(np.sqrt(variance)))
-
-
 def _weights(x: Array, closed: bool) -> Array:
     """Return half the difference between the next and the previous point, for each point of a path."""
     if closed:
@@ -228,26 +230,6 @@ def _weights(x: Array, closed: bool) -> Array:
         return np.asarray(0.5 * (np.roll(ring, -1) - np.roll(ring, 1)))
     padded = np.concatenate([x[:1], x, x[-1:]])
     return np.asarray(0.5 * (padded[2:] - padded[:-2]))
-
-
-def _work(q: Array, force: Array, branch: Segment, begin: int) -> float:
-    cut = slice(max(branch.start - 1, begin), branch.stop)
-    return float(np.trapezoid(force[cut], q[cut]))
-
-
-def _rate(part: Sequence[Segment], begin: int, path: Curve) -> float | None:
-    if path.time is None:
-        return None
-    moving = [(max(b.start - 1, begin), b.stop - 1) for b in part if b.kind != "hold"]
-    way = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
-    seconds = sum(path.time[last] - path.time[first] for first, last in moving)
-    return float(way / seconds) if seconds > 0 else None
-
-
-def _without_holds(part: Sequence[Segment], begin: int) -> NDArray[np.int_]:
-    """Return the samples of a cycle, of each hold only the first."""
-    pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
-    return np.unique(np.concatenate([[begin], *pieces]))
 
 
 def _secant(curve: Curve, noise: Noise) -> Uncertain:

@@ -133,7 +133,9 @@ def _first_cycle(recording: Recording) -> int | None:
     rising = _next(x >= -near, beyond)
     if rising is None:
         return None
-    other = _force_at(x, force, back - 1, beyond)
+    # The force where the falling distance passes zero.
+    inside = slice(max(back - 1, 0), beyond + 1)
+    other = float(np.interp(0.0, -x[inside], force[inside]))
     width = abs(other - force[0])
     end = rising + int(np.argmin(np.abs(x[rising : rising + 3])))
     closed = abs(force[end] - force[0]) <= CLOSED * width and width > SURE * force_noise(recording)
@@ -146,9 +148,3 @@ def _next(marked: NDArray[np.bool_], start: int) -> int | None:
     """Return the first marked sample from `start` on."""
     found = np.flatnonzero(marked[start:])
     return start + int(found[0]) if len(found) else None
-
-
-def _force_at(x: Array, force: Array, first: int, last: int) -> float:
-    """Return the force where the falling distance passes zero between two samples."""
-    inside = slice(max(first, 0), last + 1)
-    return float(np.interp(0.0, -x[inside], force[inside]))

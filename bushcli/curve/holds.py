@@ -100,39 +100,35 @@ def holds_along(
         One entry per hold of the path; None where the force is not known throughout the hold.
     """
     found = branches(path) if found is None else found
-    held = [branch for branch in found if branch.kind == "hold"]
-    return tuple(
-        _hold(i, branch.cycle, slice(branch.start, branch.stop), path, force, noise.force, least_force)
-        if np.isfinite(force[branch.start : branch.stop]).all()
-        else None
-        for i, branch in enumerate(held, start=1)
-    )
-
-
-def _hold(
-    number: int, cycle: int, cut: slice, path: Curve, force: Array, sigma: float, least_force: float
-) -> Hold:
-    held = force[cut]
+    sigma = noise.force
     least = max(least_force, _HELD * sigma)
-    # Without time, the sample numbers give the order but not the duration.
-    since = np.arange(len(held), dtype=float) if path.time is None else path.time[cut] - path.time[cut.start]
-    end = float(since[-1])
-    first = np.zeros(len(held))
-    first[0] = 1.0
-    last = _weights(since, end)
-    reached = [] if path.time is None else [at for at in STANDARD_TIMES if since[1] <= at <= end]
-    return Hold(
-        number=number,
-        cycle=cycle,
-        start=cut.start,
-        stop=cut.stop,
-        displacement=float(path.displacement[cut].mean()),
-        duration=None if path.time is None else end,
-        force_start=Uncertain(float(held[0]), sigma),
-        force_end=Uncertain(float(last @ held), sigma * float(np.linalg.norm(last))),
-        relaxation=_relaxation(first, last, held, sigma, least),
-        after={at: _relaxation(first, _weights(since, at), held, sigma, least) for at in reached},
-    )
+    every: list[Hold | None] = []
+    for branch in (branch for branch in found if branch.kind == "hold"):
+        cut = slice(branch.start, branch.stop)
+        held, time = force[cut], None if path.time is None else path.time[cut]
+        if not np.isfinite(held).all():
+            every.append(None)
+            continue
+        # Without time, the sample numbers give the order but not the duration.
+        since = np.arange(len(held), dtype=float) if time is None else time - time[0]
+        end = float(since[-1])
+        first, last = np.eye(1, len(held))[0], _weights(since, end)
+        reached = [] if time is None else [at for at in STANDARD_TIMES if since[1] <= at <= end]
+        every.append(
+            Hold(
+                number=len(every) + 1,
+                cycle=branch.cycle,
+                start=branch.start,
+                stop=branch.stop,
+                displacement=float(path.displacement[cut].mean()),
+                duration=None if time is None else end,
+                force_start=Uncertain(float(held[0]), sigma),
+                force_end=Uncertain(float(last @ held), sigma * float(np.linalg.norm(last))),
+                relaxation=_relaxation(first, last, held, sigma, least),
+                after={at: _relaxation(first, _weights(since, at), held, sigma, least) for at in reached},
+            )
+        )
+    return tuple(every)
 
 
 def _weights(since: Array, at: float) -> Array:

@@ -56,7 +56,18 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
             power[at + j : piece.stop + j] += weights[:, j] ** 2
     if within.sum() < _ENOUGH:
         return _spread(np.abs(residuals[within]))
-    kept = within & ~_spiked(height, power, width)
+    # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
+    # it poorly.
+    known = power > 0.0
+    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
+    high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
+    # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
+    beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
+    high = high[size[high] == beside.max(axis=1)]
+    spiked = np.zeros(n + width - 1, dtype=bool)
+    for j in range(width):
+        spiked[high + j] = True
+    kept = within & ~spiked[width - 1 : n]
     # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
 
@@ -97,22 +108,6 @@ def _spread(sizes: Array) -> float:
         # 0.9733: variance of a standard normal cut off at 3.
         sigma = float(np.sqrt(np.mean(kept**2) / 0.9733))
     return sigma
-
-
-def _spiked(height: Array, power: Array, width: int) -> NDArray[np.bool_]:
-    """Return which windows of a width hold a spike: a sample that explains the residuals of all its windows."""
-    # The height of a spike, divided by its standard error for residuals of 1: a few windows, as at the ends, determine
-    # it poorly.
-    known = power > 0.0
-    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
-    high = np.flatnonzero(size > _SPIKE * median_deviation(size[known]))
-    # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
-    beside = sliding_window_view(np.pad(size, width - 1), 2 * width - 1)[high]
-    high = high[size[high] == beside.max(axis=1)]
-    spiked = np.zeros(len(size) + width - 1, dtype=bool)
-    for j in range(width):
-        spiked[high + j] = True
-    return spiked[width - 1 : len(size)]
 
 
 def _weights(abscissa: Array, order: int) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -182,7 +181,15 @@ class Recording(Curve):
         """The segments, with the numbers of the rig's or the selected cycles; cut where a cycle ends within one."""
         if self.numbers is None:
             return self.segments
-        return tuple(part for branch in self.segments for part in _numbered(branch, self.numbers))
+        parts = []
+        for branch in self.segments:
+            own = self.numbers[branch.start : branch.stop]
+            least = max(_LATE, _LATE_SHARE * len(own))
+            cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
+            for first, last in pairwise([0, *cuts, len(own)]):
+                start, stop, cycle = branch.start + first, branch.start + last, int(own[(first + last) // 2])
+                parts.append(replace(branch, start=start, stop=stop, cycle=cycle))
+        return tuple(parts)
 
     def counted(
         self, numbers: NDArray[np.int_], columns: tuple[ReadColumn, ...], unused: tuple[str, ...]
@@ -247,13 +254,3 @@ class Recording(Curve):
             displacement=np.interp(every, sound, self.displacement[sound]),
             force=np.interp(every, sound, self.force[sound]),
         )
-
-
-def _numbered(branch: Segment, numbers: NDArray[np.int_]) -> Iterator[Segment]:
-    """Yield the parts of a branch that belong to different cycles."""
-    own = numbers[branch.start : branch.stop]
-    least = max(_LATE, _LATE_SHARE * len(own))
-    cuts = [int(at) + 1 for at in np.flatnonzero(np.diff(own)) if least <= at + 1 <= len(own) - least]
-    for first, last in pairwise([0, *cuts, len(own)]):
-        middle = int(own[(first + last) // 2])
-        yield replace(branch, start=branch.start + first, stop=branch.start + last, cycle=middle)

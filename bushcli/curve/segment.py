@@ -108,7 +108,25 @@ def segment(
         At least one, covering all samples.
     """
     found = excursions(displacement, time, sigma)
-    numbers = _cycles(found, displacement)
+    every = []
+    for number, branches in groupby(found, lambda one: one.cycle):
+        part = list(branches)
+        start, stop = max(part[0].start - 1, 0), part[-1].stop
+        furthest = start + int(np.argmax(np.abs(displacement[start:stop])))
+        kinds = [branch.kind for branch in part if branch.kind != "hold"]
+        ends = float(displacement[start]), float(displacement[furthest])
+        every.append(_Excursion(number, *ends, len(set(kinds)) == 2, kinds[:1] == ["unloading"]))
+    groups: list[list[_Excursion]] = []
+    while every:
+        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
+        groups.append(every[:size])
+        every = every[size:]
+    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
+    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
+        groups[:2] = [[*groups[0], *groups[1]]]
+    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
+        groups[-2:] = [[*groups[-2], *groups[-1]]]
+    numbers = {one.number: i for i, group in enumerate(groups, 1) for one in group}
     return tuple(replace(branch, cycle=numbers[branch.cycle]) for branch in found)
 
 
@@ -123,22 +141,44 @@ def excursions(
     threshold = max(TURN * sigma, _SMALLEST_TURN * span)
     # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points(np.ascontiguousarray(displacement, dtype=float).data, threshold)
+    turns = turning_points(displacement, threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
-    pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
-    return tuple(_named(pieces, displacement, threshold))
+    # Turning points within a hold do not cut it.
+    q, held = displacement, np.zeros(len(displacement), dtype=bool)
+    for start, stop in holds:
+        held[start:stop] = True
+    cuts = {0, len(q)} | {edge for hold in holds for edge in hold} | {t + 1 for t in turns if not held[t]}
+    # Pieces that move without a net displacement, a hold's ragged ends, are joined to their neighbour.
+    pieces: list[tuple[int, int, bool]] = []
+    for start, stop in pairwise(sorted(cuts)):
+        idle = not held[start] and abs(q[stop - 1] - q[max(start - 1, 0)]) < threshold
+        if pieces and (idle or (held[start] and pieces[-1][2])):
+            pieces[-1] = (pieces[-1][0], stop, pieces[-1][2])
+        else:
+            pieces.append((start, stop, bool(held[start])))
+    if len(pieces) > 1 and not pieces[0][2] and abs(q[pieces[0][1] - 1] - q[0]) < threshold:
+        pieces[:2] = [(0, pieces[1][1], pieces[1][2])]
+    return tuple(_named(pieces, q, threshold))
 
 
 def _abscissa(displacement: Array, time: Array | None) -> Array:
     return np.arange(len(displacement), dtype=float) if time is None else time
 
 
-def _turning_points(q: Sequence[float], threshold: float) -> list[int]:
-    """Return the samples at which the direction changes, by the zigzag rule."""
+def turning_points(q: Array, threshold: float) -> list[int]:
+    """Return the samples at which the direction changes, by the zigzag rule.
+
+    Parameters
+    ----------
+    q : (n,) array
+        Displacement, in any unit.
+    threshold : float
+        In the unit of `q`: smaller reversals do not count.
+    """
     turns: list[int] = []
     low = high = direction = 0
-    lowest = highest = q[0]
-    for i, value in enumerate(q):
+    lowest = highest = float(q[0])
+    for i, value in enumerate(np.ascontiguousarray(q, dtype=float).data):
         if value > highest:
             high, highest = i, value
         if value < lowest:
@@ -164,7 +204,12 @@ def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     while start <= n - _SHORTEST_HOLD:
         stop = int(stops[start])
         if stop - start >= _LONGEST:
-            stop = _stop(q, start, band)
+            out, size = np.zeros(0, dtype=bool), _LONGEST
+            while not out.any() and len(out) < n - start:
+                size *= 2
+                part = q[start : start + size]
+                out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
+            stop = start + (int(np.argmax(out)) if out.any() else len(out))
         long = stop - start >= _SHORTEST_HOLD and _is_abrupt(values, times, start, stop, band)
         if long and _still(q[start:stop], x[start:stop], sigma):
             holds.append((start, stop))
@@ -201,17 +246,6 @@ def _stops(q: Array, band: float) -> NDArray[np.int_]:
     return found
 
 
-def _stop(q: Array, start: int, band: float) -> int:
-    """Return the first sample that is not in one band with all from `start` on."""
-    size = _LONGEST
-    while True:
-        part = q[start : start + size]
-        out = np.maximum.accumulate(part) - np.minimum.accumulate(part) > band
-        if out.any() or start + size >= len(q):
-            return start + (int(np.argmax(out)) if out.any() else len(part))
-        size *= 2
-
-
 def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, band: float) -> bool:
     """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
 
@@ -223,15 +257,11 @@ def _is_abrupt(q: Sequence[float], x: Sequence[float], start: int, stop: int, ba
     if start and not (before and max(max(before) - q[start], q[start] - min(before)) > 0.5 * band):
         return False
     after = q[stop : bisect_right(x, x[stop - 1] + patience)]
-    centre = _median(q[start:stop])
+    ordered, half = sorted(q[start:stop]), (stop - start) // 2
+    centre = 0.5 * (ordered[half] + ordered[-1 - half])
     low, high = centre - 1.5 * band, centre + 1.5 * band
     came = start == 0 or (bool(before) and (max(before) > high or min(before) < low))
     return came and (stop == len(q) or (bool(after) and (max(after) > high or min(after) < low)))
-
-
-def _median(values: Sequence[float]) -> float:
-    ordered, half = sorted(values), len(values) // 2
-    return ordered[half] if len(values) % 2 else 0.5 * (ordered[half - 1] + ordered[half])
 
 
 def _still(q: Array, x: Array, sigma: float) -> bool:
@@ -247,33 +277,15 @@ def _still(q: Array, x: Array, sigma: float) -> bool:
     return bool(straight and flat and q.std() <= 1.6 * sigma)
 
 
-def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tuple[int, int, bool]]:
-    """Return (start, stop, is a hold) covering all n samples; turning points within a hold do not cut it."""
-    held = np.zeros(n, dtype=bool)
-    for start, stop in holds:
-        held[start:stop] = True
-    cuts = {0, n} | {edge for hold in holds for edge in hold} | {t + 1 for t in turns if not held[t]}
-    edges = sorted(cuts)
-    return [(a, b, bool(held[a])) for a, b in pairwise(edges)]
-
-
-def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> list[tuple[int, int, bool]]:
-    """Join moving pieces without a net displacement (a hold's ragged ends) to their neighbour."""
-    merged: list[tuple[int, int, bool]] = []
-    for start, stop, held in pieces:
-        idle = not held and abs(q[stop - 1] - q[max(start - 1, 0)]) < threshold
-        if merged and (idle or (held and merged[-1][2])):
-            merged[-1] = (merged[-1][0], stop, merged[-1][2])
-        else:
-            merged.append((start, stop, held))
-    if len(merged) > 1 and not merged[0][2] and abs(q[merged[0][1] - 1] - q[0]) < threshold:
-        merged[:2] = [(0, merged[1][1], merged[1][2])]
-    return merged
-
-
 def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Segment]:
-    cycle, turned = 1, False
-    side = _first_side(pieces, q, threshold)
+    cycle, turned, side = 1, False, 0
+    moving = next(((start, stop) for start, stop, held in pieces if not held), None)
+    if moving:
+        # The sign of the displacement at the turning point where the recording begins; 0 if it begins elsewhere.
+        begin, end = float(q[max(moving[0] - 1, 0)]), float(q[moving[1] - 1])
+        sign = 1 if begin > 0 else -1
+        away = sign * (end - begin) < 0 and abs(begin) > threshold
+        side = sign if away and abs(begin) >= AT_THE_TURN * float((sign * q).max()) else 0
     for place, (start, stop, held) in enumerate(pieces):
         if held:
             yield Segment("hold", start, stop, cycle, 0)
@@ -281,7 +293,12 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
         before = max(start - 1, 0)
         direction = 1 if q[stop - 1] > q[before] else -1
         small = max(threshold, _overshoot(pieces, place, q))
-        for first, last in _cut_at_zero(q, before, start, stop, small):
+        cuts = [start, stop]
+        if q[before] * q[stop - 1] < 0 and min(abs(q[before]), abs(q[stop - 1])) > small:
+            # It crosses zero: the sample nearest to it ends the first part.
+            middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1
+            cuts = [start, middle, stop] if start < middle < stop else cuts
+        for first, last in pairwise(cuts):
             end = q[last - 1]
             kind: Kind = "loading" if abs(end) > abs(q[max(first - 1, 0)]) else "unloading"
             # A cycle ends where the next one begins: at rest, or at the turning point at which the file begins.
@@ -291,19 +308,6 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
                 end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
             )
             yield Segment(kind, first, last, cycle, direction)
-
-
-def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:
-    """Return the sign of the displacement at the turning point where a recording begins; 0 if it begins elsewhere."""
-    moving = [(start, stop) for start, stop, held in pieces if not held]
-    if not moving:
-        return 0
-    start, stop = moving[0]
-    begin, end = float(q[max(start - 1, 0)]), float(q[stop - 1])
-    side = 1 if begin > 0 else -1
-    furthest = float((side * q).max())
-    away = side * (end - begin) < 0 and abs(begin) > threshold
-    return side if away and abs(begin) >= AT_THE_TURN * furthest else 0
 
 
 @dataclass(frozen=True)
@@ -320,31 +324,6 @@ class _Excursion:
     def height(self) -> float:
         """Distance from the beginning to the furthest displacement."""
         return abs(self.furthest - self.begin)
-
-
-def _cycles(found: Sequence[Segment], q: Array) -> dict[int, int]:
-    """Return the number of the cycle of each excursion; see the module for the rules."""
-    every = [_excursion(number, list(part), q) for number, part in groupby(found, lambda one: one.cycle)]
-    groups: list[list[_Excursion]] = []
-    while every:
-        size = 2 if _reverse(every, groups[-1] if groups else ()) else 1
-        groups.append(every[:size])
-        every = every[size:]
-    # A dip before the first cycle, and the way back to rest after the last one, are no cycles.
-    if len(groups) > 1 and _leads_in(groups[0], groups[1]):
-        groups[:2] = [[*groups[0], *groups[1]]]
-    if len(groups) > 1 and _runs_out(groups[-2], groups[-1]):
-        groups[-2:] = [[*groups[-2], *groups[-1]]]
-    return {one.number: i for i, group in enumerate(groups, 1) for one in group}
-
-
-def _excursion(number: int, part: Sequence[Segment], q: Array) -> _Excursion:
-    start, stop = part[0].start, part[-1].stop
-    before = max(start - 1, 0)
-    furthest = before + int(np.argmax(np.abs(q[before:stop])))
-    kinds = [branch.kind for branch in part if branch.kind != "hold"]
-    loop = kinds[:1] == ["unloading"]
-    return _Excursion(number, float(q[before]), float(q[furthest]), len(set(kinds)) == 2, loop)
 
 
 def _reverse(every: Sequence[_Excursion], before: Sequence[_Excursion]) -> bool:
@@ -424,13 +403,3 @@ def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> flo
     beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
     same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
     return OVERSHOOT * min(beside) if beside and same_side else 0.0
-
-
-def _cut_at_zero(q: Array, before: int, start: int, stop: int, small: float) -> list[tuple[int, int]]:
-    """Return the stretch, cut in two if it crosses zero: the sample nearest to zero ends the first part."""
-    begin, end = q[before], q[stop - 1]
-    if begin * end < 0 and min(abs(begin), abs(end)) > small:
-        middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1
-        if start < middle < stop:
-            return [(start, middle), (middle, stop)]
-    return [(start, stop)]

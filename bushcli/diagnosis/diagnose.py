@@ -35,8 +35,7 @@ from bushcli.mismatch.missing import missing
 from bushcli.mismatch.record import locate
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import CONTINUE, Condition, history_damaged
-from bushcli.runtime.history import history_of
-from bushcli.runtime.store import Store, holds_results
+from bushcli.runtime.store import Store, history_of, holds_results
 from bushcli.runtime.workers import Workers
 from bushcli.selection.closest import closest
 from bushcli.selection.codec import FitCodec

@@ -269,8 +269,9 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
         raise InputError(*problems)
 
 
-#: Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
-NEVER = 1e6
+#: Relaxation time, s, so long that nothing relaxes in a simulation of some seconds; a spectrum's shortest time may be
+#: twelve decades below the one that is its parameter.
+NEVER = 1e18
 
 
 def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEffect, ...]:
@@ -291,9 +292,12 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
         if not one.effect.fades:
             found.append(one)
         elif unrelaxed and not one.effect.slides:
-            # The times of what fades with time are its relaxation times.
-            times = {p.name: NEVER for p in one.parameters if p.unit == "s"}
-            found.append(replace(one, values={**one.values, **times}))
+            # All times grow by one factor: what a clock gains by motion, over the relaxation times, is the same.
+            times = {p.name: one.values[p.name] for p in one.parameters if p.unit == "s"}
+            factor = NEVER / min((time for time in times.values() if time > 0.0), default=1.0)
+            found.append(
+                replace(one, values={**one.values, **{k: factor * time for k, time in times.items()}})
+            )
     return tuple(found)
 
 

@@ -229,10 +229,11 @@ class Effect:
         state.
     is_factor : bool
         Whether it multiplies the force by a factor that is the same at any displacement and time.
-    in_force_law : {"curve", "maxwell", "sliders", "softening", "set", "warming"} or None
+    in_force_law : {"curve", "maxwell", "clock", "sliders", "softening", "set", "warming"} or None
         Where the force law of an export contains an effect of the rubber: in its curves or in a state; None where it
-        cannot. The first parameter of a "set" is the share of the largest displacements that stays, those of a
-        "warming" are the share of the force that is lost and the time constant.
+        cannot. The feature of a "clock" has a clock as its first branch, and after it those that follow it. The first
+        parameter of a "set" is the share of the largest displacements that stays, those of a "warming" are the share of
+        the force that is lost and the time constant.
     on_card : callable, optional
         Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
         hold it.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 #: States of a force law (`bushcli.export.fmu.force_law`) that an effect can be; "curve" is within its curves.
-ForceLawPart = Literal["curve", "maxwell", "sliders", "softening", "set", "warming"]
+ForceLawPart = Literal["curve", "maxwell", "clock", "sliders", "softening", "set", "warming"]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.inverse.channel import Patience
+from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.inverse.table_channel import AnyChannel
 from bushcli.likelihood.calibration import factor_of
@@ -34,7 +34,7 @@ class Posterior(LeastSquaresProblem):
         Priors of the parameters that have one.
     stopping : Stopping
         When searches end.
-    patience : sequence of Patience
+    limits : sequence of StepLimit
         Failed steps after which marches are given up, by channel.
     """
 
@@ -45,7 +45,7 @@ class Posterior(LeastSquaresProblem):
         variances: tuple[float, ...],
         known: Mapping[str, ParameterPrior],
         stopping: Stopping,
-        patience: Sequence[Patience],
+        limits: Sequence[StepLimit],
     ) -> None:
         super().__init__(
             plain.channels,
@@ -55,7 +55,7 @@ class Posterior(LeastSquaresProblem):
             plain.bounds,
             plain.states,
             stopping=stopping,
-            patience=patience,
+            limits=limits,
         )
         self.likelihood, self.variances, self.known = likelihood, variances, known
 

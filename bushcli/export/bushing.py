@@ -14,7 +14,7 @@ from bushcli.export.curves import Array, BushingData, ForceCurve, matrix_remedy
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
 from bushcli.export.source import ExportSource
-from bushcli.export.vibration import Vibration, motions
+from bushcli.export.vibration import motions
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
@@ -55,7 +55,9 @@ def bushing_of(
     if chosen.kind == "vibration":
         return _vibrating(source, progress)
     said = state_in_words(source.case.effects, unrelaxed)
-    matrix = _matrix(source, unrelaxed) if chosen.static else source.stiffness_matrix
+    matrix = source.stiffness_matrix
+    if chosen.static and any(one.effect.fades for one in source.case.effects):
+        matrix = matrix if source.state == ("unrelaxed" if unrelaxed else "relaxed") else None
     if chosen.kind == "matrix":
         if matrix is None:
             what = f"has no stiffness matrix{' in this state' if source.stiffness_matrix is not None else ''}"
@@ -78,10 +80,16 @@ def bushing_of(
     )
     tables = TableCache() if tables is None else tables
     if chosen.kind == "force_law":
-        channels = _ranges(source, kept, tables)
-        if not channels:
+        ranges: dict[str, tuple[str, str, float, float]] = {}
+        # A result contains the paths; the files of its recordings may have moved.
+        moved = [(one.name, one.mode, one.displacement) for one in source.curves]
+        for name, mode, q in moved or _moved(kept, tables):
+            ranges.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
+        if not ranges:
             raise _nothing(source)
-        return BushingData((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
+        return BushingData(
+            (), None, tuple(remarks), BushingLaw(reduce(kept, list(ranges.values()), progress))
+        )
     as_they_are = source.curves and settled == source.case.effects
     curves = source.curves if as_they_are else _simulated(source, kept, progress, tables)
     of_matrix = [] if matrix is None else _of_matrix(source)
@@ -93,40 +101,27 @@ def bushing_of(
 def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
     """Return dynamic stiffness, which is without the rig and without effects that depend on the amplitude."""
     left = [one.effect.name for one in source.case.effects if one.effect.acts == "rig" or one.effect.slides]
-    found = source.vibrations or _vibrations(source, progress)
+    found = list(source.vibrations)
+    if not found and not source.case.vibrations:
+        remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
+        raise InputError(Problem(source.where, "has no vibrations", "", remedy))
+    if not found:
+        from bushcli.simulate.dynamic import vibrate
+
+        response = vibrate(source.case, progress=progress)
+        if not response.complete:
+            failures = ("preload_not_reached", "unstable_preload")
+            failed = next(one for one in response.conditions if one.name in failures)
+            raise InputError(Problem(source.where, failed.message, "", failed.remedy))
+        for one in response.curves:
+            values = one.stiffness if one.matrix is None else one.matrix
+            static = (one.preload, one.force)
+            test = one.test
+            found += motions(one.name, test.mode, static, test.transfer, one.frequency, values, one.amplitude)
     remarks = [f"dynamic stiffness of small vibrations, without {' and '.join(left)}"] if left else []
     if any(one.static is None for one in found):
         remarks.append("without coupling between motions: of a pose's matrix only the diagonal is written")
-    return BushingData((), None, tuple(remarks), vibrations=found)
-
-
-def _vibrations(source: ExportSource, progress: Progress | None) -> tuple[Vibration, ...]:
-    """Return the dynamic stiffness of a case, simulated."""
-    from bushcli.simulate.dynamic import vibrate
-
-    if not source.case.vibrations:
-        remedy = "add a table [load_cases.dynamic] to load cases, or export the folder of `bushcli dynamic CASE -o OUT`"
-        raise InputError(Problem(source.where, "has no vibrations", "", remedy))
-    response = vibrate(source.case, progress=progress)
-    if not response.complete:
-        failures = ("preload_not_reached", "unstable_preload")
-        failed = next(one for one in response.conditions if one.name in failures)
-        raise InputError(Problem(source.where, failed.message, "", failed.remedy))
-    found: list[Vibration] = []
-    for one in response.curves:
-        values = one.stiffness if one.matrix is None else one.matrix
-        static = (one.preload, one.force)
-        found += motions(
-            one.name, one.test.mode, static, one.test.transfer, one.frequency, values, one.amplitude
-        )
-    return tuple(found)
-
-
-def _matrix(source: ExportSource, unrelaxed: bool) -> Array | None:
-    """Return the stiffness matrix of a result if it is in a state; None otherwise."""
-    fades = any(one.effect.fades for one in source.case.effects)
-    right = not fades or source.state == ("unrelaxed" if unrelaxed else "relaxed")
-    return source.stiffness_matrix if right else None
+    return BushingData((), None, tuple(remarks), vibrations=tuple(found))
 
 
 def _of_matrix(source: ExportSource) -> list[str]:
@@ -177,16 +172,6 @@ def _nothing(source: ExportSource) -> InputError:
             "has only load cases with vibrations, which give no curve; they are for nastran and csv_dynamic"
         )
     return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
-
-
-def _ranges(source: ExportSource, case: Case, tables: TableCache) -> list[tuple[str, str, float, float]]:
-    """Return name, mode and range of the first channel of each mode."""
-    found: dict[str, tuple[str, str, float, float]] = {}
-    # A result contains the paths; the files of its recordings may have moved.
-    moved = [(one.name, one.mode, one.displacement) for one in source.curves]
-    for name, mode, q in moved or _moved(case, tables):
-        found.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
-    return list(found.values())
 
 
 def _moved(case: Case, tables: TableCache) -> Iterator[tuple[str, str, Array]]:

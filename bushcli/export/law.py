@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from bushcli.export.reduce import Reduced
+from bushcli.export.reduce import Reduced, Sine
 from bushcli.export.units import UnitSystem
 from cases.mode import modes
 
@@ -21,7 +21,7 @@ class BushingLaw:
     channels: tuple[Reduced, ...]
 
     def summary(self) -> dict[str, Any]:
-        """Return what the result reports: branches, sliders, and the errors relative to the range of the force."""
+        """Return what the result reports: branches, sliders, and the errors against finite elements."""
         return {
             "channels": [
                 {
@@ -29,6 +29,7 @@ class BushingLaw:
                     "mode": one.mode,
                     "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
                     "sliders": len(one.data["sliders"]),
+                    "clocks": len(one.data["clock"].get("classes", ())),
                     "softens": bool(one.data["softening"]),
                     "set": one.data["set"],
                     "warming": dict(zip(("amount", "tau"), one.data["warming"], strict=False)),
@@ -36,6 +37,7 @@ class BushingLaw:
                     "displacement_to": _shown(one, one.data["displacement"][-1]),
                     "rms_percent": one.rms_percent,
                     "peak_percent": one.peak_percent,
+                    "vibrations": [_vibration(one, sine) for sine in one.sines],
                 }
                 for one in self.channels
             ]
@@ -53,6 +55,7 @@ class BushingLaw:
         units : UnitSystem
             Units of the FMU's variables; angles in rad.
         """
+        length, moment = f"{units.length:.12g}", f"{units.force * units.length:.12g}"
         errors = "; ".join(f"{one.name} {one.rms_percent:.2g} % rms" for one in self.channels)
         return {
             "name": name,
@@ -66,7 +69,15 @@ class BushingLaw:
                 "force": units.force_name,
                 "moment": f"{units.force_name}.{units.length_name}",
             },
-            "base_units": _base_units(units),
+            # Of each unit the exponents of SI's base units and its factor, as FMI requires them.
+            "base_units": {
+                units.length_name: {"m": "1", "factor": length},
+                "rad": {"rad": "1"},
+                f"{units.length_name}/s": {"m": "1", "s": "-1", "factor": length},
+                "rad/s": {"rad": "1", "s": "-1"},
+                units.force_name: {"kg": "1", "m": "1", "s": "-2", "factor": f"{units.force:.12g}"},
+                f"{units.force_name}.{units.length_name}": {"kg": "1", "m": "2", "s": "-2", "factor": moment},
+            },
             "channels": {_identifier(one.name): _channel(one, units) for one in self.channels},
         }
 
@@ -75,6 +86,18 @@ def _identifier(name: str) -> str:
     """Return the name of a channel as prefix of variables: letters, digits and underscores, a letter first."""
     plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
     return plain if plain[:1].isalpha() else f"channel_{plain}"
+
+
+def _vibration(one: Reduced, sine: Sine) -> dict[str, float]:
+    stiffness, angle = sine.errors
+    return {
+        "amplitude": _shown(one, sine.amplitude),
+        "frequency": sine.frequency,
+        "stiffness": abs(sine.simulated),
+        "loss_angle_deg": math.degrees(cmath.phase(sine.simulated)),
+        "stiffness_error_percent": stiffness,
+        "loss_angle_error_deg": angle,
+    }
 
 
 def _shown(one: Reduced, q: float) -> float:
@@ -88,42 +111,29 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
     force = units.of_moment(1.0) if turned else units.of_force(1.0)
     data = one.data
 
-    def times(key: str, factor: float) -> list[float]:
-        return [float(value) for value in factor * np.array(data[key])]
+    def scaled(values: Any, factor: float) -> Any:
+        return (factor * np.array(values)).tolist()
 
+    clock, softening = dict(data["clock"]), dict(data["softening"])
+    if clock:
+        clock["classes"] = [
+            {**part, "strain_slope": scaled(part["strain_slope"], 1.0 / length)} for part in clock["classes"]
+        ]
+    if softening:
+        softening["reached"] = scaled(softening["reached"], length)
+        softening |= {key: scaled(softening[key], force) for key in ("lost", "lost_slope")}
     return {
         "rotational": turned,
-        "displacement": times("displacement", length),
-        "force": times("force", force),
-        "force_slope": times("force_slope", force / length),
-        "elastic": times("elastic", force),
-        "elastic_slope": times("elastic_slope", force / length),
+        "displacement": scaled(data["displacement"], length),
+        "force": scaled(data["force"], force),
+        "force_slope": scaled(data["force_slope"], force / length),
+        "elastic": scaled(data["elastic"], force),
+        "elastic_slope": scaled(data["elastic_slope"], force / length),
         "maxwell": data["maxwell"],
         # A slider's stiffness multiplies the elastic force and has no unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],
-        "softening": _softening(data["softening"], length, force),
+        "clock": clock,
+        "softening": softening,
         "set": data["set"],
         "warming": data["warming"],
-    }
-
-
-def _softening(data: Mapping[str, Any], length: float, force: float) -> dict[str, Any]:
-    """Return the data of the softening in the units of the FMU."""
-    if not data:
-        return {}
-    lost = {key: (force * np.array(data[key])).tolist() for key in ("lost", "lost_slope")}
-    return {"reached": [length * value for value in data["reached"]], "share": list(data["share"])} | lost
-
-
-def _base_units(units: UnitSystem) -> dict[str, dict[str, str]]:
-    """Return unit -> its exponents of SI's base units and its factor, as FMI requires them."""
-    length, force = f"{units.length:.12g}", f"{units.force:.12g}"
-    moment = f"{units.force * units.length:.12g}"
-    return {
-        units.length_name: {"m": "1", "factor": length},
-        "rad": {"rad": "1"},
-        f"{units.length_name}/s": {"m": "1", "s": "-1", "factor": length},
-        "rad/s": {"rad": "1", "s": "-1"},
-        units.force_name: {"kg": "1", "m": "1", "s": "-2", "factor": force},
-        f"{units.force_name}.{units.length_name}": {"kg": "1", "m": "2", "s": "-2", "factor": moment},
     }

@@ -59,19 +59,14 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
         simulated = force(q, np.linspace(0.0, 1.0, len(q), dtype=np.float64), [mullins])[_THERE:]
         lost = first(back) - simulated
         lost[0] = 0.0  # at the turning point
-        curves.append(_both_sides(back / largest, lost, share))
+        # Where one side was not reached, the force of the other one is mirrored.
+        rising = slice(None, None, -int(sign))
+        at, lost = (back / largest)[rising], lost[rising]
+        own, mirrored = np.interp(share, at, lost), -np.interp(-share, at, lost)
+        curves.append(np.where((share >= at[0] - 1e-9) & (share <= at[-1] + 1e-9), own, mirrored))
     return {
         "reached": reached.tolist(),
         "share": share.tolist(),
         "lost": [lost.tolist() for lost in curves],
         "lost_slope": [CubicSpline(share, lost)(share, 1).tolist() for lost in curves],
     }
-
-
-def _both_sides(at: Array, lost: Array, share: Array) -> Array:
-    """Return the force lost at all shares; where one side was not reached, the force of the other side, mirrored."""
-    order = np.argsort(at)
-    own = np.interp(share, at[order], lost[order])
-    mirrored = -np.interp(-share, at[order], lost[order])
-    there = (share >= at.min() - 1e-9) & (share <= at.max() + 1e-9)
-    return np.where(there, own, mirrored)

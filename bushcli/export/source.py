@@ -112,7 +112,9 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
     else:
         result = _read(file, path)
         try:
-            source = _from_result(result, str(path), file.parent)
+            case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)
+            found = curves_of(result), *matrix_of(result), vibrations_in(result)
+            source = ExportSource(case, str(path), *found)
         except (KeyError, TypeError, AttributeError, ValueError):
             raise InputError(
                 Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
@@ -134,9 +136,3 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
         known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
         raise InputError(Problem(str(file), "is not a result that can be exported", "", f"one of {known}"))
     return result
-
-
-def _from_result(result: dict[str, Any], where: str, folder: Path) -> ExportSource:
-    shown = dict(result["case"]) | identified(result)
-    case = rebuilt_case(shown, folder)
-    return ExportSource(case, where, curves_of(result), *matrix_of(result), vibrations_in(result))

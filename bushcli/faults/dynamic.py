@@ -54,21 +54,21 @@ def table_faults(shape: Shape, tables: Sequence[DynamicTable]) -> tuple[DataFaul
         The bushing, which determines how stiff its rubber makes it.
     tables : sequence of DynamicTable
     """
-    found = [
-        fault
-        for table in tables
-        for fault in _faults(shape, table)
-        if fault.kind not in table.accepted_faults
-    ]
+    found: list[DataFault] = []
+    for table in tables:
+        off = _off_curve(table)
+        every = [*_unit(shape, table)]
+        if off.any():
+            first, count = int(np.argmax(off)), int(off.sum()) - 1
+            where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
+            other = _belongs(table, first)
+            where += f" and lies on that at {other}" if other else ""
+            where += f", and {count} more row{'s are' if count > 1 else ' is'} off, too" if count else ""
+            remedy = "correct the conditions of the row, or delete it; fits leave it out"
+            every.append(DataFault(table.name, "spikes", where, remedy, False, off))
+        every += _temperatures(table, off)
+        found += [fault for fault in every if fault.kind not in table.accepted_faults]
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
-
-
-def _faults(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
-    yield from _unit(shape, table)
-    off = _off_curve(table)
-    if off.any():
-        yield _rows_fault(table, off)
-    yield from _temperatures(table, off)
 
 
 def _unit(shape: Shape, table: DynamicTable) -> Iterator[DataFault]:
@@ -152,25 +152,6 @@ def _misses(over: Sequence[Array], values: Array) -> Array:
     return back
 
 
-def _rows_fault(table: DynamicTable, off: NDArray[np.bool_]) -> DataFault:
-    rows = np.flatnonzero(off)
-    first = int(rows[0])
-    where = f"{table.places[first]}: |K*| = {table.stiffness[first]:.4g} is off its curve"
-    other = _belongs(table, first)
-    if other:
-        where += f" and lies on that at {other}"
-    if len(rows) > 1:
-        where += f", and {len(rows) - 1} more row{'s are' if len(rows) > 2 else ' is'} off, too"
-    return DataFault(
-        table.name,
-        "spikes",
-        where,
-        "correct the conditions of the row, or delete it; fits leave it out",
-        False,
-        off,
-    )
-
-
 def _belongs(table: DynamicTable, row: int) -> str:
     """Return the conditions of another curve that a row lies on, or an empty text."""
     over = np.log(table.frequency if table.over_frequency else table.amplitude)
@@ -202,7 +183,15 @@ def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataF
     at = np.array([float(np.mean(table.temperature[rows])) for rows in curves])
     if (np.diff(at) < 1.0).any():
         return  # several amplitudes or preloads at one temperature
-    change = np.array([_difference(table, over, a, b) for a, b in pairwise(curves)])
+    # Mean difference of ln |K*| of neighbouring curves over the range that both have.
+    change = np.full(len(curves) - 1, np.nan)
+    ordered = [rows[np.argsort(over[rows])] for rows in curves]
+    for k, (one, other) in enumerate(pairwise(ordered)):
+        low, high = max(over[one[0]], over[other[0]]), min(over[one[-1]], over[other[-1]])
+        x, values = np.linspace(low, high, 20), np.log(table.stiffness)
+        if high > low:
+            pair = [np.interp(x, over[rows], values[rows]) for rows in (one, other)]
+            change[k] = np.mean(pair[1] - pair[0])
     rate = np.maximum(np.abs(change), 1e-4) / np.diff(at)
     for k in range(len(rate)):
         beside = [rate[j] for j in (k - 1, k + 1) if 0 <= j < len(rate)]
@@ -219,17 +208,3 @@ def _temperatures(whole: DynamicTable, off: NDArray[np.bool_]) -> Iterator[DataF
             )
             remedy = "one of them was probably not measured at its temperature: ask the laboratory, or leave one out"
             yield DataFault(table.name, "temperature", where, remedy, False, rows)
-
-
-def _difference(table: DynamicTable, over: Array, one: NDArray[np.intp], other: NDArray[np.intp]) -> float:
-    """Return the mean difference of ln |K*| of two curves over the range that both have."""
-    low = max(over[one].min(), over[other].min())
-    high = min(over[one].max(), over[other].max())
-    if high <= low:
-        return float("nan")
-    x = np.linspace(low, high, 20)
-    curves = []
-    for rows in (one, other):
-        order = rows[np.argsort(over[rows])]
-        curves.append(np.interp(x, over[order], np.log(table.stiffness[order])))
-    return float(np.mean(curves[1] - curves[0]))

@@ -137,21 +137,10 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             fatal,
             clip,
         )
-    held = np.zeros_like(clip)
-    for fault in _stuck(recording, clip, noise):
-        held |= fault.samples
-        yield fault
-    yield from _spikes(recording, clip | held)
-
-
-def _stuck(recording: Recording, clip: Mask, noise: float) -> Iterator[DataFault]:
-    """Yield samples (n,) that only repeat earlier ones, among those that are not clipped."""
-    x = abscissa(recording)
-    stiffness = slope(recording.displacement, recording.force)
-    held_force = stuck_force(recording.force, recording.displacement, stiffness, noise, clip)
-    rows = stuck_rows(recording.force, recording.displacement, noise, displacement_noise(recording))
-    held_force &= ~rows
-    held_displacement = stuck_displacement(recording.displacement, recording.force, x) & ~rows
+    q, force = recording.displacement, recording.force
+    rows = stuck_rows(force, q, noise, displacement_noise(recording))
+    held_force = stuck_force(force, q, slope(q, force), noise, clip) & ~rows
+    held_displacement = stuck_displacement(q, force, abscissa(recording)) & ~rows
     for held, what in (
         (held_force, "force"),
         (held_displacement, "displacement"),
@@ -170,13 +159,7 @@ def _stuck(recording: Recording, clip: Mask, noise: float) -> Iterator[DataFault
                 fatal,
                 held,
             )
-
-
-def _unsteady(displacement: Array) -> Array:
-    """Return the range of the four steps of a displacement around each sample, (n,): two before and two after it."""
-    steps = np.pad(np.diff(displacement), 2, mode="edge")
-    window = sliding_window_view(steps, 4)
-    return np.asarray(np.ptp(window, axis=1))
+    yield from _spikes(recording, clip | held_force | held_displacement | rows)
 
 
 def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
@@ -190,7 +173,9 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
     whole = Recording(recording.mode, still, recording.force, recording.time) if jumps.any() else recording
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
-    explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * _unsteady(still[sound])
+    # The range of the four steps around each sample: two before and two after it.
+    steps = sliding_window_view(np.pad(np.diff(still[sound]), 2, mode="edge"), 4)
+    explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * np.ptp(steps, axis=1)
     spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained, ends=True)
     # Where both jump together the bushing was moved: that is not a fault of a sensor.
     both = jumps & spiked

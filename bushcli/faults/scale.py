@@ -126,9 +126,32 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
     ]
     done: set[str] = set()
     for one, other in combinations(known, 2):
-        if _are_exchanged(one, other) and not {one.recording.name, other.recording.name} & done:
+        # Two channels of one kind that contradict each other as they are, and agree when exchanged.
+        this, that = (modes()[scale.recording.mode] for scale in (one, other))
+        swapped = (
+            (one.stiffness[0] / other.unit[1], one.stiffness[1] / other.unit[0]),
+            (other.stiffness[0] / one.unit[1], other.stiffness[1] / one.unit[0]),
+        )
+        if (
+            this.name != that.name
+            and "coupon" not in (this.specimen, that.specimen)
+            and this.rotational == that.rotational
+            and all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
+            and _apart(one.modulus, other.modulus) >= _EXCHANGED
+            and _apart(*swapped) <= _AGREE
+            and not {one.recording.name, other.recording.name} & done
+        ):
             done |= {one.recording.name, other.recording.name}
-            yield from _exchanged(one, other)
+            for own, its in ((one, other), (other, one)):
+                yield DataFault(
+                    own.recording.name,
+                    "swapped",
+                    f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
+                    f'"{own.recording.name}" contains the data of "{its.recording.name}"',
+                    "exchange the file names (or the columns) of the two [[recordings]]",
+                    True,
+                    np.zeros(len(own.recording.force), dtype=bool),
+                )
     for one in known:
         if one.recording.name in done:
             continue
@@ -186,35 +209,6 @@ def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 
 # -- channels and columns that are exchanged -----------------------------------------------------------------------
-
-
-def _are_exchanged(one: _Scale, other: _Scale) -> bool:
-    """Whether two channels of one kind contradict each other as they are, and agree when exchanged."""
-    this, that = (modes()[scale.recording.mode] for scale in (one, other))
-    if this.name == that.name or this.specimen == "coupon" or that.specimen == "coupon":
-        return False
-    if this.rotational != that.rotational:
-        return False
-    given = _apart(one.modulus, other.modulus)
-    swapped = (
-        (one.stiffness[0] / other.unit[1], one.stiffness[1] / other.unit[0]),
-        (other.stiffness[0] / one.unit[1], other.stiffness[1] / one.unit[0]),
-    )
-    real = all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
-    return real and given >= _EXCHANGED and _apart(*swapped) <= _AGREE
-
-
-def _exchanged(one: _Scale, other: _Scale) -> Iterator[DataFault]:
-    for this, that in ((one, other), (other, one)):
-        yield DataFault(
-            this.recording.name,
-            "swapped",
-            f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
-            f'"{this.recording.name}" contains the data of "{that.recording.name}"',
-            "exchange the file names (or the columns) of the two [[recordings]]",
-            True,
-            np.zeros(len(this.recording.force), dtype=bool),
-        )
 
 
 def _moduli(one: _Scale) -> str:

@@ -119,8 +119,17 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, en
                 one[none] = np.where(side.alone[none], np.abs(side.score[none]), 0.0)
             block[: n - k] = np.minimum(block[: n - k], one[k:])
         block[n - width + 1 :] = 0.0
+        # The misses beyond noise next to the block: before it those of the extrapolations from earlier samples, after
+        # it those from later ones, neither of which used the samples of the block.
         high = np.flatnonzero(block)
-        block[high[block[high] < _OVER_NEARBY * _nearby(left[0], right[0], width, high)]] = 0.0
+        sides = [np.where(side.clean, np.abs(side.score), 0.0) for side in (left[0], right[0])]
+        padded = np.pad(sides[0], (_NEARBY, 0)), np.pad(sides[1], (0, _NEARBY + width))
+        windows = [sliding_window_view(side, _NEARBY) for side in padded]
+        most = np.maximum(
+            windows[0][high].max(axis=1, initial=0.0), windows[1][high + width].max(axis=1, initial=0.0)
+        )
+        nearby = np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0))
+        block[high[block[high] < _OVER_NEARBY * nearby]] = 0.0
         height[width - 1] = block
     # Of spikes that share samples, or lie in each other's parabolas, the highest is taken first.
     best = height.max(axis=0)
@@ -145,20 +154,6 @@ def _agreed(left: _Miss, right: _Miss) -> Array:
     return found
 
 
-def _nearby(left: _Miss, right: _Miss, width: int, starts: NDArray[np.intp]) -> Array:
-    """Return the misses beyond noise next to blocks that start at some samples (m,), in standard deviations.
-
-    Before the block the extrapolations from earlier samples count, after it those from later ones: neither used the
-    samples of the block.
-    """
-    before = np.pad(np.where(left.clean, np.abs(left.score), 0.0), (_NEARBY, 0))
-    after = np.pad(np.where(right.clean, np.abs(right.score), 0.0), (0, _NEARBY + width))
-    most_before = sliding_window_view(before, _NEARBY)[starts].max(axis=1, initial=0.0)
-    most_after = sliding_window_view(after, _NEARBY)[starts + width].max(axis=1, initial=0.0)
-    most = np.maximum(most_before, most_after)
-    return np.asarray(np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0)))
-
-
 def _miss(
     values: Array,
     x: Array,
@@ -171,8 +166,22 @@ def _miss(
     """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts."""
     parabola, size, clean = _by_parabola(values, x, branch, gap)
     score = parabola
+    n = len(values)
     for samples in _ON_LINES:
-        other, miss = _by_line(values, x, samples, gap)
+        # Straight lines through a few samples; nan where there are too few.
+        other, miss, begin = np.full(n, np.nan), np.full(n, np.nan), gap + samples - 1
+        for at in range(0, n - begin, _PIECE):
+            count = min(_PIECE, n - begin - at)
+            y = np.stack([values[at + k : at + k + count] for k in range(samples)])
+            u = np.stack([x[at + k : at + k + count] for k in range(samples)])
+            centre = u.mean(axis=0)
+            u -= centre
+            power = (u * u).sum(axis=0)
+            judged = slice(at + begin, at + begin + count)
+            ahead = x[judged] - centre
+            miss[judged] = values[judged] - y.mean(axis=0) - (u * y).sum(axis=0) / power * ahead
+            other[judged] = miss[judged] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
+        other /= _scale(other[begin:], values)
         with np.errstate(invalid="ignore"):
             nearer = ~(np.abs(other) >= np.abs(score))
             # Forecasts on both sides of the sample: it is no outlier.
@@ -186,24 +195,6 @@ def _miss(
     with np.errstate(invalid="ignore"):
         alone = clean & ~begins & (np.abs(score) >= _ALONE) & (np.abs(size) >= at_end)
     return _Miss(score, np.abs(size) >= floor, alone, clean)
-
-
-def _by_line(values: Array, x: Array, samples: int, gap: int) -> tuple[Array, Array]:
-    """Extrapolate straight lines through a few samples: scores and misses (n,), nan where there are too few."""
-    n, first = len(values), gap + samples - 1
-    score, size = np.full(n, np.nan), np.full(n, np.nan)
-    for at in range(0, n - first, _PIECE):
-        count = min(_PIECE, n - first - at)
-        y = np.stack([values[at + k : at + k + count] for k in range(samples)])
-        u = np.stack([x[at + k : at + k + count] for k in range(samples)])
-        centre = u.mean(axis=0)
-        u -= centre
-        power = (u * u).sum(axis=0)
-        judged = slice(at + first, at + first + count)
-        ahead = x[judged] - centre
-        size[judged] = values[judged] - y.mean(axis=0) - (u * y).sum(axis=0) / power * ahead
-        score[judged] = size[judged] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
-    return score / _scale(score[first:], values), size
 
 
 def _scale(score: Array, values: Array) -> float:

@@ -47,6 +47,14 @@ class Uncertainty:
         """Number of standard errors to each side of a value that hold 95 %."""
         return NORMAL if not np.isfinite(self.freedom) else float(stdtrit(self.freedom, 0.975))
 
+    @property
+    def deviations(self) -> Array | None:
+        """A root (p, p) of the covariance, times the quantile; None if the curves leave a parameter open."""
+        if not np.isfinite(self.covariance).all():
+            return None
+        values, axes = np.linalg.eigh(self.covariance)
+        return np.asarray(self.quantile * axes * np.sqrt(np.maximum(values, 0.0)))
+
 
 def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     """Return the uncertainty of the parameters from the misfit that remains.

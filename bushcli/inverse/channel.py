@@ -1,44 +1,43 @@
 """A channel: one measured curve, its model, and the weight of their difference.
 
-Coupons and bushings are treated alike: a model with a mode. A law without history is solved once over the range of the
-curve, and every recorded sample, whatever its cycle, is interpolated from that solution. With effects the channel is a
-`bushcli.simulate.simulation.Simulation`, which follows the recorded path where the rubber has memory.
+Coupons and bushings are treated alike: a model with a mode. There is one class for each kind of simulation: a law
+without history is solved once over the range of the curve, and every recorded sample, whatever its cycle, is
+interpolated from that solution (`SweptChannel`); with effects, or with six motions, the recorded path is followed
+(`FollowedChannel`); a table of dynamic stiffness is `bushcli.inverse.dynamic_channel.DynamicChannel`.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
-from bushcli.case import Case
 from bushcli.curve.curve import Curve
-from bushcli.curve.earlier import Earlier, earlier
+from bushcli.curve.earlier import Earlier
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.curve.odd import swept_range, unfolded
-from bushcli.effects.active import ActiveEffect, acting, require_time
+from bushcli.effects.active import ActiveEffect
 from bushcli.effects.rig import NoEquilibrium
-from bushcli.faults import bad_samples
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
     displacement_noise,
     force_noise,
 )
-from bushcli.simulate.reaction import Paths, Reaction, reaction
-from bushcli.simulate.simulation import FollowedPath, Simulation
+from bushcli.simulate.extent import Extent, of_path
+from bushcli.simulate.simulation import FollowedPath
 from bushcli.simulate.steps import IDENTIFIED
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
 from cases.mode import modes
 from cases.model import FiniteElementModel
-from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
+from cases.simulate import even_targets, is_odd, sweep
 from cases.stretches import principal_stretches
-from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
@@ -49,7 +48,9 @@ RELATIVE_FLOOR = 0.05
 # Sampled states of the rubber in which the law has to be stable, per channel.
 REACHED = 60
 # Solved curves that are cached: one fit often begins where another one ended, and a curve may take some seconds.
-KEPT = 32
+CACHED = 32
+# Failed steps that every march is allowed if no limit is given.
+ALLOWED = 3
 
 
 @dataclass(frozen=True)
@@ -84,331 +85,8 @@ Corrected = Callable[[str, FiniteElementModel], MeshCorrection | None]
 """Name and model of a channel -> the correction of its mesh; None on the usual mesh."""
 
 
-class FitChannel(Protocol):
-    """What a least-squares problem asks of a channel: measured rows, their scale, and the model's answer to each."""
-
-    @property
-    def scale(self) -> Array:
-        """Size of a unit of misfit at each row, shape (n,); inf where it is not used."""
-
-    @property
-    def comm(self) -> MPI.Comm:
-        """Ranks that share the model."""
-
-    @property
-    def coupon(self) -> bool:
-        """Whether the data are from a material test."""
-
-    @property
-    def name(self) -> str:
-        """Name of the channel."""
-
-    @property
-    def active(self) -> tuple[ActiveEffect, ...]:
-        """Effects that act on it, at its temperature."""
-
-    @property
-    def measured(self) -> Array:
-        """Measured rows, shape (n,), proportional to the stiffness of the specimen."""
-
-    def solve(
-        self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
-    ) -> ChannelForces:
-        """Return the answer for a set of parameters, and its derivatives with respect to those named."""
-
-    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
-        """Return the model's rows (n,) and their derivatives (n, parameters)."""
-
-    def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
-        """Return a sample of the isochoric principal stretches that the rubber reaches, shape (n, 3)."""
-
-
-class Channel:
-    """One measured curve and its model; a `FitChannel`.
-
-    Attributes
-    ----------
-    recording : Recording
-    scale : shape (n,)
-        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a sample that is
-        bad or not used.
-    branch : str
-        Of a coupon: the branch that is used, "loading", "unloading" or "both"; empty where the recording has one alone.
-    coupon : bool
-        Whether the curve is from a material test.
-    comm : MPI.Comm
-        Ranks that share the model.
-    noise : float
-        Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
-    """
-
-    def __init__(
-        self,
-        recording: Recording,
-        shape: Shape,
-        rubber: Rubber,
-        case: Case,
-        weighting: Weighting | None,
-        comm: MPI.Comm,
-        prepared: Prepare = prepare,
-        paths: Paths | None = None,
-        corrected: Corrected | None = None,
-        bad: NDArray[np.bool_] | None = None,
-        branch: str = "",
-    ) -> None:
-        self.recording, self.comm, self.branch = recording, comm, branch
-        mode = modes()[recording.mode]
-        self.simulation: FollowedPath | None = (
-            _with_effects(recording, shape, rubber, case, comm, prepared)
-            if recording.six is None
-            else reaction(
-                recording,
-                recording.six,
-                {} if paths is None else paths,
-                shape,
-                rubber,
-                case,
-                case.mesh.refinement,
-                comm,
-                prepared,
-            )
-        )
-        self.model: FiniteElementModel = (
-            prepared(shape, mode, rubber, case.mesh.refinement, comm)
-            if self.simulation is None
-            else self.simulation.model
-        )
-        self._correction = None if corrected is None else corrected(recording.name, self.model)
-        # Solved curves by parameter values and names of the derivatives.
-        self._solved: dict[tuple[object, ...], ChannelForces] = {}
-        self.odd = is_odd(shape, mode)
-        q = recording.displacement
-        self.coupon = mode.specimen == "coupon"
-        self.targets = (
-            _coupon_targets(q) if self.coupon else even_targets(*swept_range(q, self.odd), IDENTIFIED)
-        )
-        # A marched path is free of the displacement's noise.
-        self.noise = _noise(recording) if self.simulation is None else force_noise(recording)
-        size = np.abs(recording.force)
-        if weighting is None:
-            self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
-        elif weighting == "absolute":
-            self.scale = np.full(len(q), float(size.max()))
-        else:
-            self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
-        # Spikes and stuck samples are not the bushing's response.
-        self.scale[bad_samples(recording) if bad is None else bad] = np.inf
-
-    @property
-    def name(self) -> str:
-        """Name of the channel."""
-        return self.recording.name
-
-    @property
-    def active(self) -> tuple[ActiveEffect, ...]:
-        """Effects that act on it, at its temperature."""
-        return () if self.simulation is None else tuple(self.simulation.active)
-
-    @property
-    def measured(self) -> Array:
-        """Recorded force, shape (n,)."""
-        return self.recording.force
-
-    @property
-    def before(self) -> Earlier | None:
-        """The path before the recording that is assumed, where the rubber remembers it."""
-        return None if self.simulation is None else self.simulation.remembered
-
-    def solve(
-        self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
-    ) -> ChannelForces:
-        """Return the curve for a set of parameters, and its exact derivatives with respect to those named.
-
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units, and "compliance" (1/MPa) if it differs from the case's.
-        names : Sequence[str]
-            Order of the derivatives.
-        patience : Patience or None
-            Failed steps after which the march is given up; None for no limit. It learns from the march.
-
-        Raises
-        ------
-        NotConverged
-            The march could not cover the range.
-        """
-        patience = Patience() if patience is None else patience
-        if self.simulation is not None:
-            try:
-                answer = self.simulation.solve(parameters, names, patience=patience.limit)
-            except NoEquilibrium as error:
-                raise unsolved(str(error)) from None
-            patience.learn(answer.history)
-            q = self.recording.displacement
-            return ChannelForces(q, answer.force[self.recording.places], answer.slope[self.recording.places])
-        # The model has no parameters of effects that do not act on this channel.
-        own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        self.model.set_parameters(own)
-        asked = (*own.items(), *names)
-        if asked not in self._solved:
-            if len(self._solved) == KEPT:
-                self._solved.pop(next(iter(self._solved)))
-            self._solved[asked] = self._swept(names, patience)
-        return self._solved[asked]
-
-    def _swept(self, names: Sequence[str], patience: Patience) -> ChannelForces:
-        ends: list[Array] = []
-
-        def at_the_end(solver: Equilibrium) -> None:
-            if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
-                ends.append(principal_stretches(self.model).reshape(-1, 3))
-
-        history = sweep(
-            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=patience.limit
-        )
-        patience.learn(history)
-        none = np.zeros((len(history.force), 0))
-        return ChannelForces(
-            history.displacement,
-            history.force,
-            none if history.sensitivity is None else history.sensitivity,
-            None if self.coupon else isochoric_sample(self.model.comm, ends),
-        )
-
-    def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
-        """Return a sample of isochoric principal stretches of the rubber at the ends of the range, shape (n, 3).
-
-        Collective; every rank gets its own sample of the whole body.
-
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units; the march has been solved with them before.
-        patience : Patience
-            Failed steps after which the march is given up.
-
-        Raises
-        ------
-        NotConverged
-            The march could not cover the range.
-        """
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        if isinstance(self.simulation, Reaction):
-            return isochoric_sample(self.model.comm, self.simulation.reached(patience.limit))
-        found: list[Array] = []
-        for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
-            if not len(side):
-                continue
-            sweep(self.model, side, patience=patience.given)
-            found.append(principal_stretches(self.model).reshape(-1, 3))
-        return isochoric_sample(self.model.comm, found)
-
-    def curve(self, answer: ChannelForces) -> Curve:
-        """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
-        if self.simulation is not None:
-            path = self.simulation.path[self.recording.places]
-            return Curve(self.recording.mode, path, answer.force, self.recording.time)
-        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
-
-        q, force, _ = self._both_sides(answer)
-        low, high = self.recording.displacement.min(), self.recording.displacement.max()
-        fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
-        return Curve(self.recording.mode, fine, CubicSpline(q, force)(fine))
-
-    def _both_sides(self, answer: ChannelForces) -> tuple[Array, Array, Array]:
-        q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
-        if self.odd:
-            q, values = unfolded(q, values)
-        return q, values[:, 0], values[:, 1:]
-
-    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
-        """Return force (n,) and derivatives (n, parameters) at the recorded displacements."""
-        if self.simulation is not None:
-            if self._correction is None:
-                return answer.force, answer.slope
-            share = self._correction.share
-            return share * answer.force + self._correction.offset, share * answer.slope
-        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
-
-        q, force, slope = self._both_sides(answer)
-        both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
-        return both[:, 0], both[:, 1:]
-
-
-def _with_effects(
-    recording: Recording,
-    shape: Shape,
-    rubber: Rubber,
-    case: Case,
-    comm: MPI.Comm,
-    prepared: Prepare,
-) -> Simulation | None:
-    """Return the simulation of a channel with its effects along the whole record; None where no effect acts on it.
-
-    Raises
-    ------
-    InputError
-        The recording has no time, which an effect needs.
-    """
-    active = acting(case.effects, recording.name, recording.mode)
-    if not active:
-        return None
-    path = recording.record
-    if path.time is None:
-        require_time(active, recording.name, recording.mode, str(recording.source))
-    return Simulation(
-        shape,
-        modes()[recording.mode],
-        rubber,
-        case.mesh.refinement,
-        active,
-        path.time,
-        path.displacement,
-        displacement_noise(path),
-        comm,
-        prepared,
-        earlier(path),
-        path.temperature,
-    )
-
-
-def isochoric_sample(comm: MPI.Comm, found: Sequence[Array]) -> Array:
-    """Return a sample (m, 3) of the isochoric part of principal stretches, each (n, 3) of this rank."""
-    local = np.concatenate(found)
-    stretches = np.concatenate(comm.allgather(local))
-    isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)
-    # The most stretched state, and an even sample of the rest: neighbouring Gauss points differ little.
-    order = np.argsort(isochoric[:, -1])
-    chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
-    return np.asarray(isochoric[chosen])
-
-
-def _coupon_targets(q: Array) -> Array:
-    distinct = np.unique(q)
-    # The even points make a smooth curve from few samples, and steps that the march can take.
-    even = np.linspace(
-        min(0.0, distinct[0]), max(0.0, distinct[-1]), DENSE if len(distinct) > DENSE else DENSE // 3
-    )
-    if len(distinct) > DENSE:
-        return even
-    # Points that nearly coincide would spoil the spline.
-    gap = np.abs(even[:, None] - distinct).min(axis=1) > 0.2 * np.diff(even).min()
-    return np.union1d(distinct, even[gap])
-
-
-def _noise(recording: Recording) -> float:
-    """Return the noise of the force, with that of the displacement converted by the mean stiffness."""
-    stiffness = abs(recording.secant_stiffness())
-    return float(np.hypot(force_noise(recording), stiffness * displacement_noise(recording)))
-
-
-# Failed steps that every march is allowed if no limit is given.
-ALLOWED = 3
-
-
 @dataclass
-class Patience:
+class StepLimit:
     """Failed steps after which marches of one channel are given up; it belongs to one fit, and learns from its marches.
 
     Once a march has reached its end, a march with far more failed steps belongs to a trial that is too far off; to cut
@@ -426,7 +104,7 @@ class Patience:
     hardest: int | None = None
 
     @property
-    def limit(self) -> int | None:
+    def steps(self) -> int | None:
         """Failed steps after which the next march is given up; None: `cases.march` decides."""
         if self.given is not None or self.hardest is None:
             return self.given
@@ -434,5 +112,322 @@ class Patience:
 
     def learn(self, history: History) -> None:
         """Take note of a march that has reached its end."""
-        failed = sum(not one.accepted for one in history.attempts)
+        failed = sum(not attempt.accepted for attempt in history.attempts)
         self.hardest = failed if self.hardest is None else max(self.hardest, failed)
+
+
+class FitChannel(ABC):
+    """What a least-squares problem asks of a channel: measured rows, their scale, and the model's answer to each.
+
+    Attributes
+    ----------
+    name : str
+    model : FiniteElementModel
+    active : tuple of ActiveEffect
+        Effects that act on it, at its temperature.
+    coupon : bool
+        Whether the data are from a material test.
+    measured : shape (n,)
+        Measured rows, proportional to the stiffness of the specimen.
+    scale : shape (n,)
+        Size of a unit of misfit at each row; inf where it is not used.
+    """
+
+    model: FiniteElementModel
+    active: tuple[ActiveEffect, ...] = ()
+    coupon: bool = False
+    measured: Array
+    scale: Array
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the channel."""
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Ranks that share the model."""
+        return self.model.comm
+
+    @property
+    def stretches(self) -> tuple[float, ...]:
+        """Stretches of a coupon at the samples, at which the law has to be stable; none of a bushing."""
+        return ()
+
+    @abstractmethod
+    def solve(
+        self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
+    ) -> ChannelForces:
+        """Return the answer for a set of parameters, and its exact derivatives with respect to those named.
+
+        Parameters
+        ----------
+        parameters : Mapping[str, float]
+            All parameters by name, in their units, and "compliance" (1/MPa) if it differs from the case's.
+        names : Sequence[str]
+            Order of the derivatives.
+        limit : StepLimit or None
+            Failed steps after which the march is given up; None for no limit. It learns from the march.
+
+        Raises
+        ------
+        NotConverged
+            The march could not cover the range.
+        """
+
+    @abstractmethod
+    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
+        """Return the model's rows (n,) and their derivatives (n, parameters)."""
+
+    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+        """Return a sample of isochoric principal stretches of the rubber at the ends of the range, shape (n, 3).
+
+        Collective; every rank gets its own sample of the whole body. None of a coupon, whose stretches are known.
+
+        Parameters
+        ----------
+        parameters : Mapping[str, float]
+            All parameters by name, in their units; the march has been solved with them before.
+        answer : ChannelForces
+            Its answer.
+        limit : StepLimit
+            Failed steps after which a march is given up.
+
+        Raises
+        ------
+        NotConverged
+            The march could not cover the range.
+        """
+        return np.zeros((0, 3)) if answer.states is None else answer.states
+
+    @abstractmethod
+    def extent(self, temperature: float | None) -> Extent:
+        """Return what the data cover, at a temperature in degrees C that the data do not say themselves."""
+
+
+class Channel(FitChannel):
+    """One measured curve and its model.
+
+    Attributes
+    ----------
+    recording : Recording
+    noise : float
+        Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
+    branch : str
+        Of a coupon: the branch that is used, "loading", "unloading" or "both"; empty where the recording has one alone.
+    targets : shape (m,)
+        Displacements at which the curve is solved.
+    odd : bool
+        Whether one side of the curve gives the other.
+    before : Earlier or None
+        The path before the recording that is assumed, where the rubber remembers it.
+    simulation : FollowedPath or None
+        None where the curve is swept.
+    """
+
+    before: Earlier | None = None
+    simulation: FollowedPath | None = None
+
+    def __init__(
+        self,
+        recording: Recording,
+        model: FiniteElementModel,
+        noise: float,
+        weighting: Weighting | None,
+        bad: NDArray[np.bool_],
+        branch: str = "",
+    ) -> None:
+        self.recording, self.model, self.noise, self.branch = recording, model, noise, branch
+        mode, q = modes()[recording.mode], recording.displacement
+        self.measured, self.coupon = recording.force, mode.specimen == "coupon"
+        self.odd = is_odd(model.mesh.shape, mode)
+        self.targets = (
+            _coupon_targets(q) if self.coupon else even_targets(*swept_range(q, self.odd), IDENTIFIED)
+        )
+        size = np.abs(recording.force)
+        if weighting is None:
+            self.scale = np.full(len(q), max(noise, NOISE_FLOOR * float(np.ptp(recording.force))))
+        elif weighting == "absolute":
+            self.scale = np.full(len(q), float(size.max()))
+        else:
+            self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
+        # Spikes and stuck samples are not the bushing's response.
+        self.scale[bad] = np.inf
+
+    @property
+    @override
+    def name(self) -> str:
+        return self.recording.name
+
+    @property
+    @override
+    def stretches(self) -> tuple[float, ...]:
+        mode = modes()[self.recording.mode]
+        if not self.coupon or mode.needs_compressibility:
+            return ()
+        return tuple(map(float, mode.stretch(self.recording.displacement)))
+
+    @override
+    def extent(self, temperature: float | None) -> Extent:
+        path = self.recording
+        return of_path(path.mode, path.displacement, path.time, temperature)
+
+    def plan(self, fineness: float) -> None:
+        """Choose the steps along a path that is followed, `fineness` times as many as by default."""
+
+    @abstractmethod
+    def curve(self, answer: ChannelForces) -> Curve:
+        """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
+
+
+class SweptChannel(Channel):
+    """A curve of rubber without memory, solved once over its range."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        model: FiniteElementModel,
+        weighting: Weighting | None,
+        bad: NDArray[np.bool_],
+        branch: str = "",
+    ) -> None:
+        # The noise of the displacement is converted by the mean stiffness.
+        of_displacement = abs(recording.secant_stiffness()) * displacement_noise(recording)
+        noise = float(np.hypot(force_noise(recording), of_displacement))
+        super().__init__(recording, model, noise, weighting, bad, branch)
+        # Solved curves by parameter values and names of the derivatives.
+        self._solved: dict[tuple[object, ...], ChannelForces] = {}
+
+    @override
+    def solve(
+        self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
+    ) -> ChannelForces:
+        # The model has no parameters of effects that do not act on this channel.
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        self.model.set_parameters(own)
+        asked = (*own.items(), *names)
+        if asked not in self._solved:
+            if len(self._solved) == CACHED:
+                self._solved.pop(next(iter(self._solved)))
+            self._solved[asked] = self._swept(names, StepLimit() if limit is None else limit)
+        return self._solved[asked]
+
+    def _swept(self, names: Sequence[str], limit: StepLimit) -> ChannelForces:
+        ends: list[Array] = []
+
+        def at_the_end(solver: Equilibrium) -> None:
+            if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
+                ends.append(principal_stretches(self.model).reshape(-1, 3))
+
+        history = sweep(
+            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=limit.steps
+        )
+        limit.learn(history)
+        none = np.zeros((len(history.force), 0))
+        return ChannelForces(
+            history.displacement,
+            history.force,
+            none if history.sensitivity is None else history.sensitivity,
+            None if self.coupon else isochoric_sample(self.model.comm, ends),
+        )
+
+    @override
+    def curve(self, answer: ChannelForces) -> Curve:
+        q = self.recording.displacement
+        fine = np.linspace(q.min(), q.max(), 101)
+        if q.min() < 0.0 < q.max():
+            fine = np.unique(np.append(fine, 0.0))
+        return Curve(self.recording.mode, fine, self._interpolated(answer, fine)[:, 0])
+
+    @override
+    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
+        both = self._interpolated(answer, self.recording.displacement)
+        return both[:, 0], both[:, 1:]
+
+    def _interpolated(self, answer: ChannelForces, at: Array) -> Array:
+        """Return force and derivatives at displacements (n,), shape (n, 1 + parameters)."""
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
+        q, values = answer.displacement, np.column_stack([answer.force, answer.slope])
+        return np.asarray(CubicSpline(*(unfolded(q, values) if self.odd else (q, values)))(at))
+
+
+class FollowedChannel(Channel):
+    """A recorded path that is followed with the effects that act on it: of one motion, or one reaction of six.
+
+    A marched path is free of the displacement's noise.
+    """
+
+    simulation: FollowedPath
+
+    def __init__(
+        self,
+        recording: Recording,
+        simulation: FollowedPath,
+        weighting: Weighting | None,
+        bad: NDArray[np.bool_],
+        branch: str = "",
+        corrected: Corrected | None = None,
+    ) -> None:
+        super().__init__(recording, simulation.model, force_noise(recording), weighting, bad, branch)
+        self.simulation, self.active, self.before = simulation, simulation.active, simulation.remembered
+        self._correction = None if corrected is None else corrected(recording.name, self.model)
+
+    @override
+    def plan(self, fineness: float) -> None:
+        self.simulation.plan(fineness)
+
+    @override
+    def solve(
+        self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
+    ) -> ChannelForces:
+        limit = StepLimit() if limit is None else limit
+        try:
+            answer = self.simulation.solve(parameters, names, patience=limit.steps)
+        except NoEquilibrium as error:
+            raise unsolved(str(error)) from None
+        limit.learn(answer.history)
+        places = self.recording.places
+        return ChannelForces(self.recording.displacement, answer.force[places], answer.slope[places])
+
+    @override
+    def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
+        if self.coupon:
+            return np.zeros((0, 3))
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        return isochoric_sample(self.comm, self.simulation.reached(limit.given))
+
+    @override
+    def curve(self, answer: ChannelForces) -> Curve:
+        path = self.simulation.path[self.recording.places]
+        return Curve(self.recording.mode, path, answer.force, self.recording.time)
+
+    @override
+    def at_samples(self, answer: ChannelForces) -> tuple[Array, Array]:
+        if self._correction is None:
+            return answer.force, answer.slope
+        share = self._correction.share
+        return share * answer.force + self._correction.offset, share * answer.slope
+
+
+def isochoric_sample(comm: MPI.Comm, stretches: Sequence[Array]) -> Array:
+    """Return a sample (m, 3) of the isochoric part of principal stretches, each (n, 3) of this rank."""
+    every = np.concatenate(comm.allgather(np.concatenate(stretches)))
+    isochoric = every / np.prod(every, axis=1, keepdims=True) ** (1.0 / 3.0)
+    # The most stretched state, and an even sample of the rest: neighbouring Gauss points differ little.
+    order = np.argsort(isochoric[:, -1])
+    chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
+    return np.asarray(isochoric[chosen])
+
+
+def _coupon_targets(q: Array) -> Array:
+    distinct = np.unique(q)
+    # The even points make a smooth curve from few samples, and steps that the march can take.
+    even = np.linspace(
+        min(0.0, distinct[0]), max(0.0, distinct[-1]), DENSE if len(distinct) > DENSE else DENSE // 3
+    )
+    if len(distinct) > DENSE:
+        return even
+    # Points that nearly coincide would spoil the spline.
+    gap = np.abs(even[:, None] - distinct).min(axis=1) > 0.2 * np.diff(even).min()
+    return np.union1d(distinct, even[gap])

@@ -9,18 +9,21 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.curve.earlier import earlier
+from bushcli.effects.active import acting, require_time
 from bushcli.errors import InputError, Problem
 from bushcli.faults import bad_samples
-from bushcli.inverse.channel import Channel, Corrected
+from bushcli.inverse.channel import Channel, Corrected, FollowedChannel, SweptChannel
 from bushcli.inverse.result import Weighting
-from bushcli.recording import Recording, on_branch, read_coupon
+from bushcli.recording import Recording, displacement_noise, on_branch, read_coupon
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
-from bushcli.simulate.reaction import Paths
+from bushcli.simulate.reaction import Paths, reaction
+from bushcli.simulate.simulation import FollowedPath, Simulation
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
-from geometry.shape import shapes
+from geometry.shape import Shape, shapes
 
 if TYPE_CHECKING:
     from bushcli.inverse.dynamic_channel import DynamicChannel
@@ -30,19 +33,73 @@ if TYPE_CHECKING:
 FEWEST = 3
 
 
+def curve_channel(
+    recording: Recording,
+    case: Case,
+    rubber: Rubber,
+    weighting: Weighting | None,
+    comm: MPI.Comm,
+    *,
+    shape: Shape | None = None,
+    prepared: Prepare = prepare,
+    paths: Paths | None = None,
+    corrected: Corrected | None = None,
+    bad: NDArray[np.bool_] | None = None,
+    branch: str = "",
+) -> Channel:
+    """Return the channel of a recording: of the case's bushing, or of another shape.
+
+    Raises
+    ------
+    InputError
+        The recording has no time, which an effect needs.
+    """
+    shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
+    bad = bad_samples(recording) if bad is None else bad
+    active = acting(case.effects, recording.name, recording.mode)
+    simulation: FollowedPath
+    if recording.six is not None:
+        paths = {} if paths is None else paths
+        simulation = reaction(recording, recording.six, paths, shape, rubber, case, mesh, comm, prepared)
+    elif active:
+        path = recording.record
+        if path.time is None:
+            require_time(active, recording.name, recording.mode, str(recording.source))
+        simulation = Simulation(
+            shape,
+            mode,
+            rubber,
+            mesh,
+            active,
+            path.time,
+            path.displacement,
+            displacement_noise(path),
+            comm,
+            prepared,
+            earlier(path),
+            path.temperature,
+        )
+    else:
+        return SweptChannel(recording, prepared(shape, mode, rubber, mesh, comm), weighting, bad, branch)
+    return FollowedChannel(recording, simulation, weighting, bad, branch, corrected)
+
+
 def coupon_channels(
     case: Case, rubber: Rubber, weighting: Weighting, measured: Measured | None = None
 ) -> list[Channel]:
     """Return the channels of the case's coupon tests; every rank of a parallel run solves these small models itself."""
     shape, tables = shapes()["coupon"](), None if measured is None else measured.tables
-    found = []
+    channels = []
     for source in case.coupons:
         recording = read_coupon(source, tables)
         branch, used = fitted_branch(source, recording)
         bad = bad_samples(recording) | ~used
-        channel = Channel(recording, shape, rubber, case, weighting, MPI.COMM_SELF, bad=bad, branch=branch)
-        found.append(channel)
-    return found
+        channels.append(
+            curve_channel(
+                recording, case, rubber, weighting, MPI.COMM_SELF, shape=shape, bad=bad, branch=branch
+            )
+        )
+    return channels
 
 
 def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np.bool_]]:
@@ -81,23 +138,24 @@ def bushing_channels(
     """Return the channels of the case's recordings; `prepared` makes their finite-element models."""
     measured = Measured() if measured is None else measured
     paths: Paths = {}
-    found = []
+    channels = []
     for source in case.recordings:
         recording = measured.recording(source)
-        channel = Channel(
-            recording,
-            case.geometry,
-            rubber,
-            case,
-            None,
-            comm,
-            prepared,
-            paths,
-            corrected,
-            bad_samples(recording, measured.faults(recording)),
+        bad = bad_samples(recording, measured.faults(recording))
+        channels.append(
+            curve_channel(
+                recording,
+                case,
+                rubber,
+                None,
+                comm,
+                prepared=prepared,
+                paths=paths,
+                corrected=corrected,
+                bad=bad,
+            )
         )
-        found.append(channel)
-    return found
+    return channels
 
 
 def dynamic_channels(

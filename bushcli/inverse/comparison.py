@@ -3,28 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
-from bushcli.inverse.certainty import Uncertainty, uncertainty
-from bushcli.inverse.channel import Channel, ChannelForces, FitChannel
-from bushcli.inverse.dynamic_channel import DynamicChannel
+from bushcli.inverse.certainty import uncertainty
+from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.problem import LeastSquaresProblem
 from bushcli.inverse.result import FittedCurve
-from bushcli.inverse.task import Task
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.dynamic_tables import ComparedTable
 from cases.march import NotConverged
+
+if TYPE_CHECKING:
+    from bushcli.inverse.dynamic_channel import DynamicChannel
 
 Array = NDArray[np.float64]
 
 
 def compared_curves(
-    task: Task, problem: LeastSquaresProblem, held_out: Sequence[FitChannel], x: Array, start: Array
+    problem: LeastSquaresProblem, channels: Sequence[Channel], x: Array, start: Array
 ) -> tuple[FittedCurve, ...]:
     """Return each channel's recording with its curve at `x`, and at `start` where that has been solved.
 
@@ -33,19 +36,17 @@ def compared_curves(
     # The search has solved both points already: nothing is solved again for the fitted channels.
     after = problem.answers(x)
     before = problem.answers(start) if problem.knows(start) else None
-    found = []
-    for i, channel in enumerate(problem.channels):
-        if after is not None and isinstance(channel, Channel):
-            found.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
-    for channel in held_out:
-        if not isinstance(channel, Channel):
+    curves = []
+    for channel in channels:
+        if channel in problem.channels:
+            i = problem.channels.index(channel)
+            if after is not None:
+                curves.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
             continue
-        try:
-            answer = channel.solve(problem.parameters(x), task.names)
-        except NotConverged:
-            continue
-        found.append(_compared(channel, answer, None, held_out=True))
-    return tuple(found)
+        with suppress(NotConverged):
+            answer = channel.solve(problem.parameters(x), problem.names)
+            curves.append(_compared(channel, answer, None, held_out=True))
+    return tuple(curves)
 
 
 def compared_tables(
@@ -59,7 +60,7 @@ def compared_tables(
     found: list[ComparedTable] = []
     conditions: list[Condition] = []
     before = problem.answers(start) if problem.knows(start) else None
-    deviations = _deviations(uncertainty(problem, x)) if channels else None
+    deviations = uncertainty(problem, x).deviations if channels else None
     for channel in channels:
         fitted = channel in problem.channels
         try:
@@ -71,14 +72,6 @@ def compared_tables(
             one = replace(one, started=channel.simulated(before[problem.channels.index(channel)]))
         found.append(replace(one, held_out=not fitted))
     return tuple(found), tuple(conditions)
-
-
-def _deviations(found: Uncertainty) -> Array | None:
-    """Return a root (p, p) of the covariance, times the quantile of 95 %; None if the curves leave a parameter open."""
-    if not np.isfinite(found.covariance).all():
-        return None
-    values, axes = np.linalg.eigh(found.covariance)
-    return np.asarray(found.quantile * axes * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _compared(

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +29,9 @@ from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
-# Shares of the full step to an addition's first size, of which the one with the lowest misfit is the start (judgement:
-# the first order overestimates what thins or saturates; each share costs one evaluation).
-SHARES = (1.0, 0.25, 0.0625, 0.015625)
+# Shares of the full step to an addition's first size that are tried as long as the misfit falls (judgement: the first
+# order overestimates what thins or saturates; each share costs one evaluation).
+SHARES = (0.25, 0.0625, 0.015625)
 # An addition that promises less than this share of the misfit stays off: no search moves by it (judgement).
 NOTHING_PROMISED = 1e-4
 # Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
@@ -52,8 +51,8 @@ class ContainedPart:
         Its identified parameters.
     off : mapping of str to float
         Values of its amplitudes with which it is absent.
-    grid : tuple of mapping of str to float
-        Values of its other parameters that are tried, at least one set.
+    grid : mapping of str to tuple of float
+        Values of its other parameters that are tried, the start value first.
     after : str
         The effect or law whose earlier branches or terms come first.
     earlier : mapping of str to str
@@ -62,7 +61,7 @@ class ContainedPart:
 
     names: tuple[str, ...]
     off: Mapping[str, float]
-    grid: tuple[Mapping[str, float], ...]
+    grid: Mapping[str, tuple[float, ...]]
     after: str
     earlier: Mapping[str, str]
 
@@ -81,9 +80,9 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
         off = {name: 0.0 for name in names if name in task.law.linear}
-        shape = {name: start[name] for name in names if name not in off}
+        shape = {name: (start[name],) for name in names if name not in off}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        found.append(ContainedPart(names, off, (shape,), "law", earlier))
+        found.append(ContainedPart(names, off, shape, "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
             # It shifts the branches, and promises nothing before they are there: it begins at its start values.
@@ -97,12 +96,11 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
         for branch in dict.fromkeys(p.branch if p.optional else "" for p in free.values()):
             own = {name: p for name, p in free.items() if (p.branch if p.optional else "") == branch}
             off = {name: p.off for name, p in own.items() if p.off is not None}
-            tried = {
-                name: (start[name], *_grid(p, scales, task.period(active)))
+            grid = {
+                name: tuple(dict.fromkeys((start[name], *_grid(p, scales, task.period(active)))))
                 for name, p in own.items()
                 if p.off is None
             }
-            grid = tuple(dict(zip(tried, point, strict=True)) for point in product(*tried.values()))
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
@@ -130,7 +128,7 @@ class Contained(LeastSquaresProblem):
         super().__init__(
             whole.channels, whole.law, names, whole.fixed | held, whole.bounds.of(self.free), whole.states
         )
-        self.stopping, self.patience, self.evaluations = whole.stopping, whole.patience, whole.evaluations
+        self.stopping, self.limits, self.evaluations = whole.stopping, whole.limits, whole.evaluations
 
     def all_of(self, x: Array) -> Array:
         """Return the parameters of the whole problem, shape (p,), for those that are free."""
@@ -173,12 +171,14 @@ def from_contained(
         free += chosen.names
         starts = []
         if point is not None and gain > NOTHING_PROMISED * found.cost * len(problem.channels):
-            starts.append(
-                min(
-                    (x + share * (point - x) for share in SHARES),
-                    key=lambda p: np.nan_to_num(problem.cost(p), nan=np.inf),
-                )
-            )
+            begun = point
+            for share in SHARES:
+                shorter = x + share * (point - x)
+                costs = np.nan_to_num([problem.cost(begun), problem.cost(shorter)], nan=np.inf)
+                if costs[0] < costs[1]:
+                    break
+                begun = shorter
+            starts.append(begun)
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
             starts.append(np.where([name in chosen.names for name in problem.names], start, x))
@@ -208,26 +208,34 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
 
 
 def _begun(
-    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], one: ContainedPart
+    problem: LeastSquaresProblem, x: Array, sizes: Sequence[str], part: ContainedPart
 ) -> tuple[float, Array | None]:
-    """Return the largest fall of the sum of squares that an addition promises, and where it would begin, shape (p,).
+    """Return the largest fall of the sum of squares that an addition predicts, and where it would begin, shape (p,).
 
-    Its amplitude and the `sizes` of what is in the model change together: the misfit is nearly linear in them.
+    Its amplitude and the `sizes` of what is in the model change together: the misfit is nearly linear in them. Its
+    other parameters take the values of their grids in turn, each beside the best values of those before it.
     """
-    best: tuple[float, Array | None] = (0.0, None)
     index = {name: i for i, name in enumerate(problem.names)}
-    for shape in one.grid:
+
+    def predicted(shape: Mapping[str, float]) -> tuple[float, Array | None]:
         at = x.copy()
         at[[index[name] for name in shape]] = list(shape.values())
-        part = Contained(problem, at, [*sizes, *one.off])
-        value = part.residual(at[part.free])
+        held = Contained(problem, at, [*sizes, *part.off])
+        value = held.residual(at[held.free])
         if not np.isfinite(value).all():
-            continue
-        step, left = full_step(part, at[part.free])
-        gain = float(value @ value) - left
-        if gain > best[0]:
-            best = gain, part.all_of(at[part.free] + step)
-    return best
+            return 0.0, None
+        step, left = full_step(held, at[held.free])
+        return float(value @ value) - left, held.all_of(at[held.free] + step)
+
+    best = {name: values[0] for name, values in part.grid.items()}
+    gain, point = predicted(best)
+    for name, values in part.grid.items():
+        for value in values[1:]:
+            shape = {**best, name: value}
+            more, other = predicted(shape)
+            if more > gain:
+                gain, point, best = more, other, shape
+    return gain, point
 
 
 def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:

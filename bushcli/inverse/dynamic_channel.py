@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from bushcli.case import Case, DynamicTest
 from bushcli.case.case import DENSITY
@@ -24,7 +25,7 @@ from bushcli.effects.names import readable_name
 from bushcli.effects.rig import has_slope, vibrating
 from bushcli.errors import InputError, Problem
 from bushcli.faults.dynamic import table_faults
-from bushcli.inverse.channel import ChannelForces, Patience, isochoric_sample
+from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.rows import ANGLE, MAGNITUDE, SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
@@ -42,6 +43,7 @@ from bushcli.simulate.dynamic import (
     unfit,
 )
 from bushcli.simulate.dynamic_tables import ComparedTable, check_preloads, gathered, left_out
+from bushcli.simulate.extent import Extent, of_table
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
@@ -58,8 +60,8 @@ Complex = NDArray[np.complex128]
 # Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth
 # (the derivatives are within 0.3 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
 THINNED_STEP = 1e-3
-# Sets of constants whose reduced matrices are kept: a point with its differences, and that to which a search returns.
-KEPT = 32
+# Sets of constants whose reduced matrices are cached: a point with its differences, and that to which a search returns.
+CACHED = 32
 # The stiffness follows the law's constants to first order while they change by no more than this factor on average, and
 # the stiffness at rest, at each preload, by no more than this share beside it. ln K* is linear in that of all moduli,
 # but for the bulk's (errors: `tests/verification/test_table_channel.py`).
@@ -128,8 +130,8 @@ Store = dict[tuple[tuple[str, float], ...], _Reached]
 """Constants of a model -> the curves at its preloads."""
 
 
-class DynamicChannel:
-    """A table of dynamic stiffness and its model; a `FitChannel`.
+class DynamicChannel(FitChannel):
+    """A table of dynamic stiffness and its model; its displacements are the preloads (mm or rad) of the rows.
 
     Parameters
     ----------
@@ -149,12 +151,8 @@ class DynamicChannel:
         Magnitudes, and deviations of the loss angle times magnitude, which are zero.
     scale : shape (2 n,)
         Their standard errors; inf for rows that are not used.
-    comm : MPI.Comm
     faults : tuple of DataFault
-    active : tuple of ActiveEffect
     """
-
-    coupon = False
 
     def __init__(
         self,
@@ -166,8 +164,7 @@ class DynamicChannel:
         temperature: float | None = None,
         stored: Callable[[FiniteElementModel, bool], Store] | None = None,
     ) -> None:
-        self.table, self.comm = table, comm
-        self._temperature, self._near = temperature, stored is not None
+        self.table, self._temperature, self._near = table, temperature, stored is not None
         check_preloads(case, table)
         there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         self.active = tuple(one.started() for one in there)
@@ -202,8 +199,9 @@ class DynamicChannel:
         self._known: Store = {} if stored is None else stored(self.model, self._uneven)
 
     @property
+    @override
     def name(self) -> str:
-        """Name of the channel, with its temperature where the table has several."""
+        # With its temperature where the table has several.
         warm = "" if self._temperature is None else f" at {self._temperature:.4g} degrees C"
         return self.table.name + warm
 
@@ -212,23 +210,11 @@ class DynamicChannel:
         """Which rows (n,) are fitted."""
         return np.isfinite(self.scale[: len(self.table)])
 
+    @override
     def solve(
-        self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience | None = None
+        self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
-        """Return the rows, their preloads (mm or rad) in place of displacements, and derivatives by those named.
-
-        Parameters
-        ----------
-        parameters, names, patience
-            As for `Channel.solve`.
-
-        Raises
-        ------
-        NotConverged
-            A preload was not reached, or is unstable.
-        """
-        patience = Patience() if patience is None else patience
-        reached = self._reached(parameters, names, patience)
+        reached = self._reached(parameters, names, StepLimit() if limit is None else limit)
         value, slope = self._simulated(reached, parameters, names)
         turned, by = value * self._turned, slope * self._turned[:, None]
         return ChannelForces(
@@ -242,17 +228,9 @@ class DynamicChannel:
         """Return the rows (2 n,) and derivatives (2 n, parameters): those of the answer."""
         return answer.force, answer.slope
 
-    def reached(self, parameters: Mapping[str, float], patience: Patience) -> Array:
-        """Return a sample of isochoric principal stretches of the rubber at the preloads, shape (n, 3).
-
-        Parameters
-        ----------
-        parameters, patience
-            As for `Channel.reached`.
-        """
-        states = self.solve(parameters, (), patience).states
-        assert states is not None
-        return states
+    @override
+    def extent(self, temperature: float | None) -> Extent:
+        return of_table(self.table)
 
     def compared(
         self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
@@ -273,7 +251,7 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached, used = self._reached(parameters, names, Patience()), self.used
+        reached, used = self._reached(parameters, names, StepLimit()), self.used
         simulated, slope = self._simulated(reached, parameters, names)
         found = ComparedTable(
             self.table.rows(used),
@@ -306,7 +284,7 @@ class DynamicChannel:
         ------
         NotConverged
         """
-        reached = self._reached(parameters, (), Patience())
+        reached = self._reached(parameters, (), StepLimit())
         # Effects of the rig are in the simulation.
         rubber = [one for one in self.active if one not in self._rig]
         doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
@@ -329,7 +307,7 @@ class DynamicChannel:
         branches, thinned = self._relaxation(parameters)
         return [*branches, *(() if thinned is None else thinned.branches())]
 
-    def _reached(self, parameters: Mapping[str, float], names: Sequence[str], patience: Patience) -> _Reached:
+    def _reached(self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit) -> _Reached:
         """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
         # Constants of the model, on which the preloads depend.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
@@ -355,9 +333,9 @@ class DynamicChannel:
         ):
             self.model.set_parameters(own)
             ends: list[Array] = []
-            curves = [self._marched(one.test, parameters, moving, patience, ends) for one in self._preloads]
+            curves = [self._marched(one.test, parameters, moving, limit, ends) for one in self._preloads]
             known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving, own)
-            if len(self._known) == KEPT:
+            if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = known
         return known
@@ -367,7 +345,7 @@ class DynamicChannel:
         test: DynamicTest,
         parameters: Mapping[str, float],
         names: Sequence[str],
-        patience: Patience,
+        limit: StepLimit,
         ends: list[Array],
     ) -> list[DynamicCurve]:
         density = _density(parameters)
@@ -392,9 +370,9 @@ class DynamicChannel:
                 drive=made.drive,
                 progress=lambda *_: meet(self.comm),
                 observer=observe,
-                patience=patience.limit,
+                patience=limit.steps,
             )
-            patience.learn(history)
+            limit.learn(history)
         if len(made.curves) < len(test.preload):
             raise unsolved("a preload is unstable")
         return [made.curves[i][0] for i in range(len(test.preload))]

@@ -42,7 +42,7 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
         at = _Linearised(problem, x, value, slope)
-        trial, left = _step(at, radius)
+        trial, left = at.step(radius)
         predicted = before - left
         length = float(np.linalg.norm((trial - x) * at.norms))
         if predicted <= enough * max(before, NOTHING * len(problem.channels)):
@@ -79,12 +79,6 @@ def along_the_edge(problem: LeastSquaresProblem, ended: Minimum) -> Minimum:
     )
 
 
-def _norms(slope: Array) -> Array:
-    """Scales of the parameters: the norm of each column of the Jacobian (rows, p)."""
-    norms = np.linalg.norm(slope, axis=0)
-    return np.asarray(np.where(norms > 0.0, norms, 1.0))
-
-
 class _Linearised:
     """The linearised misfit about a point, and the exact stability beside it, by changes s in units of their columns.
 
@@ -102,7 +96,8 @@ class _Linearised:
 
     def __init__(self, problem: LeastSquaresProblem, x: Array, value: Array, slope: Array) -> None:
         samples = len(value) - len(problem.states)
-        self.problem, self.x, self.norms = problem, x, _norms(slope[:samples])
+        norms = np.linalg.norm(slope[:samples], axis=0)
+        self.problem, self.x, self.norms = problem, x, np.where(norms > 0.0, norms, 1.0)
         self._misfit, self._slope = value[:samples], slope[:samples] / self.norms
         self._known: dict[bytes, tuple[Array, Array]] = {}
 
@@ -124,28 +119,27 @@ class _Linearised:
         rows, margins = self.problem.penalty_and_margins(x)
         return np.concatenate([[rows @ rows], margins])
 
-
-def _step(at: _Linearised, radius: float) -> tuple[Array, float]:
-    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares."""
-    start = np.zeros(len(at.x))
-    low = np.maximum((at.problem.bounds.lower - at.x) * at.norms, -radius)
-    high = np.minimum((at.problem.bounds.upper - at.x) * at.norms, radius)
-    margins = {
-        "type": "ineq",
-        "fun": lambda s: at.stability(s)[0][1:],
-        "jac": lambda s: at.stability(s)[1][1:],
-    }
-    with warnings.catch_warnings():
-        # Steps onto a bound pass it by rounding; SciPy clips them.
-        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
-        found = minimize(
-            at.cost,
-            start,
-            jac=True,
-            bounds=list(zip(low, high, strict=True)),
-            constraints=margins,
-            method="SLSQP",
-            options={"maxiter": 100, "ftol": 1e-9},
-        )
-    s = np.clip(found.x, low, high) if np.isfinite(found.x).all() else start
-    return at.problem.bounds.clip(at.x + s / at.norms), 2.0 * at.cost(s)[0]
+    def step(self, radius: float) -> tuple[Array, float]:
+        """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and what it leaves."""
+        start, bounds = np.zeros(len(self.x)), self.problem.bounds
+        low = np.maximum((bounds.lower - self.x) * self.norms, -radius)
+        high = np.minimum((bounds.upper - self.x) * self.norms, radius)
+        margins = {
+            "type": "ineq",
+            "fun": lambda s: self.stability(s)[0][1:],
+            "jac": lambda s: self.stability(s)[1][1:],
+        }
+        with warnings.catch_warnings():
+            # Steps onto a bound pass it by rounding; SciPy clips them.
+            warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+            end = minimize(
+                self.cost,
+                start,
+                jac=True,
+                bounds=list(zip(low, high, strict=True)),
+                constraints=margins,
+                method="SLSQP",
+                options={"maxiter": 100, "ftol": 1e-9},
+            )
+        s = np.clip(end.x, low, high) if np.isfinite(end.x).all() else start
+        return bounds.clip(self.x + s / self.norms), 2.0 * self.cost(s)[0]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,9 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
-from bushcli.inverse.channel import Channel, FitChannel
+from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves, compared_tables
 from bushcli.inverse.contained import additions, from_contained
-from bushcli.inverse.dynamic_channel import DynamicChannel
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import open_journal
@@ -38,10 +38,13 @@ from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
-from bushcli.simulate.extent import Extent, of_path, of_table, outside
+from bushcli.simulate.extent import outside
 from bushcli.simulate.play import check_play
 from cases.mode import modes
 from cases.stability import coupon_limits
+
+if TYPE_CHECKING:
+    from bushcli.inverse.dynamic_channel import DynamicChannel
 
 Array = NDArray[np.float64]
 
@@ -86,10 +89,20 @@ def fit_coupons(
     InputError
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
+    # Effects that coupons have are those on the rubber that name them, or that have nothing else to act on.
+    warm = {test.label: test.temperature for test in case.coupons if test.temperature is not None}
+    elsewhere = bool(case.channels or case.dynamic or case.vibrations)
+    names = {source.label for source in case.coupons}
+    effects = tuple(
+        replace(effect, temperatures=warm if effect.effect.needs_temperature else {})
+        for effect in case.effects
+        if effect.effect.feature is not None
+        and (not elsewhere if effect.channels is None else names & set(effect.channels))
+    )
     tests = [modes()[source.mode] for source in case.coupons]
     volumetric = [mode for mode in tests if mode.needs_compressibility]
     task = Task(
-        replace(case, effects=_of_coupons(case)),
+        replace(case, effects=effects),
         model or case.material.law,
         "coupons",
         fixed=fixed,
@@ -102,20 +115,6 @@ def fit_coupons(
         task = replace(task, fixed=tuple(task.material.parameters))
     refuse_fixed([task])
     return identify(task, progress=progress, tables=tables)
-
-
-def _of_coupons(case: Case) -> tuple[ActiveEffect, ...]:
-    """Return the effects that coupons have: those on the rubber that name them, or that have nothing else."""
-    warm = {one.label: one.temperature for one in case.coupons if one.temperature is not None}
-    others = {name for name, _ in case.channels} | {one.label for one in case.dynamic}
-    tests = {source.label for source in case.coupons}
-    found = []
-    for one in case.effects:
-        named = tests & set(one.channels or ())
-        nothing_else = one.channels is None and not others and not case.vibrations
-        if one.effect.feature is not None and (named or nothing_else):
-            found.append(replace(one, temperatures=warm if one.effect.needs_temperature else {}))
-    return tuple(found)
 
 
 def identify(
@@ -159,9 +158,9 @@ def identify(
     # The law is read first, so that a wrong name is reported before a mesh is built.
     start = (task.law, task.vectors())[1][0]
     saved = open_journal(journal, task.identity(), resume) if journal is not None else None
-    problem, held_out = task.problem(journal=saved, progress=progress, tables=tables)
+    problem, curves, dynamic = task.problem(journal=saved, progress=progress, tables=tables)
     place = None if saved is None else saved.folder
-    run = _Searches(task, problem, held_out, start, place, resume, progress, pool, tables)
+    run = _Searches(task, problem, curves, dynamic, start, place, resume, progress, pool, tables)
     run.check(told)
     interrupted = False
     try:
@@ -191,6 +190,8 @@ class _Searches:
 
     Attributes
     ----------
+    curves, dynamic : list of Channel, of DynamicChannel
+        All of the case, those held out too.
     minima : list of Minimum
         Ends of the searches, the first start's first.
     instead : Array or None
@@ -199,7 +200,8 @@ class _Searches:
 
     task: Task
     problem: LeastSquaresProblem
-    held_out: list[FitChannel]
+    curves: list[Channel]
+    dynamic: list[DynamicChannel]
     start: Array
     journal: Path | None
     resume: bool | None
@@ -208,16 +210,6 @@ class _Searches:
     tables: TableCache
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
-
-    @property
-    def curves(self) -> list[Channel]:
-        """All channels of recorded curves, those held out too."""
-        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, Channel)]
-
-    @property
-    def dynamic(self) -> list[DynamicChannel]:
-        """All channels of tables of dynamic stiffness, those held out too."""
-        return [one for one in (*self.problem.channels, *self.held_out) if isinstance(one, DynamicChannel)]
 
     @property
     def recordings(self) -> list[Recording]:
@@ -261,18 +253,17 @@ class _Searches:
 
     def _outside(self) -> tuple[Condition, ...]:
         """Return which channels that are held out lie outside of what was fitted."""
-        warm = {one.label: one.temperature for one in (*self.task.case.recordings, *self.task.case.coupons)}
-
-        def extent(one: FitChannel) -> Extent:
-            if isinstance(one, DynamicChannel):
-                return of_table(one.table)
-            assert isinstance(one, Channel)
-            path = one.recording
-            return of_path(path.mode, path.displacement, path.time, warm.get(one.name))
-
-        fitted = [extent(one) for one in self.problem.channels]
+        case = self.task.case
+        warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
+        extents = {
+            channel: channel.extent(warm.get(channel.name)) for channel in (*self.curves, *self.dynamic)
+        }
+        fitted = [extents[channel] for channel in self.problem.channels]
         return tuple(
-            found for one in self.held_out for found in outside(one.name, extent(one), fitted, one.active)
+            condition
+            for channel, extent in extents.items()
+            if channel not in self.problem.channels
+            for condition in outside(channel.name, extent, fitted, channel.active)
         )
 
     def search(self) -> None:
@@ -284,21 +275,70 @@ class _Searches:
             The start cannot be solved at all.
         """
         task, problem = self.task, self.problem
-        every = additions(task, [c.recording for c in problem.channels if isinstance(c, Channel)])
+        every = additions(task, [one.recording for one in self.curves if one in problem.channels])
         first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first is None:
             raise InputError(unsolvable(task, self.start, self.faults))
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
-        points = _further_starts(task, problem, first.initial, self.pool, self.tables)
-        patience = tuple(problem.patience)
+        points = self._further_starts(first.initial)
+        limits = tuple(problem.limits)
         given = [
-            Assignment(number, point, first.states, patience, first.minimum.cost, self.journal, self.resume)
+            Assignment(number, point, first.states, limits, first.minimum.cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
         ]
-        _refine(task, problem, given, self.minima, states, self.progress, self.pool)
+
+        def forward(evaluation: Evaluation) -> None:
+            if self.progress is not None:
+                self.progress(replace(evaluation, number=problem.sweeps + evaluation.number))
+
+        def done(refined: Refined) -> None:
+            problem.count(refined.evaluations, refined.forward_solves, refined.failed_solves)
+            if refined.answers is not None:
+                problem.learn(refined.minimum.x, refined.answers)
+                states[len(self.minima)] = refined.states
+                self.minima.append(refined.minimum)
+
+        refine_start(task, problem.channels, given, done, forward, self.pool)
         problem.begin_profiles(states[_best(self.minima)])
+
+    def _further_starts(self, initial: Array) -> list[Array]:
+        """Return further starts, found on a coarse mesh; none if only one start is requested."""
+        task = self.task
+        if task.starts <= 1 and not task.globally:
+            return []
+        shear = task.law.shear_modulus(**self.problem.law_parameters(initial))
+        low, high = starts.box(initial, self.problem.bounds, abs(shear))
+        points: list[Array] = []
+        with coarse_costs(task, self.tables, self.pool) as costs:
+            if task.globally:
+                points.append(starts.evolve_start(costs, low, high, task.seed))
+            if task.starts > 1:
+                points += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
+        return points
+
+    def _profiled(self, best: Minimum, skipped: bool) -> tuple[Minimum, list[Profile], bool]:
+        """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
+        profiles: dict[int, Profile] = {}
+        cut = False
+        if skipped or self.task.source != "recordings":
+            return best, [], False
+        try:
+            with unwrapped_interrupts():
+                for _ in range(BETTER_ROUNDS):
+                    profiles.clear()
+                    uncertainty = certainty.uncertainty(self.problem, best.x)
+                    better = profiles_of(self.problem, best, uncertainty, profiles)
+                    if better is None:
+                        break
+                    # The search had ended too early: from here the misfit falls further.
+                    on = search(self.problem, better, self.task.loss)
+                    best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+        except KeyboardInterrupt:
+            # The search is complete: its result is kept although intervals are missing.
+            cut = True
+        return best, [profiles[index] for index in sorted(profiles)], cut
 
     def result(self, interrupted: bool, started: float) -> Fit:
         """Return the best minimum as a fit, with its uncertainty."""
@@ -308,7 +348,7 @@ class _Searches:
         # The intervals of a law that is fitted to wrong data would mean nothing.
         fatal = any(fault.fatal for fault in self.faults)
         skipped = interrupted or fatal
-        best, profiles, cut = _profiled(task, problem, best, skipped)
+        best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
         found, correlation = estimates(task, problem, best.x, profiles)
         tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
@@ -317,7 +357,7 @@ class _Searches:
             material=rubber,
             parameters=found,
             correlation=correlation,
-            curves=compared_curves(task, problem, self.held_out, best.x, self.start),
+            curves=compared_curves(problem, self.curves, best.x, self.start),
             stability=coupon_limits(task.law, rubber.parameters),
             weighting=task.weighting,
             forward_solves=searched[1],
@@ -358,78 +398,6 @@ def _best(minima: Sequence[Minimum]) -> int:
     """Return the index of the lowest cost; of equal costs, the first."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))
-
-
-def _further_starts(
-    task: Task,
-    problem: LeastSquaresProblem,
-    initial: Array,
-    pool: Pool | None,
-    tables: TableCache,
-) -> list[Array]:
-    """Return further starts, found on a coarse mesh; none if only one start is requested."""
-    if task.starts <= 1 and not task.globally:
-        return []
-    shear = task.law.shear_modulus(**problem.law_parameters(initial))
-    low, high = starts.box(initial, problem.bounds, abs(shear))
-    found: list[Array] = []
-    with coarse_costs(task, tables, pool) as costs:
-        if task.globally:
-            found.append(starts.evolve_start(costs, low, high, task.seed))
-        if task.starts > 1:
-            found += starts.screen_starts(costs, task.starts - 1, low, high, task.seed)
-    return found
-
-
-def _refine(
-    task: Task,
-    problem: LeastSquaresProblem,
-    given: Sequence[Assignment],
-    minima: list[Minimum],
-    states: dict[int, Array],
-    progress: Progress | None,
-    pool: Pool | None,
-) -> None:
-    """Refine further starts, and take over their evaluations and minima."""
-
-    def forward(evaluation: Evaluation) -> None:
-        if progress is not None:
-            progress(replace(evaluation, number=problem.sweeps + evaluation.number))
-
-    def done(found: Refined) -> None:
-        problem.count(found.evaluations, found.forward_solves, found.failed_solves)
-        if found.answers is None:
-            return
-        problem.learn(found.minimum.x, found.answers)
-        states[len(minima)] = found.states
-        minima.append(found.minimum)
-
-    refine_start(task, problem.channels, given, done, forward, pool)
-
-
-def _profiled(
-    task: Task, problem: LeastSquaresProblem, best: Minimum, skipped: bool
-) -> tuple[Minimum, list[Profile], bool]:
-    """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
-    found: dict[int, Profile] = {}
-    cut = False
-    if skipped or task.source != "recordings":
-        return best, [], False
-    try:
-        with unwrapped_interrupts():
-            for _ in range(BETTER_ROUNDS):
-                found.clear()
-                uncertainty = certainty.uncertainty(problem, best.x)
-                better = profiles_of(problem, best, uncertainty, found)
-                if better is None:
-                    break
-                # The search had ended too early: from here the misfit falls further.
-                on = search(problem, better, task.loss)
-                best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
-    except KeyboardInterrupt:
-        # The search is complete: its result is kept although intervals are missing.
-        cut = True
-    return best, [found[index] for index in sorted(found)], cut
 
 
 def values_by_name(task: Task, x: NDArray[np.float64]) -> dict[str, float]:

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.channel import ChannelForces
 from bushcli.runtime.bounded import read_bounded
-from bushcli.runtime.history import history_of
-from bushcli.runtime.store import Store
+from bushcli.runtime.store import Store, history_of
 
 Array = NDArray[np.float64]
 

@@ -106,7 +106,7 @@ class Watched:
     problem
     squares
         Whether the optimiser minimises the sum of squares, as that of a robust loss does not.
-    patience
+    most_in_row
         Failed trials in a row that end the search.
     explained
         Called with the best point so far when a trial fails; returns whether that point explains the failure, so that
@@ -119,11 +119,11 @@ class Watched:
         self,
         problem: LeastSquaresProblem,
         squares: bool,
-        patience: int,
+        most_in_row: int,
         explained: Callable[[Array], bool] | None = None,
         ends: Ends | None = None,
     ) -> None:
-        self.problem, self.squares, self.patience = problem, squares, patience
+        self.problem, self.squares, self.most_in_row = problem, squares, most_in_row
         self.explained, self.ends = explained, ends
         self.failed = self.row = self.iterations = self.rejected = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
@@ -142,7 +142,7 @@ class Watched:
             self.failed, self.row, self._met_failure = self.failed + 1, self.row + 1, True
             if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
                 raise Stopped("the law is unstable in the states reached")
-            if self.row >= self.patience:
+            if self.row >= self.most_in_row:
                 raise Stopped("trials in a row could not be solved")
             if self.failed >= self.problem.stopping.failures:
                 raise Stopped("too many trials could not be solved")
@@ -187,18 +187,25 @@ def minimise(
     problem: LeastSquaresProblem,
     start: Array,
     loss: Loss = "linear",
-    patience: int = MOST_EVALUATIONS,
+    most_in_row: int = MOST_EVALUATIONS,
     explained: Callable[[Array], bool] | None = None,
     ends: Ends | None = None,
 ) -> Minimum:
     """Minimise the weighted misfit within bounds."""
-    watched = Watched(problem, loss == "linear", patience, explained, ends)
+    watched = Watched(problem, loss == "linear", most_in_row, explained, ends)
+    origin = problem.bounds.inside(start)
+    limits, point = problem.bounds.about(origin)
+
+    def jacobian(y: Array) -> Array:
+        x = point(y)
+        return watched.jacobian(x) * np.where(problem.bounds.logarithmic, x, 1.0)
+
     try:
         result = least_squares(
-            watched.residual,
-            problem.bounds.inside(start),
-            jac=watched.jacobian,
-            bounds=(problem.bounds.lower, problem.bounds.upper),
+            lambda y: watched.residual(point(y)),
+            np.zeros(len(origin)),
+            jac=jacobian,
+            bounds=(limits.lower, limits.upper),
             x_scale="jac",
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
@@ -207,7 +214,7 @@ def minimise(
             gtol=1e-12,
             max_nfev=problem.stopping.evaluations,
         )
-        x, ended, message = result.x, result.status > 0, str(result.message)
+        x, ended, message = point(result.x), result.status > 0, str(result.message)
     except Stopped as stopped:
         x, ended, message = watched.best[1], isinstance(stopped, FlatValley | Settled), str(stopped)
     linear = loss == "linear"

@@ -9,13 +9,14 @@ far.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
+from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
@@ -44,16 +45,19 @@ Progress = Callable[[Evaluation], None]
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds of the parameters.
+    """Bounds of the parameters, and which of them are searched in their logarithm.
 
     Attributes
     ----------
     lower, upper : shape (parameters,)
         Each in its parameter's unit; infinite where there is none.
+    logarithmic : shape (parameters,)
+        Positive parameters whose size is not known, such as a relaxation time.
     """
 
     lower: Array
     upper: Array
+    logarithmic: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((), dtype=bool))
 
     def clip(self, x: Array) -> Array:
         """Return the nearest point within the bounds."""
@@ -66,7 +70,25 @@ class Bounds:
 
     def of(self, free: NDArray[np.bool_]) -> Bounds:
         """Return the bounds of some of the parameters, chosen by a mask, shape (parameters,)."""
-        return Bounds(self.lower[free], self.upper[free])
+        logarithmic = np.broadcast_to(self.logarithmic, free.shape)
+        return Bounds(self.lower[free], self.upper[free], logarithmic[free])
+
+    def about(self, origin: Array) -> tuple[Bounds, Callable[[Array], Array]]:
+        """Return the bounds of a search's coordinates (parameters,), zero at a point within, and the way back to x.
+
+        A coordinate is the difference from the origin, or the logarithm of the ratio.
+        """
+
+        def point(y: Array) -> Array:
+            ratio = np.exp(np.where(self.logarithmic, y, 0.0))
+            return self.clip(np.where(self.logarithmic, origin * ratio, origin + y))
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ends = [
+                np.where(self.logarithmic, np.log(end / origin), end - origin)
+                for end in (self.lower, self.upper)
+            ]
+        return Bounds(*ends), point
 
 
 @dataclass(frozen=True)
@@ -120,7 +142,7 @@ class LeastSquaresProblem:
         When searches end.
     start
         Number of the start whose search it is.
-    patience
+    limits
         Failed steps after which marches are given up, by channel, as an earlier search left them; if empty, there is no
         limit at first.
     """
@@ -137,7 +159,7 @@ class LeastSquaresProblem:
         progress: Progress | None = None,
         stopping: Stopping = STOPPING,
         start: int = 0,
-        patience: Sequence[Patience] = (),
+        limits: Sequence[StepLimit] = (),
     ) -> None:
         self.stopping, self.bounds = stopping, bounds
         self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
@@ -148,7 +170,7 @@ class LeastSquaresProblem:
         # Recorded with each evaluation.
         self._start = start
         self._stage: Literal["search", "profile"] = "search"
-        self.patience = [replace(one) for one in patience] or [Patience() for _ in channels]
+        self.limits = [replace(limit) for limit in limits] or [StepLimit() for _ in channels]
         self._known: dict[bytes, list[ChannelForces] | None] = {}
 
     def watch(self, states: Array, best: Array | None = None) -> None:
@@ -171,7 +193,7 @@ class LeastSquaresProblem:
 
     def lift_limits(self) -> None:
         """Give up no further march before one has reached its end, whatever limit was given."""
-        self.patience = [Patience() for _ in self.channels]
+        self.limits = [StepLimit() for _ in self.channels]
 
     def reached(self, x: Array) -> Array:
         """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
@@ -179,17 +201,11 @@ class LeastSquaresProblem:
         Those of swept curves are stored in the answer: near the edge of stability a second march may end on another
         branch.
         """
-        found: list[Array] = [np.zeros((0, 3))]
-        answers = self.answers(x) or ()
-        for channel, patience, answer in zip(self.channels, self.patience, answers, strict=False):
-            if answer.states is not None:
-                found.append(answer.states)
-            elif not channel.coupon:
-                try:
-                    found.append(channel.reached(self.parameters(x), patience))
-                except NotConverged:
-                    continue
-        return np.concatenate(found)
+        states: list[Array] = [np.zeros((0, 3))]
+        for channel, limit, answer in zip(self.channels, self.limits, self.answers(x) or (), strict=False):
+            with suppress(NotConverged):
+                states.append(channel.reached(self.parameters(x), answer, limit))
+        return np.concatenate(states)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
         """Return the penalty of instability, one row per state; this needs no solution of the model.
@@ -325,9 +341,9 @@ class LeastSquaresProblem:
     def _solve(self, x: Array) -> list[ChannelForces]:
         """Answers of all channels, or an empty list where one of them failed."""
         answers = []
-        for channel, patience in zip(self.channels, self.patience, strict=True):
+        for channel, limit in zip(self.channels, self.limits, strict=True):
             try:
-                answers.append(channel.solve(self.parameters(x), self.names, patience))
+                answers.append(channel.solve(self.parameters(x), self.names, limit))
             except NotConverged:
                 return []
         return answers

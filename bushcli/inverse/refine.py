@@ -8,7 +8,6 @@ before, decides which of the others are hopeless.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import ChannelForces, FitChannel, Patience
+from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.journal import Journal, open_journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.minimum_search import search
@@ -52,7 +51,7 @@ class Assignment:
         In the units of the law.
     states : shape (n, 3)
         Principal stretches in which the law has to be stable.
-    patience : tuple of Patience
+    limits : tuple of StepLimit
         Failed steps after which marches are given up, by channel, as the first search left them.
     reference : float
         Cost to compare its own with, of the first start's minimum.
@@ -63,7 +62,7 @@ class Assignment:
     number: int
     point: Array
     states: Array
-    patience: tuple[Patience, ...]
+    limits: tuple[StepLimit, ...]
     reference: float
     journal: Path | None
     resume: bool | None
@@ -105,7 +104,7 @@ def refine(
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
     journal = _journal(task, given)
-    problem = task.pose(channels, journal, follow, given.states, given.number, given.patience)
+    problem = task.pose(channels, journal, follow, given.states, given.number, given.limits)
     initial = problem.bounds.inside(given.point)
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
     try:
@@ -173,7 +172,7 @@ def coarse_costs(
         yield lambda points: [float(cost) for cost in _asked(pool, cache, _cost_there, task, points)]
         return
     if task.workers == 1:
-        coarse, _ = task.problem(coarse=True, tables=tables)
+        coarse, *_ = task.problem(coarse=True, tables=tables)
         yield lambda points: [coarse.cost(x) for x in points]
         return
     with processes(task.workers) as own:
@@ -223,7 +222,8 @@ def refine_start(
             for future in left:
                 future.cancel()
             for future in left:
-                _collect(future, done, progress)
+                if not future.cancelled():
+                    _hand_over(future.result(), done, progress)
             raise
 
 
@@ -247,11 +247,6 @@ def _refined_there(
 ) -> Refined:
     stopped = stop.exists if stop is not None else lambda: False
     return refine(task, cache.problem(task, coarse=False).channels, given, None, stopped)
-
-
-def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:
-    if not future.cancelled():
-        _hand_over(future.result(), done, progress)
 
 
 def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:

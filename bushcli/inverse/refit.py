@@ -116,7 +116,7 @@ class Refit:
             full[rest] = y
             return full
 
-        watched = Watched(self.problem, False, patience=2)
+        watched = Watched(self.problem, False, most_in_row=2)
         with suppress(Stopped):
             least_squares(
                 lambda y: watched.residual(whole(y)),

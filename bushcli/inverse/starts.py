@@ -74,7 +74,8 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
         return [cost if np.isfinite(cost) else float("inf") for cost in found]
 
     found = differential_evolution(
-        _never,
+        # `mapped` evaluates generations as a whole.
+        lambda unit: float("nan"),
         [(0.0, 1.0)] * len(low),
         rng=np.random.default_rng(seed),
         popsize=POPULATION,
@@ -86,7 +87,3 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
         workers=mapped,
     )
     return from_unit(np.asarray(found.x), low, high)
-
-
-def _never(unit: Array) -> float:
-    raise AssertionError("generations are evaluated as a whole")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from mpi4py import MPI
@@ -18,7 +18,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, Problem, nearest
-from bushcli.inverse.channel import Channel, Corrected, FitChannel, Patience
+from bushcli.inverse.channel import Channel, Corrected, FitChannel, StepLimit
 from bushcli.inverse.channels import bushing_channels, coupon_channels, dynamic_channels, dynamic_tables
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss
@@ -26,9 +26,11 @@ from bushcli.inverse.problem import Bounds, LeastSquaresProblem, Progress, coupo
 from bushcli.inverse.result import Weighting
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.measured import Measured
-from cases.mode import modes
 from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
+
+if TYPE_CHECKING:
+    from bushcli.inverse.dynamic_channel import DynamicChannel
 
 Array = NDArray[np.float64]
 
@@ -171,6 +173,12 @@ class Task:
             for one in self.effects
             for p in one.parameters
         }
+        spread = {
+            one.full_name(p)
+            for one in self.effects
+            for p in one.parameters
+            if p.off is None and p.lower >= 0.0 and p.prior is not None and p.prior.is_logarithmic
+        }
         for name in self.names:
             if name in ranges:
                 value, low, high = ranges[name]
@@ -185,7 +193,7 @@ class Task:
                 own = self.law.parameter(name)
                 rows.append((material.parameters[name], own.lower, own.upper))
         start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
-        return start, Bounds(lower, upper)
+        return start, Bounds(lower, upper, np.array([name in spread for name in self.names], dtype=bool))
 
     def channels(
         self,
@@ -265,8 +273,8 @@ class Task:
         progress: Progress | None = None,
         comm: MPI.Comm = MPI.COMM_WORLD,
         tables: TableCache | None = None,
-    ) -> tuple[LeastSquaresProblem, list[FitChannel]]:
-        """The least-squares problem and the channels held out of it: curves, and tables of dynamic stiffness.
+    ) -> tuple[LeastSquaresProblem, list[Channel], list[DynamicChannel]]:
+        """The least-squares problem, then all its curves and tables of dynamic stiffness, those held out too.
 
         Parameters
         ----------
@@ -282,8 +290,7 @@ class Task:
             Cache of the binary files that the caller reads.
         """
         curves, predicted = self.channels(coarse, comm, measured=Measured(tables))
-        fitted: list[FitChannel] = [*curves]
-        held_out: list[FitChannel] = [*predicted]
+        dynamic: list[DynamicChannel] = []
         if self.density and not self._highest:
             what = "the density acts in vibrations alone, and there is no table of dynamic stiffness of the bushing"
             expected = '[[recordings]] with kind = "dynamic"; or leave --density out'
@@ -292,9 +299,9 @@ class Task:
             if self.case.geometry.meeting:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
-            for channel in dynamic_channels(self._case(coarse), rubber, comm, tables):
-                (held_out if channel.table.name in self.hold_out else fitted).append(channel)
-        return self.pose(fitted, journal, progress), held_out
+            dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)
+        fitted = [*curves, *(one for one in dynamic if one.table.name not in self.hold_out)]
+        return self.pose(fitted, journal, progress), [*curves, *predicted], dynamic
 
     def pose(
         self,
@@ -303,7 +310,7 @@ class Task:
         progress: Progress | None = None,
         states: Array | None = None,
         start: int = 0,
-        patience: Sequence[Patience] = (),
+        limits: Sequence[StepLimit] = (),
     ) -> LeastSquaresProblem:
         """The least-squares problem of some channels.
 
@@ -319,25 +326,26 @@ class Task:
             Principal stretches in which the law has to be stable, shape (n, 3); None for those that are typical.
         start : int
             Number of the start whose search it is.
-        patience : Sequence[Patience]
+        limits : Sequence[StepLimit]
             Failed steps after which marches are given up, by channel, as an earlier search left them.
         """
         material = self.material
         known = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
-        curves = [one for one in fitted if isinstance(one, Channel)]
-        watched = coupon_states(_stretches(curves)) if states is None else states
+        if states is None:
+            every = [*STRETCHES, *(stretch for channel in fitted for stretch in channel.stretches)]
+            states = coupon_states((min(every), max(every)))
         return LeastSquaresProblem(
             fitted,
             self.law,
             self.names,
             fixed,
             self.vectors()[1],
-            watched,
+            states,
             journal,
             progress,
             start=start,
-            patience=patience,
+            limits=limits,
         )
 
     def identity(self) -> dict[str, Any]:
@@ -364,17 +372,6 @@ class Task:
             "globally": self.globally,
             "seed": self.seed,
         }
-
-
-def _stretches(channels: list[Channel]) -> tuple[float, float]:
-    """Return the stretches between which the law has to be stable: of the coupons, or typical of a bushing."""
-    low, high = STRETCHES
-    for channel in channels:
-        mode = modes()[channel.recording.mode]
-        if mode.specimen == "coupon" and not mode.needs_compressibility:
-            stretch = mode.stretch(channel.recording.displacement)
-            low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
-    return low, high
 
 
 def refuse_fixed(tasks: Sequence[Task]) -> None:

@@ -12,7 +12,7 @@ doi:10.1088/0266-5611/19/2/201.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,6 @@ from cases.sine import ThinnedSpectrum
 from forms.branches.payne import spectrum
 
 Array = NDArray[np.float64]
-Solved = Callable[[Array], tuple[Array, Array]]
 
 # Ranges of the starts: the longest time over a period, decades, the clock's run in a period over a period at the
 # geometric mean of the amplitudes, a0 over that mean, and the exponent, all as logarithms; then the slope.
@@ -126,7 +125,11 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
         values, _ = nnls(design, np.ones(len(design)))
         return values, design @ values - 1.0
 
-    best = _best(solved)
+    # Logarithms of the constants with the least misfit of several searches.
+    random, (low, high) = np.random.default_rng(SEED), np.array(BOUNDS).T
+    starts = [random.uniform(*np.array(RANGES).T) for _ in range(STARTS)]
+    ends = [least_squares(lambda p: solved(p)[1], p, bounds=(low, high), max_nfev=MOST) for p in starts]
+    best = np.asarray(min(ends, key=lambda end: float(end.cost)).x)
     values, residual = solved(best)
     misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
     g = {"g": float(values[1] / values[0]) if values[0] else np.inf}
@@ -140,11 +143,3 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
         float(misfit[1]),
         len(table),
     )
-
-
-def _best(solved: Solved) -> Array:
-    """Return the logarithms of the constants with the least misfit of several searches."""
-    random, (low, high) = np.random.default_rng(SEED), np.array(BOUNDS).T
-    starts = [random.uniform(*np.array(RANGES).T) for _ in range(STARTS)]
-    found = [least_squares(lambda p: solved(p)[1], p, bounds=(low, high), max_nfev=MOST) for p in starts]
-    return np.asarray(min(found, key=lambda one: float(one.cost)).x)

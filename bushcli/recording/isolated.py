@@ -68,29 +68,12 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return _found(path, reader, ((part, _columns(part, wanted, True)) for part in parts))
+                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError, OverflowError, MemoryError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}; {reader.library}, which reads it, is not installed"
         raise RecordingError(Problem(str(path), what, "", remedy("rig")))
-    return _found(path, reader, _taken_over(_asked(path, reader, format_name, wanted)))
-
-
-def _found(
-    path: Path, reader: Reader, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]
-) -> FileContents:
-    made, failed = [], {}
-    for part, columns in parts:
-        try:
-            made.append(_table(path, part, columns))
-        except RecordingError as error:
-            failed[part.name] = error
-    return FileContents(tuple(made), failed)
-
-
-def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
-    """Return the child's output."""
     # -P, because a file in the user's folder may have the name of a module. The path to the packages is appended for a
     # checkout that is not installed.
     start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import main; main(*sys.argv[1:])"
@@ -102,12 +85,38 @@ def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str 
         )
     except subprocess.TimeoutExpired:
         raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
-    if done.returncode == 0:
-        return done.stdout
-    # Other lines that a failing parser prints are not the reason.
-    lines = done.stderr.decode("utf-8", "replace").splitlines()
-    said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
-    raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
+    if done.returncode:
+        # Other lines that a failing parser prints are not the reason.
+        lines = done.stderr.decode("utf-8", "replace").splitlines()
+        said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
+        raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
+    return _found(path, _taken_over(done.stdout))
+
+
+def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]) -> FileContents:
+    made, failed = list[Table](), {}
+    for part, columns in parts:
+        if part.cells is None:
+            table = ArrayTable(
+                path=path,
+                names=tuple(" ".join(name.split()) for name in part.names),
+                units=tuple(part.units),
+                part=part.name,
+                columns=tuple(columns),
+                remarks=tuple(part.remarks),
+                origin=None if part.origin is None else Instant(*part.origin),
+            )
+            made.append(table)
+            continue
+        try:
+            sheet = table_of_fields(path, part.name, part.cells)
+        except RecordingError as error:
+            failed[part.name] = error
+            continue
+        # A date above the header is none of the column.
+        dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(sheet)}
+        made.append(replace(sheet, dates=dates))
+    return FileContents(tuple(made), failed)
 
 
 def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
@@ -131,24 +140,6 @@ def _taken_over(answer: bytes) -> Iterator[tuple[FilePart, Sequence[NDArray[Any]
         yield FilePart(**described), columns
 
 
-def _table(path: Path, part: FilePart, columns: Sequence[NDArray[Any] | None]) -> Table:
-    if part.cells is not None:
-        table = table_of_fields(path, part.name, part.cells)
-        # A date above the header is none of the column.
-        dates = {column: Instant(*first) for column, count, first in part.dates if count >= len(table)}
-        return replace(table, dates=dates)
-    names = tuple(" ".join(name.split()) for name in part.names)
-    return ArrayTable(
-        path=path,
-        names=names,
-        units=tuple(part.units),
-        part=part.name,
-        columns=tuple(columns),
-        remarks=tuple(part.remarks),
-        origin=None if part.origin is None else Instant(*part.origin),
-    )
-
-
 def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
     """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
     found: list[NDArray[Any] | None] = []
@@ -166,7 +157,18 @@ def _columns(part: FilePart, wanted: Collection[str | int], all_of_them: bool) -
 def main(format_name: str, path: str, wanted: str) -> None:
     """Run as the child: read a file and write its contents to standard output, or to standard error why not."""
     try:
-        _write(format_name, Path(path), json.loads(wanted))
+        # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
+        output, sys.stdout = sys.stdout.buffer, sys.stderr
+        for what, soft, hard in (
+            (resource.RLIMIT_CPU, LONGEST, LONGEST + 5),
+            (resource.RLIMIT_AS, MOST_MEMORY, MOST_MEMORY),
+            (resource.RLIMIT_CORE, 0, 0),
+        ):
+            # A limit of the shell may be narrower, and nobody may widen it.
+            most = resource.getrlimit(what)[1]
+            most = hard if most == resource.RLIM_INFINITY else min(hard, most)
+            resource.setrlimit(what, (min(soft, most), most))
+        copy_contents(format_name, Path(path), json.loads(wanted), output)
     except MemoryError:
         _fail(f"reading it takes more than {MOST_MEMORY / 1e9:g} GB")
     except Exception as error:  # noqa: BLE001 - a parser may raise anything for a damaged file
@@ -178,27 +180,17 @@ def _fail(reason: str) -> None:
     sys.exit(1)
 
 
-def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
-    """Read a file within the limits of the child, and write its contents to the standard output."""
-    # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
-    output, sys.stdout = sys.stdout.buffer, sys.stderr
-    for what, soft, hard in (
-        (resource.RLIMIT_CPU, LONGEST, LONGEST + 5),
-        (resource.RLIMIT_AS, MOST_MEMORY, MOST_MEMORY),
-        (resource.RLIMIT_CORE, 0, 0),
-    ):
-        # A limit of the shell may be narrower, and nobody may widen it.
-        most = resource.getrlimit(what)[1]
-        most = hard if most == resource.RLIM_INFINITY else min(hard, most)
-        resource.setrlimit(what, (min(soft, most), most))
-    copy_contents(format_name, path, wanted, output)
-
-
 def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], output: BinaryIO) -> None:
     """Read a file in this process, and write its contents as the child does."""
     shown, arrays = [], []
     with readers()[format_name].opened(path) as parts:
-        _bounded(parts)
+        if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
+            raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
+        longest = max((part.samples for part in parts), default=0)
+        if longest > MOST_SAMPLES:
+            raise ValueError(
+                f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit"
+            )
         whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
         for part in parts:
             columns = _columns(part, wanted, whole)
@@ -224,12 +216,3 @@ def copy_contents(format_name: str, path: Path, wanted: Collection[str | int], o
     for array in arrays:
         output.write(np.ascontiguousarray(array).view(np.uint8).data)
     output.flush()
-
-
-def _bounded(parts: Sequence[FilePart]) -> None:
-    """Refuse more groups, columns or samples than a recording can have."""
-    if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
-        raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
-    longest = max((part.samples for part in parts), default=0)
-    if longest > MOST_SAMPLES:
-        raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit")

@@ -59,8 +59,29 @@ def opened(
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
         return tables.text(source, single)
-    found = tables.tables(source.file, name, wanted)
-    return found if source.group is None else _named(source, found)
+    inside = tables.tables(source.file, name, wanted)
+    if source.group is None:
+        return inside
+    found = inside.tables
+    names = [table.part for table in found]
+    if isinstance(source.group, int):
+        if source.group <= len(found):
+            return found[source.group - 1]
+        what = f"has no group {source.group}"
+        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
+    key = source.group.strip("/ ").casefold()
+    known = [(table.part.strip("/ ").casefold(), table) for table in found]
+    hits = [table for part, table in known if part == key]
+    if hits:
+        return hits[0]
+    # Channels of the group have clocks of their own, or other lengths: `bushcli.recording.waveforms` names the pieces.
+    pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
+    if pieces:
+        return FileContents(pieces, {})
+    if source.group in inside.failed:
+        raise inside.failed[source.group]
+    what = f'has no sheet or group "{source.group}"'
+    raise RecordingError(Problem(str(source.file), what, nearest(source.group, names), listed(names)))
 
 
 def format_of(path: Path) -> str:
@@ -93,31 +114,6 @@ def format_of(path: Path) -> str:
         if head.startswith(mark):
             raise RecordingError(Problem(str(path), f"is {what}", "", remedy))
     return ""
-
-
-def _named(source: Source, inside: FileContents) -> Table | FileContents:
-    """Return the table that the case file names, or the pieces of the group."""
-    found = inside.tables
-    names = [table.part for table in found]
-    wanted = source.group
-    if isinstance(wanted, int):
-        if wanted <= len(found):
-            return found[wanted - 1]
-        what = f"has no group {wanted}"
-        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
-    assert wanted is not None
-    key = wanted.strip("/ ").casefold()
-    hits = [table for table in found if table.part.strip("/ ").casefold() == key]
-    if hits:
-        return hits[0]
-    # Channels of the group have clocks of their own, or other lengths: `bushcli.recording.waveforms` names the pieces.
-    pieces = tuple(table for table in found if table.part.strip("/ ").casefold().startswith(f"{key}, "))
-    if pieces:
-        return FileContents(pieces, {})
-    if wanted in inside.failed:
-        raise inside.failed[wanted]
-    what = f'has no sheet or group "{wanted}"'
-    raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), listed(names)))
 
 
 def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: FileContents) -> Table:

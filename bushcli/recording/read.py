@@ -75,12 +75,19 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refused(what)
     displacement, force = nominal(source, mode, samples.displacement, samples.force, moved.form, forced.form)
-    kept = _below(source, table, mode, displacement, fewest)
+    kept: NDArray[np.bool_] = np.ones(len(displacement), dtype=bool)
+    if source.largest_stretch is not None:
+        kept = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
+        if np.count_nonzero(kept) < min(fewest, len(kept)):
+            what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
+            raise table.refused(what, f"at least {fewest}")
     displacement, force = displacement[kept], force[kept]
     time = None if samples.time is None else samples.time[kept]
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
-    there |= _other_motions(table, source, moved)
+    if source.six is not None:
+        every = motion_columns(table, source).items()
+        there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -129,20 +136,6 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     return np.asarray(values, dtype=np.float64)
 
 
-def _below(source: Source, table: Table, mode: Mode, displacement: Array, fewest: int) -> NDArray[np.bool_]:
-    """Return which points (n,) lie below the largest stretch that the case gives; all if it gives none."""
-    largest = np.inf if source.largest_stretch is None else source.largest_stretch
-    kept = (
-        np.asarray(mode.stretch(displacement) <= largest)
-        if largest < np.inf
-        else np.ones(len(displacement), dtype=bool)
-    )
-    if np.count_nonzero(kept) < min(fewest, len(kept)):
-        what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {largest:g}"
-        raise table.refused(what, f"at least {fewest}")
-    return kept
-
-
 def _used_columns(
     table: Table, found: Mapping[str, Column], source: Source
 ) -> tuple[tuple[ReadColumn, ...], tuple[str, ...], tuple[Repair, ...]]:
@@ -153,26 +146,12 @@ def _used_columns(
         for name, one in found.items()
     )
     unused = tuple(name for i, name in enumerate(table.names) if name and i not in taken)
-    return columns, unused, tuple(Repair("columns", text) for text in _remarks(table, found, source))
-
-
-def _other_motions(table: Table, source: Source, moved: Column) -> dict[str, Column]:
-    """Return the columns of the other prescribed motions of a recorded path, by their names, "ux" to "rz"."""
-    free = () if source.six is None else source.six.free
-    every = {} if source.six is None else motion_columns(table, source)
-    return {MOTIONS[k]: one for k, one in every.items() if k not in free and one.index != moved.index}
-
-
-def _remarks(table: Table, found: Mapping[str, Column], source: Source) -> list[str]:
-    """Return what a user should know about how a table and its columns were read."""
-    taken = {one.index for one in found.values()}
     said = [*table.remarks, *(text for one in found.values() for text in one.remarks)]
     said += factor_remarks(table, taken)
-    untimed = "time" not in found and not source.is_untimed
-    said += untaken_time(table, taken) if untimed else []
-    return said + (
-        rate_remarks(table) if untimed and source.sample_rate is None and source.rate is None else []
-    )
+    if "time" not in found and not source.is_untimed:
+        said += untaken_time(table, taken)
+        said += rate_remarks(table) if source.sample_rate is None and source.rate is None else []
+    return columns, unused, tuple(Repair("columns", text) for text in said)
 
 
 def _used(recording: Recording, source: Source) -> Recording:

@@ -58,7 +58,11 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
             raise RecordingError(
                 Problem(str(source.file), what, "", 'choose in the case file: group = "..."')
             )
-    parts = [one for table in together if (one := _part(table, chosen, source)) is not None]
+    parts = []
+    for table in together:
+        columns = tuple(_columns(table, chosen).values())
+        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
+        parts += [] if stamps is None else [stamps]
     if len(parts) > 1:
         return _on_one_raster(source, parts, chosen)
     # A sheet with a bad row may be the sheet that is meant.
@@ -84,12 +88,6 @@ def _one_clock(table: Table, chosen: Mapping[str, str], source: Source) -> Table
     forced = [index for key, index in columns.items() if key in REACTIONS]
     moved = [index for key, index in columns.items() if key in MOTIONS]
     return own_clocks(table, forced, moved, source, modes()["axial"], _WORDS)
-
-
-def _part(table: Table, chosen: Mapping[str, str], source: Source) -> RasterColumns | None:
-    """Return the motions and reactions of a table with its stamps; None if it lacks either."""
-    columns = _columns(table, chosen)
-    return stamped(table, tuple(columns.values()), source, modes()["axial"]) if columns else None
 
 
 def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:

@@ -73,7 +73,11 @@ class TableCache:
 
     def _kept(self, path: Path, how: tuple[object, ...], read: Callable[[], Contents]) -> Contents:
         """Return what is kept of the present contents of a file, or else what is read."""
-        key = (*_state(path), *how)
+        # What changes when the contents of the file change.
+        key: tuple[object, ...] = (str(path), *how)
+        if path.exists():
+            of = path.stat()
+            key = (str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size, *how)
         found = self._found.get(key)
         if found is None:
             found = self._found[key] = read()
@@ -81,9 +85,3 @@ class TableCache:
         while sum(one.size for one in self._found.values()) > MOST_NUMBERS:
             self._found.popitem(last=False)
         return cast("Contents", found)
-
-
-def _state(path: Path) -> tuple[str, int, int, int]:
-    """Return properties of a file that change when its contents change."""
-    of = path.stat() if path.exists() else None
-    return (str(path.absolute()), of.st_ino, of.st_mtime_ns, of.st_size) if of else (str(path), 0, 0, 0)

@@ -107,10 +107,33 @@ def _table(path: Path, lines: list[Line], runs: list[AlikeRows], given: _Given) 
         reordered or dialect != (runs[0].form.delimiter, runs[0].form.decimal) or grouped is not None
     ):
         return None
-    commented = _commented(sheet, width)
-    found = _with_header(sheet, width, len(rows[0]), (*said, *repeats, *commented))
+    # A sign in front of rows of numbers makes them comments.
+    commented = []
+    for line in sheet.lines:
+        if line.comment and line.number > sheet.first:
+            fields = split_line(line.uncommented.strip(), sheet.dialect.delimiter)
+            if len(fields) == width and numbers_in(fields, sheet.dialect.decimal) == width:
+                commented.append(line.number)
+    if len(commented) > 1:
+        repeats = [
+            *repeats,
+            f"{len(commented)} rows of numbers behind # or % are left out as comments (line {commented[0]} and others)",
+        ]
+    elif commented:
+        repeats = [
+            *repeats,
+            f"a row of numbers behind # or % is left out as comments (line {commented[0]})",
+        ]
+    found = _with_header(sheet, width, len(rows[0]), (*said, *repeats))
     if grouped is not None:
-        raise _ambiguous(found, *grouped)
+        # The decimal sign of each number could as well be a thousands separator.
+        row, column = grouped
+        shown, sign = found.text(row, column), dialect.decimal
+        plain = shown.replace(sign, "")
+        either = f"{shown} may be {shown.replace(',', '.')} or {plain}"
+        what = f"column {column + 1}: {either}, and no other number shows which"
+        other = f"if it is a decimal {'comma' if sign == ',' else 'point'}; else write {plain}"
+        raise found.refused(what, f'decimal = "{sign}" in the table of the case file, {other}', row)
     parts: list[SplitRows | AlikeRows] = []
     at, numbers = 0, [line.number for line in body[sheet.start :]]
     for run in runs:
@@ -152,12 +175,13 @@ def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[s
             body.append(line)
             split.append(list(fields))
         lines.append(line)
-    found = [(fewest, sign) for fewest in (2, 1) for sign in ".," if _has_rows(split, sign, fewest)]
-    fewest, decimal = max(
-        found,
-        key=lambda one: (one[0], sum(_is_row(fields, one[1], one[0]) for fields in split)),
-        default=(0, "."),
-    )
+    found = []
+    for least, sign in ((2, "."), (2, ","), (1, "."), (1, ",")):
+        like = [_is_row(fields, sign, least) for fields in split]
+        # Where single numbers count, all lines below the first must be such.
+        if any(like) and (least > 1 or (sum(like) > 1 and all(like[like.index(True) :]))):
+            found.append((least, sum(like), sign))
+    fewest, _, decimal = max(found, key=lambda one: one[:2], default=(0, 0, "."))
     if not fewest:
         what, expected = "has no table with two columns of numbers", ""
         if any(field.startswith("=") for fields in split for field in fields):
@@ -218,40 +242,21 @@ def _without_text_below(sheet: Sheet) -> list[str]:
     body, split, decimal = sheet.body, sheet.split, sheet.dialect.decimal
     end = len(split)
     if numbers_in(split[sheet.start][:1], decimal):
-        while end > sheet.start and _begins_with_text(split[end - 1], decimal):
+        while end > sheet.start:
+            # A word or a line of signs, and no mark of a missing number.
+            first = next((field for field in split[end - 1] if field), "")
+            word = first[:1].isalpha() or not any(character.isalnum() for character in first)
+            if not word or numbers_in([first], decimal):
+                break
             end -= 1
     below = body[end:]
     del body[end:], split[end:]
-    first = f'{below[0].number}: "{below[0].text.strip()[:SHOWN]}"' if below else ""
-    several = f"{len(below)} lines of text below the table are left out (the first is line {first})"
-    return (
-        [f"the text below the table is left out (line {first})" if len(below) == 1 else several]
-        if below
-        else []
-    )
-
-
-def _commented(sheet: Sheet, width: int) -> list[str]:
-    """Return a remark about rows of numbers that a sign in front of them makes comments."""
-    rows = []
-    for line in sheet.lines:
-        if line.comment and line.number > sheet.first:
-            fields = split_line(line.uncommented.strip(), sheet.dialect.delimiter)
-            if len(fields) == width and numbers_in(fields, sheet.dialect.decimal) == width:
-                rows.append(line.number)
-    several = len(rows) > 1
-    count = (
-        f"{len(rows)} rows of numbers behind # or % are" if several else "a row of numbers behind # or % is"
-    )
-    others = " and others" if several else ""
-    return [f"{count} left out as comments (line {rows[0]}{others})"] if rows else []
-
-
-def _begins_with_text(fields: Sequence[str], decimal: str) -> bool:
-    """Whether the first field that is not empty is a word or a line of signs, and no mark of a missing number."""
-    first = next((field for field in fields if field), "")
-    word = first[:1].isalpha() or not any(character.isalnum() for character in first)
-    return word and not numbers_in([first], decimal)
+    if not below:
+        return []
+    place = f'line {below[0].number}: "{below[0].text.strip()[:SHOWN]}"'
+    one = f"the text below the table is left out ({place})"
+    several = f"{len(below)} lines of text below the table are left out (the first is {place})"
+    return [one if len(below) == 1 else several]
 
 
 def _repeated(
@@ -293,29 +298,11 @@ def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
     return said
 
 
-def _ambiguous(table: TextTable, row: int, column: int) -> RecordingError:
-    """Return the error about numbers if the decimal sign of each of them could as well be a thousands separator."""
-    text, decimal = table.text(row, column), table.decimal
-    plain = text.replace(decimal, "")
-    what = f"column {column + 1}: {text} may be {text.replace(',', '.')} or {plain}, and no other number shows which"
-    other = "comma" if decimal == "," else "point"
-    remedy = (
-        f'decimal = "{decimal}" in the table of the case file, if it is a decimal {other}; else write {plain}'
-    )
-    return table.refused(what, remedy, row)
-
-
 def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
     """Whether a line looks like data: two numbers at least, and not more texts (a clock); or one number."""
     count = numbers_in(fields, decimal)
     several = count >= 2 and 2 * count >= len(fields) - fields.count("")
     return count == len(trimmed(fields)) == 1 if fewest == 1 else several
-
-
-def _has_rows(split: Sequence[list[str]], decimal: str, fewest: int) -> bool:
-    """Whether a sheet has a row of numbers; where single numbers count, all lines below the first must be such."""
-    like = [_is_row(fields, decimal, fewest) for fields in split]
-    return any(like) and (fewest > 1 or (sum(like) > 1 and all(like[like.index(True) :])))
 
 
 def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:

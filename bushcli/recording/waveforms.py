@@ -7,7 +7,7 @@ TDMS, and HDF5 files converted from it, describe the samples of a channel by its
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,7 +54,16 @@ def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
     if unit is None or unit.measured != "time":
         return None
     step, first = (0.0 if math.isnan(number) else unit.factor * number for number in (step, first))
-    found = Sampling(_start(properties.get("wf_start_time")), first, max(step, 0.0))
+    start = properties.get("wf_start_time")
+    times = None
+    if not isinstance(start, np.datetime64):
+        times = clock_times([unit_of(start)])
+    elif not np.isnat(start):
+        times = times_of(np.array([start]))
+    begin = None if times is None else times.begin
+    known = begin is not None and begin.nanoseconds != _NEVER
+    # Files count it in UTC.
+    found = Sampling(Instant(UTC, begin.nanoseconds) if begin and known else None, first, max(step, 0.0))
     return None if found == Sampling(None, 0.0, 0.0) else found
 
 
@@ -64,17 +73,6 @@ def _number(value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         return math.nan
-
-
-def _start(value: Any) -> Instant | None:
-    """Return the instant of a property; files count it in UTC."""
-    if isinstance(value, np.datetime64):
-        times = times_of(np.array([value])) if not np.isnat(value) else None
-    else:
-        times = clock_times([unit_of(value)])
-    if times is None or times.begin is None or times.begin.nanoseconds == _NEVER:
-        return None
-    return Instant(UTC, times.begin.nanoseconds)
 
 
 def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[FilePart]:
@@ -88,7 +86,9 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
     for samples in lengths:
         alike = [channel for channel in channels if channel.samples == samples]
         full = {channel.sampling for channel in alike if channel.sampling and channel.sampling.step}
-        own = [_without_step(channel.sampling, full) for channel in alike]
+        # One without an interval may only repeat the start of the only clock with one.
+        start = replace(*full, step=0.0) if len(full) == 1 else None
+        own = [None if channel.sampling == start else channel.sampling for channel in alike]
         clocks = list(dict.fromkeys(filter(None, own)))
         if len(clocks) < 2:
             found.append((next(iter(clocks), None), alike))
@@ -108,14 +108,6 @@ def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[File
         ]
     for name, (sampling, members) in zip(numbered(names), found, strict=True):
         yield _part(name, sampling, members)
-
-
-def _without_step(sampling: Sampling | None, full: Collection[Sampling]) -> Sampling | None:
-    """Return a sampling; None if it only repeats the start of the only clock with an interval."""
-    if sampling is None or sampling.step or len(full) != 1:
-        return sampling
-    (clock,) = full
-    return None if sampling == replace(clock, step=0.0) else sampling
 
 
 def _listed(channels: Sequence[WaveChannel]) -> str:

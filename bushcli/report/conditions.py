@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,9 +31,13 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     if shape.overall is not None:
         wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
         rows.append(("size", f"{shape.overall:.4g} mm overall{wall}"))
-    sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
-    for name, sleeve in sleeves:
-        rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
+    units = {"thickness": " mm", "youngs_modulus": " MPa"}
+    for name, sleeve in ((k, v) for k, v in entries.items() if k.endswith("sleeve")):
+        texts = {
+            k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in (sleeve or {}).items()
+        }
+        shown = [f"{_words(k)} {text}" for k, text in texts.items()]
+        rows.append((_words(name), "rigid" if sleeve is None else f"elastic: {', '.join(shown)}"))
     if "contact" in entries:
         rows.append(("contact", _contact(shape)))
     used = material or case.material
@@ -47,7 +50,13 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     rows.append(("bulk modulus", _bulk(used)))
     if case.vibrations:
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
-    return rows + _effects(case) + _limits(case)
+    rows += _effects(case)
+    if case.toleranced:
+        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
+        rows.append(("tolerances", made))
+    if case.tolerance != type(case.tolerance)():  # the default is not mentioned
+        rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
+    return rows
 
 
 def _bulk(material: Material) -> str:
@@ -85,17 +94,6 @@ def _effects(case: Case) -> list[tuple[str, str]]:
     return rows
 
 
-def _limits(case: Case) -> list[tuple[str, str]]:
-    """Return the tolerances that a case states."""
-    rows = []
-    if case.toleranced:
-        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
-        rows.append(("tolerances", made))
-    if case.tolerance != type(case.tolerance)():  # the default is not mentioned
-        rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
-    return rows
-
-
 def _contact(shape: Shape) -> str:
     """Return whether contact is modelled, between which surfaces, and from when on it is active."""
     if not shape.meeting:
@@ -113,9 +111,3 @@ def _contact(shape: Shape) -> str:
 
 def _words(key: str) -> str:
     return key.replace("_", " ")
-
-
-def _sleeve(values: Mapping[str, float | str]) -> str:
-    units = {"thickness": " mm", "youngs_modulus": " MPa"}
-    shown = {k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in values.items()}
-    return "elastic: " + ", ".join(f"{_words(k)} {v}" for k, v in shown.items())

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bushcli.curve.curve import Curve
     from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.response import Response
 
 Array = NDArray[np.float64]
 
@@ -92,8 +92,14 @@ class ChannelHistory:
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[ChannelHistory, ...]:
     """Return the channels of a direct prediction whose path reverses or has holds, except paths of six motions."""
-    channels = [channel for channel in response.channels if not channel.in_time]
-    found = (_of_channel(channel, misfits.get(channel.name)) for channel in channels)
+    found = []
+    for channel in (one for one in response.channels if not one.in_time):
+        path, force, compared = channel.recording, channel.curve.force, misfits.get(channel.name)
+        if path is not None:
+            force = np.full(len(path.displacement), np.nan)
+            if compared is not None:
+                force[_where(compared.displacement, path.displacement)] = compared.simulated
+        found.append(_history(channel.name, path or channel.curve, force, recorded=path is not None))
     return tuple(history for history in found if history.has_history)
 
 
@@ -104,15 +110,6 @@ def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
     )
     return tuple(history for history in found if history.has_history)
-
-
-def _of_channel(channel: Simulated, compared: Misfit | None) -> ChannelHistory:
-    if channel.recording is None:
-        return _history(channel.name, channel.curve, channel.curve.force, recorded=False)
-    force = np.full(len(channel.recording.displacement), np.nan)
-    if compared is not None:
-        force[_where(compared.displacement, channel.recording.displacement)] = compared.simulated
-    return _history(channel.name, channel.recording, force, recorded=True)
 
 
 def _where(part: Array, whole: Array) -> list[int]:

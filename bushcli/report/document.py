@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from bushcli.runtime.condition import Condition
 Array = NDArray[np.float64]
 Row = tuple[str, ...]
 _Item = TypeVar("_Item")
+Columns: TypeAlias = Iterable[tuple[str, Callable[[_Item], str]]]
+"""Columns of a table: the head of each, and what it shows of an item."""
 #: The writers that write a block.
 On = Literal["both", "page", "terminal"]
 #: Colour of a verdict.
@@ -283,7 +285,7 @@ class Table:
 def table_of(
     title: str,
     items: Iterable[_Item],
-    columns: Iterable[tuple[str, Callable[[_Item], str]]],
+    columns: Columns[_Item],
     left: int = 1,
     most: int | None = None,
 ) -> Table:
@@ -292,7 +294,29 @@ def table_of(
     return Table(title, heads, tuple(tuple(cell(one) for cell in cells) for one in items), left, most=most)
 
 
-Block = Paragraph | Table | Picture
+@dataclass(frozen=True)
+class Figures:
+    """A place on the page for the pictures of some kinds, kind by kind.
+
+    Attributes
+    ----------
+    kinds : tuple of str
+        As of `Panels`.
+    channel : str
+        The channel whose pictures stand here; empty for those of all channels.
+    """
+
+    kinds: tuple[str, ...]
+    channel: str = ""
+    on: Literal["page"] = field(default="page", init=False)
+
+    def among(self, pictures: Sequence[Picture]) -> list[Block]:
+        """Return the pictures that stand here."""
+        own = [one for one in pictures if self.channel in ("", one.channel)]
+        return [one for kind in self.kinds for one in own if one.kind == kind]
+
+
+Block = Paragraph | Table | Figures | Picture
 
 
 @dataclass(frozen=True)
@@ -345,6 +369,18 @@ class Document:
     warning: Section | None = None
     ends_with_verdict: bool = False
 
+    def illustrated(self, pictures: Sequence[Picture]) -> Document:
+        """Return the document with pictures in the places for them."""
+
+        def filled(blocks: Iterable[Block]) -> list[Block]:
+            found = (one.among(pictures) if isinstance(one, Figures) else [one] for one in blocks)
+            return [one for several in found for one in several]
+
+        sections = [
+            replace(one, blocks=filled(one.blocks), folded=filled(one.folded)) for one in self.sections
+        ]
+        return replace(self, sections=sections)
+
 
 def on(where: Literal["page", "terminal"], sections: Iterable[Section]) -> list[Section]:
     """Return the sections with the blocks that are written there; empty ones are left out."""
@@ -377,7 +413,6 @@ def note(text: str) -> Paragraph:
     return Paragraph(text, "note", "page")
 
 
-def of_kind(pictures: Iterable[Picture], *kinds: str) -> list[Block]:
-    """Return the pictures of these kinds, kind by kind."""
-    known = list(pictures)
-    return [one for kind in kinds for one in known if one.kind == kind]
+def figures(*kinds: str, channel: str = "") -> Figures:
+    """Return the place for the pictures of these kinds, of one channel or of all."""
+    return Figures(kinds, channel)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -124,6 +124,21 @@ def percent(value: float | None, limit: float | None = None) -> str:
     if limit is not None:
         return f"{beside(value, limit, decimals=2 if abs(value) < 1 else 1 if abs(value) < 10 else 0)} %"
     return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
+
+
+def interval(low: float, high: float, shown: Callable[[float], str] = number) -> str:
+    """Return an interval in words: "0.1 to 0.3", "below 0.3", "above 0.1", "all"; an end that is not finite is open.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends, in any unit.
+    shown : callable
+        Returns an end as text.
+    """
+    if not math.isfinite(low):
+        return f"below {shown(high)}" if math.isfinite(high) else "all"
+    return f"{shown(low)} to {shown(high)}" if math.isfinite(high) else f"above {shown(low)}"
 
 
 def listed(names: list[str]) -> str:

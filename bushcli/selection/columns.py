@@ -20,7 +20,7 @@ from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
-from bushcli.inverse.channel import Patience
+from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.table_channel import AnyChannel
 from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
@@ -367,7 +367,7 @@ def _derivative(
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
-        return channel.at_samples(channel.solve(at, by, Patience(PATIENCE)))
+        return channel.at_samples(channel.solve(at, by, StepLimit(PATIENCE)))
 
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.

@@ -22,7 +22,7 @@ from bushcli.case import Case
 from bushcli.evidence.density import Posterior, features_of
 from bushcli.evidence.prior import known_parameters
 from bushcli.evidence.promise import Needed, Promise
-from bushcli.inverse.channel import Patience
+from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.local import Ends
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
@@ -217,7 +217,7 @@ def pose(
         tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
         known_parameters(case, task.effects, shear, sound),
         replace(STOPPING, failures=FAILURES) if solid else STOPPING,
-        [Patience(patience) for _ in channels],
+        [StepLimit(patience) for _ in channels],
     )
     return task, problem
 

@@ -101,8 +101,8 @@ class ModelCache:
                 comm=MPI.COMM_SELF, prepared=prepared, measured=self.measured, corrected=corrected
             )
             for channel in found:
-                if channel.simulation is not None and fineness != 1.0:
-                    channel.simulation.plan(fineness)
+                if fineness != 1.0:
+                    channel.plan(fineness)
             rubber = rubber_of(task.material)
             vibrating = [
                 TableChannel(one, rubber, task.case, prepared, self._stores)

@@ -181,11 +181,8 @@ class Reaction(FollowedPath):
         read = logged_force(active, self._whole.steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 
+    @override
     def reached(self, patience: int | None = None) -> list[Array]:
-        """Principal stretches of the rubber at the corners of the path, each of shape (n, 3); collective.
-
-        ``patience``: failed steps after which the march is given up.
-        """
         found: list[Array] = []
         corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
         ends = corners | {float(self._whole.program.displacement[-1])}

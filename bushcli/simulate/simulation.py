@@ -25,13 +25,14 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
-from bushcli.simulate.steps import CONTACT, PLANE, SOLID
+from bushcli.simulate.steps import CONTACT, IDENTIFIED, PLANE, SOLID
 from cases.march import History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
 from cases.program import Program
 from cases.series import SeriesSpring
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
+from cases.stretches import principal_stretches
 from geometry.shape import Refinement, Shape
 
 Array = NDArray[np.float64]
@@ -159,6 +160,17 @@ class FollowedPath(ABC):
             The march could not go on.
         NoEquilibrium
             The displacement could not be shared with a spring in series.
+        """
+
+    @abstractmethod
+    def reached(self, patience: int | None = None) -> list[Array]:
+        """Principal stretches of the rubber at the ends of the path, each of shape (n, 3); collective.
+
+        The model has the values with which they are wanted. ``patience``: failed steps after which a march is given up.
+
+        Raises
+        ------
+        NotConverged
         """
 
     @property
@@ -342,6 +354,15 @@ class Simulation(FollowedPath):
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress, patience)
         return self._swept(active, tuple(names), keep_states, progress, patience)
+
+    @override
+    def reached(self, patience: int | None = None) -> list[Array]:
+        targets = even_targets(*swept_range(self.displacement, self.odd), IDENTIFIED)
+        stretches: list[Array] = []
+        for side in filter(len, (targets[targets < 0.0], targets[targets > 0.0])):
+            sweep(self.model, side, patience=patience)
+            stretches.append(principal_stretches(self.model).reshape(-1, 3))
+        return stretches
 
     def _swept(
         self,

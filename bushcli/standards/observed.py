@@ -85,43 +85,38 @@ def observe(recording: Recording) -> Observed:
         for cycle, group in groupby(found, lambda branch: branch.cycle)
     }
     amplitudes = tuple(by_cycle.values())
-    held, paused = list(_holds(recording, found)), _paused(recording)
+    times = np.zeros(len(q)) if recording.time is None else recording.time
+    seconds, way = np.diff(times), np.abs(np.diff(q))
+    beside = np.full((2, len(seconds)), np.inf)
+    # The first and the last interval have a neighbour on one side only, which does not show a pause.
+    beside[0, 1:-1], beside[1, 1:-1] = seconds[:-2], seconds[2:]
+    paused = np.flatnonzero((seconds > _PAUSE * beside.max(axis=0)) & (way > _MOVED * span))
+    held = [
+        (float(np.ptp(times[branch.start : branch.stop])), float(q[branch.start : branch.stop].mean()))
+        for branch in (found if recording.time is not None else ())
+        if branch.kind == "hold"
+    ]
+    # Speeds of a group differ by less than a factor of `DIFFERENT_RATE`.
+    groups: list[list[float]] = []
+    for speed in sorted(_speeds(recording, found, paused, _RAMP * max(amplitudes))):
+        if groups and speed < DIFFERENT_RATE * groups[-1][0]:
+            groups[-1].append(speed)
+        else:
+            groups.append([speed])
     return Observed(
         channel=recording.name,
         mode=recording.mode,
         amplitudes=amplitudes,
         compared=tuple(by_cycle[cycle] for cycle in selected) if selected else amplitudes,
         conditioning=recording.conditioning,
-        rates=_distinct(list(_speeds(recording, found, paused, _RAMP * max(amplitudes)))),
+        rates=tuple(float(np.median(group)) for group in groups),
         holds=tuple(seconds for seconds, at in held if abs(at) > _AT_REST * span),
         rests=tuple(seconds for seconds, at in held if abs(at) <= _AT_REST * span),
-        pauses=() if recording.time is None else tuple(map(float, np.diff(recording.time)[paused])),
+        pauses=tuple(map(float, seconds[paused])),
         timed=recording.time is not None,
         from_rest=bool(abs(q[0]) <= _AT_REST * span) and earlier(recording) is None,
         unloads=any(branch.kind == "unloading" for branch in found),
     )
-
-
-def _holds(recording: Recording, found: Sequence[Segment]) -> Iterator[tuple[float, float]]:
-    """Yield duration (s) and displacement of each hold."""
-    if recording.time is None:
-        return
-    for branch in found:
-        if branch.kind == "hold":
-            cut = slice(branch.start, branch.stop)
-            yield float(np.ptp(recording.time[cut])), float(recording.displacement[cut].mean())
-
-
-def _paused(recording: Recording) -> NDArray[np.int64]:
-    """Return the intervals between samples (k,) in which the logger paused and the specimen was moved."""
-    if recording.time is None:
-        return np.zeros(0, dtype=np.int64)
-    seconds, way = np.diff(recording.time), np.abs(np.diff(recording.displacement))
-    beside = np.full((2, len(seconds)), np.inf)
-    # The first and the last interval have a neighbour on one side only, which does not show a pause.
-    beside[0, 1:-1], beside[1, 1:-1] = seconds[:-2], seconds[2:]
-    found = (seconds > _PAUSE * beside.max(axis=0)) & (way > _MOVED * np.ptp(recording.displacement))
-    return np.flatnonzero(found)
 
 
 def _speeds(
@@ -139,14 +134,3 @@ def _speeds(
         seconds -= (recording.time[own + 1] - recording.time[own]).sum()
         if branch.kind != "hold" and way > least and seconds > 0:
             yield float(way / seconds)
-
-
-def _distinct(speeds: Sequence[float]) -> tuple[float, ...]:
-    """Return the median of each group of similar speeds; each group spans less than a factor of `DIFFERENT_RATE`."""
-    groups: list[list[float]] = []
-    for speed in sorted(speeds):
-        if groups and speed < DIFFERENT_RATE * groups[-1][0]:
-            groups[-1].append(speed)
-        else:
-            groups.append([speed])
-    return tuple(float(np.median(group)) for group in groups)

@@ -49,7 +49,7 @@ def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple
     coupons : sequence of Observed
         Material tests.
     """
-    return (*_of_rates(seen), *_of_cycles(seen), *_of_modes(seen), *_of_coupons(coupons))
+    return (*_of_rates(seen), *_of_cycles(seen), *_of_modes(seen, coupons))
 
 
 def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
@@ -115,8 +115,8 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
         yield Lack(begun, "offset and permanent set", why, remedy)
 
 
-def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
-    """Yield the question that recordings of a single mode leave open."""
+def _of_modes(seen: Sequence[Observed], coupons: Sequence[Observed]) -> Iterator[Lack]:
+    """Yield the questions that recordings of a single mode, and coupon tests of a single kind, leave open."""
     found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
     if len(found) == 1:
         # A mode that loads the rubber differently: a radial one unless this one is radial.
@@ -129,9 +129,6 @@ def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
             f"there is one mode only, {found.pop()}",
             f"record a second mode, such as {other}",
         )
-
-
-def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:
     found = {one.mode for one in coupons if not modes()[one.mode].needs_compressibility}
     states = {"planar" if modes()[name].sheared else name for name in found}
     # Those that change the shape of the rubber, not its volume; simple shear is planar to the rubber.

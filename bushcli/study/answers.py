@@ -16,7 +16,7 @@ from bushcli.case import Case
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.simulate.response import Response, Simulated
-from bushcli.study.target import place_of
+from bushcli.study.target import place_of, unit_of
 from cases.mode import modes
 
 Array = NDArray[np.float64]
@@ -132,17 +132,7 @@ def answer(case: Case, text: str) -> Asked:
     if travel == 0.0 and kind == "secant":
         what = f"has no secant: the {place} is zero"
         raise InputError(Problem(f"--answer {text}", what, "", f"{channel}.initial"))
-    return Asked(name, channel, kind, travel, _unit(channels[channel], kind), at_load)
-
-
-def _unit(mode: str, kind: str) -> str:
-    found = modes()[mode]
-    if kind == "travel":
-        return "deg" if found.rotational else "mm"
-    if found.specimen == "coupon":
-        return "MPa"
-    force = "N mm" if found.rotational else "N"
-    return force if kind == "force" else f"{force}/{'deg' if found.rotational else 'mm'}"
+    return Asked(name, channel, kind, travel, unit_of(channels[channel], kind), at_load)
 
 
 def answer_columns(
@@ -275,18 +265,13 @@ def number_at(key: str, document: Mapping[str, Any]) -> float:
         elif isinstance(value, list) and (named := [e for e in value if _name(e) == part]):
             value = named[0]
         else:
-            raise NoAnswer(f"{key}: the result has no {part} there ({_known(value)})")
+            keys: list[str] = list(map(str, value)) if isinstance(value, Mapping) else []
+            if isinstance(value, list):
+                keys = [*filter(None, map(_name, value))] or [f"a list: 0 to {len(value) - 1}"]
+            raise NoAnswer(f"{key}: the result has no {part} there ({', '.join(keys) or 'no keys'})")
     if isinstance(value, bool | int | float):
         return float(value)
     raise NoAnswer(f"{key}: is not a number")
-
-
-def _known(value: Any) -> str:
-    """Return the keys or entries that exist, for the message."""
-    if isinstance(value, list):
-        names = [_name(entry) for entry in value if _name(entry)]
-        return ", ".join(names) or f"a list: 0 to {len(value) - 1}"
-    return ", ".join(map(str, value)) if isinstance(value, Mapping) and value else "no keys"
 
 
 def _name(entry: Any) -> str:

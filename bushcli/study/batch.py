@@ -176,7 +176,11 @@ def batch(
         parts += found
         curves.append(curve)
     with TemporaryDirectory() as folder:
-        mean = replace(case, recordings=_mean_sources(curves, Path(folder)), specimens=(), dynamic=())
+        sources = []
+        for curve in curves:
+            sources.append(Source(curve.mode, Path(folder) / f"{curve.mode}-mean.csv"))
+            write_curve_csv(sources[-1].file, curve.mean)
+        mean = replace(case, recordings=tuple(sources), specimens=(), dynamic=())
         told(f"identifying {model} from the mean of {sum(one.parts for one in curves)} parts")
         fit = identify(Task(mean, model), progress=progress, tables=tables)
         others = [one for one in recordings if one.name not in {part.name for part in parts}]
@@ -330,16 +334,6 @@ def _fitted(one: Recording, of_batch: Array) -> BatchPart:
     )
 
 
-def _mean_sources(curves: Sequence[BatchCurve], folder: Path) -> tuple[Source, ...]:
-    """Write the mean curves, and return them as recordings."""
-    sources = []
-    for one in curves:
-        file = folder / f"{one.mode}-mean.csv"
-        write_curve_csv(file, one.mean)
-        sources.append(Source(one.mode, file))
-    return tuple(sources)
-
-
 def _on_their_own(
     mean: Case, material: object, case: Case, others: Sequence[Recording], parts: Sequence[BatchPart]
 ) -> list[BatchPart]:
@@ -388,7 +382,18 @@ def _with_causes(
 
 
 def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fit) -> tuple[Condition, ...]:
-    found = [fault_condition(_of_part(fault, faults, parts)) for fault in faults]
+    found = []
+    for fault in faults:
+        alike = sum(one.remedy == fault.remedy for one in faults)
+        source = next(part.recording.source for part in parts if part.name == fault.channel)
+        remedy = fault.remedy
+        # It corrects the part alone, unless most parts have the same fault.
+        if source is not None and (fault.fatal or fault.doubtful) and 2 * alike <= len(parts):
+            table = (
+                f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
+            )
+            remedy = f"give {fault.channel} {table}; in it, {fault.remedy}"
+        found.append(fault_condition(replace(fault, remedy=remedy)))
     by_mode: Mapping[str, int] = {
         mode: sum(part.mode == mode and not part.simulated for part in parts)
         for mode in {p.mode for p in parts}
@@ -398,13 +403,3 @@ def _conditions(parts: Sequence[BatchPart], faults: Sequence[DataFault], fit: Fi
         what = f"too few parts ran one program to tell outliers: {', '.join(few)}, of at least {FEWEST}"
         found.append(Condition("few_parts", what, "record more parts with the same program"))
     return (*found, *fit.conditions)
-
-
-def _of_part(fault: DataFault, faults: Sequence[DataFault], parts: Sequence[BatchPart]) -> DataFault:
-    """Return a fault whose remedy corrects its part alone, unless most parts have the same one."""
-    alike = sum(one.remedy == fault.remedy for one in faults)
-    source = next(part.recording.source for part in parts if part.name == fault.channel)
-    if source is None or not (fault.fatal or fault.doubtful) or 2 * alike > len(parts):
-        return fault
-    table = f'a [[specimens]] table of its own, file = ".../{source.name}", which goes before a pattern'
-    return replace(fault, remedy=f"give {fault.channel} {table}; in it, {fault.remedy}")

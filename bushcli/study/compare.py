@@ -108,7 +108,13 @@ class Comparison:
 def compare(items: Sequence[ComparedResult]) -> Comparison:
     """Compare results with the first one."""
     given_cases = [dict(item.result.get("case", {})) for item in items]
-    lists = [Difference(key, tuple(_entries(case, key) for case in given_cases)) for key in _LISTS]
+    lists = []
+    for key in _LISTS:
+        tables = [[one for one in case.get(key) or () if isinstance(one, Mapping)] for case in given_cases]
+        names = [[str(one.get("name", one.get("mode"))) for one in table] for table in tables]
+        # All names, or how many and the ends.
+        few = (f"{len(n)}: {n[0]} ... {n[-1]}" if len(n) > 3 else ", ".join(n) or None for n in names)
+        lists.append(Difference(key, tuple(few)))
     other = [one for one in lists if len(set(one.values)) > 1]
     for case in given_cases:
         for key in ("path", *(one.key for one in other)):
@@ -135,14 +141,6 @@ def compare(items: Sequence[ComparedResult]) -> Comparison:
         tuple(CurveDifference(name, _apart([item.curves.get(name) for item in items])) for name in channels),
         tuple(tuple(one["name"] for one in item.result.get("problems", [])) for item in items),
     )
-
-
-def _entries(case: Mapping[str, Any], key: str) -> str | None:
-    """Return the names in a list of tables: all, or how many and the ends."""
-    names = [str(one.get("name", one.get("mode"))) for one in case.get(key) or () if isinstance(one, Mapping)]
-    if len(names) > 3:
-        return f"{len(names)}: {names[0]} ... {names[-1]}"
-    return ", ".join(names) or None
 
 
 def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:

@@ -198,34 +198,24 @@ def design(
         unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(starts - 1)
         begins += list(low + unit * (high - low))
     cache = DesignCache(measured=Measured(tables))
-    ends = _ends(pool, cache, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
+    ends: list[End] = []
+    lost, reason = 0, ""
+    questions = [(task, tuple(targets), begin, low, high) for begin in begins]
+    for _, end in pool.answers(search, questions, cache):
+        if isinstance(end, End):
+            ends.append(end)
+        else:  # its start could not be simulated
+            lost, reason = lost + 1, str(end)
+        if notify is not None:
+            notify(len(ends) + lost, len(begins), lost)
+    if not ends:
+        what = f"no start could be simulated: {reason.rstrip('.')}"
+        raise InputError(Problem("design", what, "", "try other bounds, or more --starts"))
     # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
     return _result(
         cache, case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
     )
-
-
-def _ends(
-    pool: Pool,
-    cache: DesignCache,
-    questions: Sequence[tuple[object, ...]],
-    notify: Callable[[int, int, int], None] | None,
-) -> list[End]:
-    """Return the ends of the searches whose start could be simulated."""
-    ends: list[End] = []
-    lost, reason = 0, ""
-    for _, end in pool.answers(search, questions, cache):
-        if isinstance(end, End):
-            ends.append(end)
-        else:
-            lost, reason = lost + 1, str(end)
-        if notify is not None:
-            notify(len(ends) + lost, len(questions), lost)
-    if not ends:
-        what = f"no start could be simulated: {reason.rstrip('.')}"
-        raise InputError(Problem("design", what, "", "try other bounds, or more --starts"))
-    return ends
 
 
 def _result(
@@ -280,11 +270,6 @@ def _spread(
     return Spread(parts, math.fsum(map(abs, parts.values())), std, share)
 
 
-def _missed(one: Reached) -> str:
-    limit = 100 * one.allowed
-    return f"{'+' * (one.deviation > 0.0)}{significant(100 * one.deviation, -limit, limit)}"
-
-
 def _conditions(
     keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
 ) -> tuple[Condition, ...]:
@@ -292,7 +277,11 @@ def _conditions(
     missed = [one for one in reached if not one.met]
     bound = [key for key, one in keys.items() if one.at_bound]
     if missed:
-        names = ", ".join(f"{one.target.name} by {_missed(one)} %" for one in missed)
+        names = ", ".join(
+            f"{one.target.name} by {'+' * (one.deviation > 0.0)}{significant(off, -limit, limit)} %"
+            for one in missed
+            for off, limit in [(100 * one.deviation, 100 * one.allowed)]
+        )
         remedy = (
             f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
         )

@@ -229,7 +229,16 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
             what = f"has {len(line)} values for {len(keys)} keys"
             raise InputError(Problem(f"{file}:{number}", what))
     numbers = tuple(number for number, _ in rest)
-    columns = [_column(key, [line[i] for _, line in rest], file, numbers) for i, key in enumerate(keys)]
+    columns = []
+    for i, key in enumerate(keys):
+        for number, line in rest:
+            if not line[i].strip():
+                raise InputError(Problem(f"{file}:{number}", f"has no value for {key}"))
+        values = tuple(value_of(line[i]) for _, line in rest)
+        if (fault := value_fault(values)) is not None:
+            place = f"{file}:{numbers[fault.number]}"
+            raise InputError(Problem(place, f"{key} = {fault.what}", "", fault.expected))
+        columns.append(of_values(key, str(file), values))
     rows = list(zip(*(one.values for one in columns), strict=True))
     return Plan(tuple(columns), "list", rows, file=str(file), lines=numbers)
 
@@ -246,16 +255,3 @@ def _lines(file: Path) -> list[tuple[int, list[str]]]:
     except (OSError, ValueError, csv.Error) as error:
         what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
-
-
-def _column(key: str, cells: Sequence[str], file: Path, lines: Sequence[int]) -> Variable:
-    """Return a column of a table as a variable."""
-    empty = next((i for i, cell in enumerate(cells) if not cell.strip()), None)
-    if empty is not None:
-        raise InputError(Problem(f"{file}:{lines[empty]}", f"has no value for {key}"))
-    values = tuple(value_of(cell) for cell in cells)
-    fault = value_fault(values)
-    if fault is not None:
-        place = f"{file}:{lines[fault.number]}"
-        raise InputError(Problem(place, f"{key} = {fault.what}", "", fault.expected))
-    return of_values(key, str(file), values)

@@ -31,7 +31,6 @@ from bushcli.simulate.bodies import PreparedModels
 from bushcli.simulate.predict import rubber_of
 from bushcli.study.target import Target
 from bushcli.study.task import DesignCache, StudyTask
-from bushcli.study.variable import Value
 from cases.equilibrium import Equilibrium
 from cases.load import PrescribedForce
 from cases.march import march
@@ -81,6 +80,8 @@ def rates(
     """
     case, material = task.load(values, cache.tables)
     value, slope = np.zeros(len(targets)), np.full((len(targets), len(by)), np.nan)
+    names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
+    of_law = {key: name for key, name in names.items() if name in material.parameters}
     for i, one in enumerate(targets):
         value[i], known = _rate(
             cache.bodies,
@@ -88,21 +89,21 @@ def rates(
             material,
             one,
             _shapes(cache, task, case, one, values, by),
-            _of_law(material, by),
+            of_law,
         )
         for j, key in enumerate(by):
             slope[i, j] = known.get(key, np.nan)
     for j, key in enumerate(by):
         left = np.flatnonzero(np.isnan(slope[:, j]))
         if len(left):
-            slope[left, j] = _difference(cache, task, [targets[i] for i in left], values, key)
+            k = task.keys.index(key)
+            step = NUDGE * max(abs(values[k]), 1e-3)
+            low, high = (
+                rates(cache, task, [targets[i] for i in left], _changed(values, k, side * step)).value
+                for side in (-1.0, 1.0)
+            )
+            slope[left, j] = (high - low) / (2.0 * step)
     return TargetRates(value, slope)
-
-
-def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
-    """Return parameters of the law by key."""
-    names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
-    return {key: name for key, name in names.items() if name in material.parameters}
 
 
 def _shapes(
@@ -123,20 +124,8 @@ def _shapes(
     return found
 
 
-def _changed(values: Sequence[float], i: int, by: float) -> list[Value]:
+def _changed(values: Sequence[float], i: int, by: float) -> list[float]:
     return [value + by if j == i else value for j, value in enumerate(values)]
-
-
-def _difference(
-    cache: DesignCache, task: StudyTask, targets: Sequence[Target], values: Sequence[float], key: str
-) -> Array:
-    i = task.keys.index(key)
-    step = NUDGE * max(abs(values[i]), 1e-3)
-    low, high = (
-        rates(cache, task, targets, [float(v) for v in _changed(values, i, side * step)], ()).value
-        for side in (-1.0, 1.0)
-    )
-    return np.asarray((high - low) / (2.0 * step))
 
 
 def _rate(

@@ -10,14 +10,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bushcli.case import Case, resolved
 from bushcli.case.typical import unusual
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition, history_damaged
 from bushcli.runtime.executor import Died, Pool
-from bushcli.runtime.history import history_of
-from bushcli.runtime.store import code_revision
+from bushcli.runtime.store import code_revision, history_of
 from bushcli.simulate.measured import Measured
 from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
 from bushcli.study.bands import Band, band
@@ -196,7 +197,17 @@ def _summed_up(
     lost = sum(reason.count for reason in reasons)
     channels = [name for name, _ in case.channels if f"{name}.force" in rows.columns]
     bands = tuple(curves for name in channels if (curves := band(rows, name)) is not None)
-    seconds, doubted = _rest(rows)
+    seconds, doubted = 0.0, dict[str, int]()
+    for table in rows.tables([SECONDS, CONDITIONS]):
+        seconds += math.fsum(table[SECONDS].to_pylist())
+        for name in filter(None, ",".join(table[CONDITIONS].to_pylist()).split(",")):
+            doubted[name] = doubted.get(name, 0) + 1
+    samples: dict[str, Sequence[Value]] = {}
+    if known:
+        whole = np.flatnonzero(np.all([np.isfinite(one) for one in found.answers.values()], axis=0))
+        shown = whole[:: max(1, -(-len(whole) // SHOWN))]
+        samples = {key: [column[i] for i in shown] for key, column in found.keys.items()}
+        samples |= {name: [float(v) for v in column[shown]] for name, column in found.answers.items()}
     return Study(
         case=case,
         task=task,
@@ -204,7 +215,7 @@ def _summed_up(
         summaries=summaries,
         failures=reasons,
         bands=bands,
-        samples=_samples(found.keys, found.answers),
+        samples=samples,
         failed=lost,
         resumed=resumed,
         seconds=seconds,
@@ -254,30 +265,6 @@ def _solve(
         if isinstance(answer, Died):
             answer = [failed_row(empty_row(task, number, batch[0]), "died", str(answer))]
         taken(answer)
-
-
-def _rest(rows: Rows) -> tuple[float, dict[str, int]]:
-    """Return the time of all designs, s, and the number of designs with each condition."""
-    seconds, doubted = 0.0, dict[str, int]()
-    for table in rows.tables([SECONDS, CONDITIONS]):
-        seconds += math.fsum(table[SECONDS].to_pylist())
-        for names in table[CONDITIONS].to_pylist():
-            for name in filter(None, names.split(",")):
-                doubted[name] = doubted.get(name, 0) + 1
-    return seconds, doubted
-
-
-def _samples(keys: Mapping[str, Sequence[Value]], answers: Mapping[str, Any]) -> dict[str, Sequence[Value]]:
-    if not answers:
-        return {}
-    whole = [
-        i for i, values in enumerate(zip(*answers.values(), strict=True)) if all(map(math.isfinite, values))
-    ]
-    chosen = whole[:: max(1, -(-len(whole) // SHOWN))]
-    return {
-        **{key: [column[i] for i in chosen] for key, column in keys.items()},
-        **{name: [float(column[i]) for i in chosen] for name, column in answers.items()},
-    }
 
 
 def _conditions(

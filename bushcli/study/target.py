@@ -55,11 +55,22 @@ class Target:
     @property
     def unit(self) -> str:
         """Displayed unit."""
-        turned = modes()[self.mode].rotational
-        force = "N mm" if turned else "N"
-        if self.kind == "travel":
-            return "deg" if turned else "mm"
-        return force if self.kind == "force" else f"{force}/{'deg' if turned else 'mm'}"
+        return unit_of(self.mode, self.kind)
+
+
+def unit_of(mode: str, kind: str) -> str:
+    """Return the displayed unit of a kind of rate or answer: mm, deg, N, N mm, N/mm, N mm/deg, MPa.
+
+    Parameters
+    ----------
+    mode, kind : str
+        As of a target.
+    """
+    found = modes()[mode]
+    if found.specimen == "coupon" and kind != "travel":
+        return "MPa"
+    travel, force = ("deg", "N mm") if found.rotational else ("mm", "N")
+    return {"travel": travel, "force": force}.get(kind, f"{force}/{travel}")
 
 
 def place_of(where: str, mode: str, text: str) -> tuple[float, bool]:

@@ -120,7 +120,18 @@ def written(value: Value) -> str:
 
 def evaluate(cache: DesignCache, task: StudyTask, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
     """Simulate designs one after the other; the row of a design that fails has the reason."""
-    return [_evaluated(cache, task, first + i, values) for i, values in enumerate(rows)]
+    found = []
+    for number, values in enumerate(rows, start=first):
+        begin = time.perf_counter()
+        row = empty_row(task, number, values)
+        try:
+            row = _simulated(cache, task, row, values)
+        except (InputError, GeometryError, ValueError) as error:
+            row = failed_row(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
+        except Exception as error:  # noqa: BLE001 - one design must not end the study
+            row = failed_row(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
+        found.append(row | {SECONDS: time.perf_counter() - begin})
+    return found
 
 
 def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
@@ -133,18 +144,6 @@ def empty_row(task: StudyTask, number: int, values: Sequence[Value]) -> Row:
 def failed_row(row: Row, kind: str, reason: str) -> Row:
     """Return the row of a design that has failed."""
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
-
-
-def _evaluated(cache: DesignCache, task: StudyTask, number: int, values: Sequence[Value]) -> Row:
-    begin = time.perf_counter()
-    row = empty_row(task, number, values)
-    try:
-        row = _simulated(cache, task, row, values)
-    except (InputError, GeometryError, ValueError) as error:
-        row = failed_row(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
-    except Exception as error:  # noqa: BLE001 - one design must not end the study
-        row = failed_row(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
-    return row | {SECONDS: time.perf_counter() - begin}
 
 
 def _simulated(cache: DesignCache, task: StudyTask, row: Row, values: Sequence[Value]) -> Row:

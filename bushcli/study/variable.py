@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,10 +88,19 @@ def variable(text: str) -> Variable:
     key, spec = key.strip(), spec.strip()
     if not equals or not key or not spec:
         raise _wrong(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
-    found = _called(key, spec, text) or _tolerance(key, spec) or _range(key, spec, text)
+    if (toleranced_value := toleranced(spec)) is not None:
+        return of_tolerance(key, toleranced_value)
+    found = _called(key, spec, text) or _range(key, spec, text)
     if found is not None:
         return found
-    values = tuple(value_of(part) for part in _split(spec))
+    parts, depth = [""], 0
+    for character in spec:  # a comma within the brackets of a point or a path does not separate values
+        depth += (character in "[{") - (character in "]}")
+        if character == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    values = tuple(map(value_of, parts))
     fault = value_fault(values)
     if fault is not None:
         raise _wrong(text, f"value {fault.number + 1} = {fault.what}", fault.expected)
@@ -172,11 +181,6 @@ def _wrong(text: str, what: str, expected: str) -> InputError:
     return InputError(Problem(f"--vary {text}", what, "", expected))
 
 
-def _tolerance(key: str, spec: str) -> Variable | None:
-    found = toleranced(spec)
-    return None if found is None else of_tolerance(key, found)
-
-
 def _range(key: str, spec: str, text: str) -> Variable | None:
     """Return the variable of "low:high" (uniform) or "low:high:count" (grid); None for anything else."""
     parts = spec.split(":")
@@ -190,7 +194,9 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise _wrong(text, "must rise from its first number to its second", EXAMPLES)
     if len(parts) == 2:
-        return _uniform(key, spec, low, high)
+        uniform = _called(key, f"uniform({low!r}, {high!r})", text)
+        assert uniform is not None
+        return replace(uniform, spec=spec)
     if not 2 <= count <= MOST_VALUES:
         raise _wrong(text, f"has {count} as its number of values", f"LOW:HIGH:NUMBER, 2 to {MOST_VALUES}")
     # Twelve digits: 20.1 must not come out as 20.099999999999998.
@@ -205,83 +211,52 @@ def _called(key: str, spec: str, text: str) -> Variable | None:
     name = found[1]
     if name not in _DISTRIBUTIONS:
         raise _wrong(text, f"{name} is not a distribution", ", ".join(_DISTRIBUTIONS))
-    make, arguments = _DISTRIBUTIONS[name]
+    arguments, is_valid, ppf = _DISTRIBUTIONS[name]
     try:
         numbers = [float(part) for part in found[2].split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != len(arguments) or not all(map(math.isfinite, numbers)):
         raise _wrong(text, f"{name} takes other arguments", f"{name}({', '.join(arguments)})")
-    made = make(key, spec, *numbers)
-    if made is None:
-        raise _wrong(
-            text, f"{name} has arguments that do not define a distribution", f"{name}({', '.join(arguments)})"
-        )
-    return made
+    if not is_valid(*numbers):
+        what = f"{name} has arguments that do not define a distribution"
+        raise _wrong(text, what, f"{name}({', '.join(arguments)})")
+    nominal, *tails = map(float, ppf(np.array([0.5, TAIL, 1.0 - TAIL]), *numbers))
+    low, high = (numbers[0], numbers[-1]) if name in _BOUNDED else tails
+    return Variable(key, spec, ppf=lambda u: ppf(u, *numbers), low=low, high=high, nominal=nominal)
 
 
-def _uniform(key: str, spec: str, low: float, high: float) -> Variable | None:
-    if not low < high:
-        return None
-    return Variable(
-        key, spec, ppf=lambda u: low + (high - low) * u, low=low, high=high, nominal=0.5 * (low + high)
-    )
+def _triangular(u: Array, low: float, mode: float, high: float) -> Array:
+    """Return the quantiles (n,) of a triangular distribution at probabilities (n,)."""
+    rising = low + np.sqrt(u * (high - low) * (mode - low))
+    falling = high - np.sqrt((1.0 - u) * (high - low) * (high - mode))
+    return np.where(u < (mode - low) / (high - low), rising, falling)
 
 
-def _gaussian(key: str, spec: str, mean: float, std: float) -> Variable | None:
-    if not std > 0.0:
-        return None
-    reach = -float(_normal(np.array(TAIL))) * std
-    return Variable(
-        key, spec, ppf=lambda u: mean + std * _normal(u), low=mean - reach, high=mean + reach, nominal=mean
-    )
-
-
-def _lognormal(key: str, spec: str, median: float, spread: float) -> Variable | None:
-    if not (median > 0.0 and spread > 0.0):
-        return None
-    reach = math.exp(-float(_normal(np.array(TAIL))) * spread)
-    return Variable(
-        key,
-        spec,
-        ppf=lambda u: median * np.exp(spread * _normal(u)),
-        low=median / reach,
-        high=median * reach,
-        nominal=median,
-    )
-
-
-def _triangular(key: str, spec: str, low: float, mode: float, high: float) -> Variable | None:
-    if not low <= mode <= high or not low < high:
-        return None
-    share = (mode - low) / (high - low)
-
-    def ppf(u: Array) -> Array:
-        rising = low + np.sqrt(u * (high - low) * (mode - low))
-        falling = high - np.sqrt((1.0 - u) * (high - low) * (high - mode))
-        return np.where(u < share, rising, falling)
-
-    return Variable(key, spec, ppf=ppf, low=low, high=high, nominal=float(ppf(np.array([0.5]))[0]))
-
-
-_DISTRIBUTIONS: dict[str, tuple[Callable[..., Variable | None], tuple[str, ...]]] = {
-    "uniform": (_uniform, ("LOW", "HIGH")),
-    "normal": (_gaussian, ("MEAN", "STANDARD_DEVIATION")),
-    "lognormal": (_lognormal, ("MEDIAN", "STANDARD_DEVIATION_OF_LOG")),
-    "triangular": (_triangular, ("LOW", "MODE", "HIGH")),
+# Name -> arguments, whether they are valid, and the quantile function of probability and arguments.
+_DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], Callable[..., bool], Callable[..., Array]]] = {
+    "uniform": (
+        ("LOW", "HIGH"),
+        lambda low, high: low < high,
+        lambda u, low, high: low + (high - low) * u,
+    ),
+    "normal": (
+        ("MEAN", "STANDARD_DEVIATION"),
+        lambda mean, std: std > 0.0,
+        lambda u, mean, std: mean + std * _normal(u),
+    ),
+    "lognormal": (
+        ("MEDIAN", "STANDARD_DEVIATION_OF_LOG"),
+        lambda median, spread: median > 0.0 and spread > 0.0,
+        lambda u, median, spread: median * np.exp(spread * _normal(u)),
+    ),
+    "triangular": (
+        ("LOW", "MODE", "HIGH"),
+        lambda low, mode, high: low <= mode <= high and low < high,
+        _triangular,
+    ),
 }
-
-
-def _split(text: str) -> list[str]:
-    """Split at commas that are not within the brackets of a point or a path."""
-    parts, depth = [""], 0
-    for character in text:
-        depth += (character in "[{") - (character in "]}")
-        if character == "," and depth == 0:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return parts
+_BOUNDED = ("uniform", "triangular")
 
 
 def value_of(text: str) -> Value:

@@ -212,7 +212,7 @@ _OTHER_MEANINGS = {
     "bushcli/effects/exported.py": {"warming"},
     "bushcli/export/law.py": {"warming"},
     "bushcli/export/reduce.py": {"warming"},
-    "bushcli/export/fmu/force_law.py": {"warming"},
+    "bushcli/export/fmu/force_law.py": {"warming", "offset"},
     "bushcli/recording/dynamic/columns.py": {"offset"},
     "bushcli/recording/dynamic/names.py": {"offset"},
     "bushcli/inverse/thinned.py": {"offset"},

@@ -43,7 +43,7 @@ ALLOWED = {
     ): "a distribution by the shape of the record: numbers of a fixed seed",
     ("bushcli/recording/header/units.py", "_word"): "the size of a unit by its spelling",
     ("bushcli/recording/header/name.py", "heading"): "the parts of a column's name by its spelling",
-    ("bushcli/recording/header/name.py", "name_quality"): "how surely a name means a quantity",
+    ("bushcli/recording/header/vocabulary.py", "name_quality"): "how surely a name means a quantity",
     ("bushcli/mismatch/scan.py", "_pairs"): "indices of a triangle by its size",
     ("cases/compiling.py", "_places"): "points of the form compiler's dummy domain",
     ("cases/compiling.py", "_numbers"): "spaces on the form compiler's dummy domain",

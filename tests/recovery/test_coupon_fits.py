@@ -33,7 +33,7 @@ def treloar():
 def cost_of(case, law, parameters, weighting):
     """Mean square misfit of given parameters."""
     task = Task(case, law, "coupons", start=parameters, weighting=weighting)
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     assert set(task.names) == set(parameters)
     return problem.cost(np.array([parameters[name] for name in task.names]))
 

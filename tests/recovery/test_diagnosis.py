@@ -161,11 +161,11 @@ def test_exchanged_columns_need_no_solution(tmp_path: Path) -> None:
     found = diagnose(exchanged, journal=tmp_path / "history", resume=True)
     assert found.verdict == "faulty_data"
     assert "name the columns" in found.faults[0].remedy
-    document = diagnosis_json(found, {})
+    document = diagnosis_json(found)
     assert document["plain"]["parameters"] == {}
     assert document["misfit"]["before"] == document["misfit"]["after"] == {"axial": None}
     files = diagnosis_files(found)
-    written = write(tmp_path / "out", document, files, lambda seen: diagnosis_document(found, seen))
+    written = write(tmp_path / "out", document, files, lambda: diagnosis_document(found))
     page = next(path for path in written if path.name == "report.html").read_text()
     assert "Recorded curves" in page
     assert "Misfit over time" not in page
@@ -284,7 +284,7 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
         assert one.plausible
     for channel in found.channels:
         assert channel.after_percent < 1.1 * 100 * NOISE < 0.3 * channel.before_percent
-    document = diagnosis_json(found, {})
+    document = diagnosis_json(found)
     assert [one["name"] for one in document["effects"]] == ["offset", "offset"]
     assert document["probability"]["offset"] > 0.95
     # The second offset's parameters carry the name of its rig, in the order of the channels' names.

@@ -141,7 +141,7 @@ def test_curves_that_ask_for_an_unstable_law_get_the_nearest_stable_one(experime
     write_curve_csv(case.recordings[0].file, falling(peak=4.5, stop=6.0))
     fit = identify(Task(case, "yeoh"))
     task = Task(case, "yeoh")
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     assert stable(task.law, fit.material.parameters, problem.states).all()
     # The fit converges; the result says that no stable law meets the curves.
     assert fit.curves[0].rms_percent > 1.0
@@ -155,7 +155,7 @@ def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
     case = experiment("axial", noise=10.0, seed=seed)
     task = Task(case, "yeoh")
     fit = identify(task)
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     assert stable(task.law, fit.material.parameters, problem.states).all()
 
 

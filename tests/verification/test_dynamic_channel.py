@@ -147,7 +147,7 @@ def test_derivatives_are_those_of_finite_differences(specimen, by_force):
     case = specimen.measured(by_force=by_force, rig=RIG)
     task = Task(case, "gent", bulk_modulus=True, density=True)
     assert len(task.names) == 2 + 4 + len(RIG) + 2
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     (channel,) = [one for one in problem.channels if one.name == "rig"]
     x = task.vectors()[0]
     slope = channel.solve(problem.parameters(x), task.names).slope
@@ -165,7 +165,7 @@ def test_derivatives_are_those_of_finite_differences(specimen, by_force):
 
 def test_branches_take_no_further_march(specimen, monkeypatch):
     task = Task(specimen.measured(), "neo_hookean")
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     channel = problem.channels[1]
     known = problem.parameters(task.vectors()[0])
     before = channel.solve(known, ()).force
@@ -270,7 +270,7 @@ def test_what_cannot_be_fitted_is_refused_with_the_remedy(specimen, changed, sai
 def test_an_offset_of_the_rig_leaves_a_table_as_it_is(specimen):
     path = specimen.measured().path
     path.write_text(path.read_text() + EFFECT.format("offset"))
-    problem, _ = Task(load_case(path), "neo_hookean").problem()
+    problem, *_ = Task(load_case(path), "neo_hookean").problem()
     assert [one.name for one in problem.channels] == ["axial", "rig"]
 
 

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import textwrap
+from itertools import pairwise
 
 import fmpy
 import fmpy.validation
@@ -369,6 +370,105 @@ def test_a_maxwell_branch_and_a_slider_have_their_closed_forms():
     assert [slider.advance(q, 1.0) - 10 * q for q in (0.2, 0.4, 0.9, 0.7, 0.1, -0.5)] == pytest.approx(
         [1.0, 2.0, 2.0, 1.0, -2.0, -2.0]
     )
+
+
+def test_branches_on_a_clock_are_those_of_the_law_in_one_dimension():
+    """A ramp, a hold, small cycles and one beyond the range so far, against steps so small that no rule matters."""
+    clock = {"path": 300.0, "offset": 0.01, "exponent": 1.3, "fading": 0.1}
+    branches, per_mm = [[0.3, 20.0], [0.5, 0.2]], 0.1
+    data = {"displacement": [-1.0, 1.0], "force": [0.0, 0.0], "force_slope": [0.0, 0.0]}
+    data |= {"elastic": [-10.0, 10.0], "elastic_slope": [10.0, 10.0], "maxwell": [], "sliders": []}
+    strained = {"strain": [-per_mm, per_mm], "strain_slope": [per_mm, per_mm]}
+    classes = [{"share": 0.25, **strained}, {"share": 0.75, **strained}]
+    law = ChannelForceLaw(data | {"clock": clock | {"maxwell": branches, "classes": classes}})
+    corners = [(0.0, 0.0), (1.0, 0.4), (9.0, 0.4), (9.5, 0.1), (12.0, 0.2), (13.0, -0.6), (30.0, 0.0)]
+    h, centre, half, found, exact = np.zeros(2), 0.0, 0.0, [], []
+    for (t0, q0), (t1, q1) in pairwise(corners):
+        dt, dx = (t1 - t0) / 4000, per_mm * (q1 - q0) / 4000
+        for x in per_mm * q0 + dx * np.arange(4000):
+            centre, half = centre + (x - centre) * clock["fading"] * dt, half * (1.0 - clock["fading"] * dt)
+            beyond = max(abs(x + dx - centre) - half, 0.0)
+            centre, half = centre + np.sign(x + dx - centre) * beyond / 2, half + beyond / 2
+            z = dt + clock["path"] * (clock["offset"] + half) ** clock["exponent"] * abs(dx)
+            h = (h + dx / 2) * np.exp(-z / np.array([tau for _, tau in branches])) + dx / 2
+        exact.append(10.0 / per_mm * h @ [g for g, _ in branches])
+        for i in range(1, 9):
+            law.advance(q0 + (q1 - q0) * i / 8, (t1 - t0) / 8)
+        found.append(law.force)
+    assert found == pytest.approx(exact, abs=2e-3 * max(map(abs, exact)))
+    law.begin(0.3)
+    assert law.state[law.reached : law.largest] == pytest.approx([0.03, 0.0, 0.03, 0.0])
+
+
+THINNED = """
+[mesh]
+elements_across = 2
+elements_along = 4
+[material]
+law = "neo_hookean"
+bulk_modulus = 500.0
+[material.parameters]
+C10 = 0.5
+[[effects]]
+name = "payne"
+parameters = { g = 2.0, tau = 20.0, decades = 4.0, slope = -0.1, path = 3e3, offset = 0.02, exponent = 1.5 }
+[[load_cases]]
+mode = "axial"
+path = [0, 2, -2, 0]
+rate = 1.0
+[[load_cases]]
+mode = "axial"
+[load_cases.dynamic]
+amplitude = [0.01, 0.2, 2.0]
+frequency = [0.5, 20.0]
+"""
+
+
+def test_an_fmu_has_the_stiffness_of_filled_rubber_at_each_amplitude(tmp_path):
+    """FMPy drives both FMUs with sines; `dynamic` finds the same by harmonic balance, the export along time."""
+    from bushcli.simulate.dynamic import vibrate
+
+    (tmp_path / "case.toml").write_text(CASE.partition("[mesh]")[0] + THINNED)
+    source = read_source(tmp_path / "case.toml")
+    bushing = bushing_of(source, writer_for("fmu2"))
+    (channel,) = bushing.law.channels
+    (said,) = bushing.law.summary()["channels"]
+    assert said["clocks"] == 6
+    assert channel.rms_percent < 0.5
+    assert len(said["vibrations"]) == len(channel.sines) == 6
+    for sine in channel.sines:
+        stiffness, angle = sine.errors
+        assert abs(stiffness) < 1.0
+        assert abs(angle) < 0.5
+    # The check sees the amplitude: the smallest and the largest differ three-fold.
+    assert abs(channel.sines[1].simulated) > 2.0 * abs(channel.sines[-1].simulated)
+    for version in (2, 3):
+        path = tmp_path / f"bushing{version}.fmu"
+        order = Order("x", "x", unit_system("SI"), None, bushing)
+        path.write_bytes(writer_for(f"fmu{version}").text(order))
+        assert fmpy.validation.validate_fmu(str(path)) == []
+        for curve in vibrate(source.case).curves:
+            for frequency, expected in zip(curve.frequency, curve.stiffness, strict=True):
+                time = np.arange(64 * 3 + 1) / (64 * frequency)
+                q = 1e-3 * curve.amplitude * np.sin(2 * np.pi * frequency * time)
+                table = np.zeros(len(time), dtype=[(n, float) for n in ("time", *AXIAL)])
+                table["time"], table[AXIAL[0]] = time, q
+                table[AXIAL[1]][:-1] = np.diff(q) / np.diff(time)
+                found = fmpy.simulate_fmu(
+                    str(path),
+                    stop_time=time[-1],
+                    output_interval=time[1],
+                    input=table,
+                    output=["axial_force"],
+                )
+                turns = np.exp(-2j * np.pi * frequency * time[-64:])
+                force = np.interp(time, found["time"], found["axial_force"])[-64:]
+                ratio = np.mean(force * turns) / np.mean(q[-64:] * turns) / (1e3 * expected)
+                assert abs(ratio) == pytest.approx(1.0, abs=0.015), (curve.amplitude, frequency)
+                assert abs(np.degrees(np.angle(ratio))) < 0.5
+
+
+AXIAL = "axial_displacement", "axial_velocity"
 
 
 VIBRATING = """

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from bushcli.case import load_case
 from bushcli.curve.curve import Curve
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channels import curve_channel
 from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.mismatch.bushing import _slopes, local_map
 from bushcli.recording import Recording
@@ -194,7 +194,7 @@ def maps(tmp_path, recordings, alone=True):
     file.write_text(CASE, encoding="utf-8")
     case = load_case(file)
     rubber = Rubber(law("yeoh"), TRUTH, 2000.0)
-    channels = [Channel(one, case.geometry, rubber, case, "relative", MPI.COMM_WORLD) for one in recordings]
+    channels = [curve_channel(one, case, rubber, "relative", MPI.COMM_WORLD) for one in recordings]
     compared = [
         Compared(
             channel.recording,
@@ -261,7 +261,7 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     later = {name: getattr(whole, name)[50:] for name in ("displacement", "force", "time")}
     used = replace(whole, **later, selected_from=whole, selected=np.arange(50, 121))
     rubber = Rubber(law("yeoh"), TRUTH, np.inf)
-    channel = Channel(used, case.geometry, rubber, case, "relative", MPI.COMM_WORLD)
+    channel = curve_channel(used, case, rubber, "relative", MPI.COMM_WORLD)
     force = channel.at_samples(channel.solve(TRUTH, ["C10"]))[0]
     slope, cells = _slopes(channel, TRUTH)
     assert slope.shape == (71, len(cells.volume))

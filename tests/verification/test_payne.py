@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from bushcli.effects.active import ActiveEffect, in_state
 from bushcli.effects.effect import effect
 from cases.feature import Installed
 from cases.march import march
@@ -115,6 +116,19 @@ def test_a_steady_sine_has_the_harmonics_of_the_thinned_spectrum(shear, model):
     if shear < 1e-4:
         x = 2j * np.pi * frequency * times
         assert exact == pytest.approx(moduli @ (x / (1 + x)), rel=1e-3)
+
+
+def test_the_unrelaxed_state_is_that_of_a_sudden_step(model):
+    """Its path thins it as in a step of a nanosecond; recovery and relaxation need time."""
+    payne = ActiveEffect(effect("payne"), SPECTRUM | CLOCK | {"recovery": RECOVERY})
+    (unrelaxed,) = in_state([payne], unrelaxed=True)
+    e = np.linspace(0.0, 0.2, 21)
+    forces = []
+    for one, duration in ((payne, 1e-9), (unrelaxed, 1.0)):
+        chosen = model("uniaxial")
+        chosen.set_parameters({f"payne.{key}": value for key, value in one.values.items()})
+        forces.append(march(chosen, Program(e, np.linspace(0.0, duration, 21)), tolerance=SHARP).force)
+    assert forces[1] == pytest.approx(forces[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "planar"])

@@ -177,7 +177,7 @@ def test_rows_of_several_temperatures_are_compared_each_at_its_own(table):
 def test_derivatives_of_a_table_by_the_constants_of_the_temperature(table):
     recording = '[[recordings]]\nmode = "axial"\nfile = "loop.csv"\ntemperature = 20.0\n'
     task = Task(load_case(written(table, BUSHING + WARM + recording + TABLE)), "neo_hookean")
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     warm = next(one for one in problem.channels if "50" in one.name)
     names = ("temperature.C1", "temperature.C2", "temperature.exponent", "C10")
     values = {**task.material.parameters, **task.effect_values}

@@ -66,7 +66,7 @@ def case(tmp_path_factory):
 def test_derivatives_follow_the_balance(case):
     """Within what the moving of amplitudes within the body changes: up to 0.3 %."""
     task = Task(case, "neo_hookean")
-    problem, _ = task.problem()
+    problem, *_ = task.problem()
     (channel,) = problem.channels
     x = task.vectors()[0]
     slope = channel.solve(problem.parameters(x), task.names).slope

@@ -176,6 +176,7 @@ EFFECT = Effect(
     how_often="usual",
     families=("dissipation",),
     fades=True,
+    in_force_law="clock",
     needs="reversals at two amplitudes, and two rates or a hold",
     rivals=("friction", "viscoelasticity"),
     source="Lion and Kardelky (2004), The Payne effect in finite viscoelasticity, doi:10.1016/j.ijplas.2003.07.001",

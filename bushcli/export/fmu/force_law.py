@@ -2,10 +2,11 @@
 
 The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Maxwell branches F_i' = g_i H(q)' - F_i
 / tau_i and sliders f_j, springs on H(q) that slip at a limit. H is the curve of a branch that neither relaxes nor
-slips. S and H are cubic between points with given slopes, straight beyond. Rubber that softens after its first loading
-loses L(q, a) of S at displacements within the largest displacement a so far. With permanent set, q is replaced by q
-less a share of the largest displacements to both sides; with warming, the whole force decreases by a share with time.
-The code needs the standard library only.
+slips. S and H are cubic between points with given slopes, straight beyond. Rubber that amplitude thins has further
+branches, whose time is that of internal clocks, one for each class of local strain. Rubber that softens after its first
+loading loses L(q, a) of S at displacements within the largest displacement a so far. With permanent set, q is replaced
+by q less a share of the largest displacements to both sides; with warming, the whole force decreases by a share with
+time. The code needs the standard library only.
 """
 
 from __future__ import annotations
@@ -81,6 +82,50 @@ class Softening:
         return low + at * (self.lost[i](x) - low)
 
 
+class StrainClass:
+    """Rubber of about the same local strain, with a clock of its own for the branches on it.
+
+    On the clock dt + path (offset + a)^exponent |dx| passes, with x the local shear strain and a half of its range so
+    far: the range is centre - a <= x <= centre + a, and fades towards the present strain.
+
+    Parameters
+    ----------
+    clock : dict
+        ``path`` (s), ``offset``, ``exponent``, ``fading`` (1/s), and ``maxwell``, pairs (g, tau).
+    data : dict
+        ``share`` of the class in H; ``strain``, ``strain_slope``: x at displacements.
+    q : list of float
+        Those displacements.
+    """
+
+    def __init__(self, clock: dict, data: dict, q: list[float]) -> None:  # type: ignore[type-arg]  # JSON
+        self.clock = clock
+        self.strain = Cubic(q, data["strain"], data["strain_slope"])
+        self.maxwell = [(data["share"] * g, tau) for g, tau in clock["maxwell"]]
+
+    def passed(
+        self, begin: float, end: float, duration: float, reached: list[float]
+    ) -> tuple[float, list[float]]:
+        """Return what passes on the clock while the strain moves, s, and centre and half of the range at the end.
+
+        Parameters
+        ----------
+        begin, end : float
+            Strain.
+        duration : float
+            s.
+        reached : list of float
+            Centre and half of the range at the beginning.
+        """
+        kept = math.exp(-self.clock["fading"] * duration)
+        centre, half = kept * reached[0] + (1.0 - kept) * begin, kept * reached[1]
+        beyond = max(abs(end - centre) - half, 0.0)
+        # With the mean of a at beginning and end.
+        speed = self.clock["path"] * (self.clock["offset"] + half + 0.25 * beyond) ** self.clock["exponent"]
+        moved = centre + math.copysign(0.5 * beyond, end - centre)
+        return duration + speed * abs(end - begin), [moved, half + 0.5 * beyond]
+
+
 class ChannelForceLaw:
     """One channel's force law and its state.
 
@@ -88,9 +133,10 @@ class ChannelForceLaw:
     ----------
     data : dict
         ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
-        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Optional: ``softening``, data
-        of a `Softening`; ``set``, the share of the largest displacements that remains; ``warming``, the share of the
-        force that is finally lost and its time constant. The states of these three follow those of the branches.
+        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Optional: ``clock``, that of
+        each `StrainClass`, with the data of the ``classes``; ``softening``, data of a `Softening`; ``set``, the share
+        of the largest displacements that remains; ``warming``, the share of the force that is finally lost and its time
+        constant. The states of these four follow those of the branches.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
@@ -99,14 +145,19 @@ class ChannelForceLaw:
         self.elastic = Cubic(q, data["elastic"], data["elastic_slope"])
         self.maxwell = [(float(g), float(tau)) for g, tau in data["maxwell"]]
         self.sliders = [(float(k), float(limit)) for k, limit in data["sliders"]]
+        clock = data.get("clock") or {"maxwell": [], "classes": []}
+        self.classes = [StrainClass(clock, one, q) for one in clock["classes"]]
         self.range = q[-1] - q[0]
         self.softening = Softening(data["softening"]) if data.get("softening") else None
         self.set = float(data.get("set") or 0.0)
         self.warming = tuple(float(value) for value in data.get("warming") or ())
         self.q = 0.0
-        self.branches = len(self.maxwell) + len(self.sliders)
+        # The branches on the clocks follow the others.
+        self.clocked = len(self.maxwell) + len(self.sliders)
+        self.branches = self.clocked + len(clock["maxwell"]) * len(self.classes)
         # Indices of the states that follow those of the branches.
-        self.largest = self.branches
+        self.reached = self.branches
+        self.largest = self.reached + 2 * len(self.classes)
         self.extremes = self.largest + (self.softening is not None)
         self.elapsed = self.extremes + (2 if self.set else 0)
         self.state = [0.0] * (self.elapsed + bool(self.warming))
@@ -152,6 +203,8 @@ class ChannelForceLaw:
         """Start at rest at a displacement, mm or rad, or in the unit of the data, with relaxed branches."""
         self.state[:] = [0.0] * len(self.state)
         self._move(q)
+        for i, one in enumerate(self.classes):
+            self.state[self.reached + 2 * i] = one.strain(self.driven)
 
     def advance(self, q: float, duration: float) -> float:
         """Move to a displacement at constant speed, and return the force there.
@@ -164,12 +217,12 @@ class ChannelForceLaw:
             Duration of the motion, s; 0 for a sudden step.
         """
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
-        begin, h = self.q, self.elastic(self.driven)
+        begin, last = self.q, self.driven
         for part in range(1, parts + 1):
             self._move(begin + (q - begin) * part / parts)
-            end = self.elastic(self.driven)
-            self._follow(end - h, duration / parts)
-            h = end
+            driven = self.driven
+            self._follow(last, driven, duration / parts)
+            last = driven
         if self.warming:
             self.state[self.elapsed] += duration
         return self.force
@@ -183,16 +236,25 @@ class ChannelForceLaw:
         if self.softening is not None:
             self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
 
-    def _follow(self, rise: float, duration: float) -> None:
-        """Advance the branches by a rise of H; the result is exact for a rise that is linear in time."""
-        n = len(self.maxwell)
-        for i, (g, tau) in enumerate(self.maxwell):
-            y = duration / tau
+    def _follow(self, begin: float, end: float, duration: float) -> None:
+        """Advance the branches by a motion; the result is exact for a rise of H that is linear in time."""
+        rise = self.elastic(end) - self.elastic(begin)
+        self._relax(0, self.maxwell, rise, duration)
+        for j, (k, limit) in enumerate(self.sliders, len(self.maxwell)):
+            self.state[j] = max(-limit, min(limit, self.state[j] + k * rise))
+        for i, one in enumerate(self.classes):
+            own = slice(self.reached + 2 * i, self.reached + 2 * i + 2)
+            strains = one.strain(begin), one.strain(end)
+            time, self.state[own] = one.passed(*strains, duration, self.state[own])
+            self._relax(self.clocked + i * len(one.maxwell), one.maxwell, rise, time)
+
+    def _relax(self, first: int, maxwell: list[tuple[float, float]], rise: float, time: float) -> None:
+        """Advance Maxwell branches, the first of which is the state of this index, by a rise of H in a time, s."""
+        for i, (g, tau) in enumerate(maxwell, first):
+            y = time / tau
             # (1 - exp(-y)) / y without loss of digits.
             mean = -math.expm1(-y) / y if y > 0.0 else 1.0
             self.state[i] = self.state[i] * math.exp(-y) + g * rise * mean
-        for j, (k, limit) in enumerate(self.sliders):
-            self.state[n + j] = max(-limit, min(limit, self.state[n + j] + k * rise))
 
 
 class ForceLaw:

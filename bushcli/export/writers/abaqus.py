@@ -14,9 +14,8 @@ import numpy as np
 
 from bushcli.export.card import instantaneous_shares, joined, rubber
 from bushcli.export.hyperelastic import LAWS, density, hyperelastic
-from bushcli.export.units import UnitSystem
 from bushcli.export.writer import FREQUENCY_PRONY, FREQUENCY_TABULAR, TIME_PRONY, Order, Writer
-from cases.dynamic.model import Branches, modulus
+from cases.dynamic.model import modulus
 
 # A table reaches this many decades beyond the corner frequencies 1 / (2 pi tau) of the branches, beyond which Abaqus
 # keeps its last values: the loss of a branch is then below 0.1 % of its stiffness. With h = ln 10 / 20 between points
@@ -37,22 +36,18 @@ def write(order: Order) -> str:
     if one.series:
         lines.append(_KEYWORDS[order.form])
     if one.series and order.form == FREQUENCY_TABULAR:
-        lines += _table(one.series, units)
+        corners = np.log10([1.0 / (2.0 * np.pi * tau) for _, tau in one.series])
+        low, high = corners.min() - _BEYOND, corners.max() + _BEYOND
+        frequency = np.logspace(low, high, int(np.ceil(_PER_DECADE * (high - low))) + 1)
+        s = modulus(frequency, one.series)
+        rows = zip(s.imag, -s.real, units.of_frequency(1.0) * frequency, strict=True)
+        lines += [joined([loss, storage, 0.0, 0.0, f]) for loss, storage, f in rows]
     elif one.series:
         lines += [joined([share, 0.0, units.of_time(tau)]) for share, tau in instantaneous_shares(one)]
     if one.softening is not None:
         soft = one.softening
         lines += ["*MULLINS EFFECT", joined([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])]
     return "\n".join(lines)
-
-
-def _table(series: Branches, units: UnitSystem) -> list[str]:
-    corners = np.log10([1.0 / (2.0 * np.pi * tau) for _, tau in series])
-    low, high = corners.min() - _BEYOND, corners.max() + _BEYOND
-    frequency = np.logspace(low, high, int(np.ceil(_PER_DECADE * (high - low))) + 1)
-    s = modulus(frequency, series)
-    rows = zip(s.imag, -s.real, units.of_frequency(1.0) * frequency, strict=True)
-    return [joined([loss, storage, 0.0, 0.0, f]) for loss, storage, f in rows]
 
 
 WRITER = Writer(

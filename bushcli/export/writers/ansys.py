@@ -30,9 +30,17 @@ def write(order: Order) -> str:
     lines = [f"/COM, {order.name}: material {_MATERIAL}"]
     lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(one.density):.10g}")
     option, count = _OPTIONS[one.law]
-    numbers = _constants(order)
-    if one.law == "ogden":
-        count = len(ogden_terms(one.parameters))
+    values, D = stresses(order, one.instantaneous), incompressibility(order)
+    numbers = [*values.values(), D]
+    if one.law == "neo_hookean":
+        # The initial shear modulus, W = mu/2 (I1 - 3).
+        numbers = [2.0 * values["C10"], D]
+    elif one.law == "yeoh":
+        numbers = [values["C10"], values["C20"], values["C30"], D, 0.0, 0.0]
+    elif one.law == "ogden":
+        terms = ogden_terms(values)
+        count = len(terms)
+        numbers = [n for term in terms for n in term] + [D] + [0.0] * (count - 1)
     lines += [f"TB,HYPER,{_MATERIAL},1,{count},{option}", *_data(numbers)]
     if one.series:
         lines.append(f"TB,PRONY,{_MATERIAL},1,{len(one.series)},SHEAR")
@@ -42,21 +50,6 @@ def write(order: Order) -> str:
         lines.append(f"TB,CDM,{_MATERIAL},1,3,PSE2")
         lines += _data([1.0 / soft.inverse_r, units.of_stress(one.instantaneous * soft.m), soft.beta])
     return "\n".join(lines)
-
-
-def _constants(order: Order) -> list[float]:
-    """Return the constants of TB,HYPER in the order of the command."""
-    one, D = rubber(order), incompressibility(order)
-    values = stresses(order, one.instantaneous)
-    if one.law == "neo_hookean":
-        # The initial shear modulus, W = mu/2 (I1 - 3).
-        return [2.0 * values["C10"], D]
-    if one.law == "yeoh":
-        return [values["C10"], values["C20"], values["C30"], D, 0.0, 0.0]
-    if one.law == "ogden":
-        terms = ogden_terms(values)
-        return [n for term in terms for n in term] + [D] + [0.0] * (len(terms) - 1)
-    return [*values.values(), D]
 
 
 def _data(numbers: list[float]) -> list[str]:

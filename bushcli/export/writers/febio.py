@@ -39,26 +39,26 @@ def write(order: Order) -> str:
             _number(material, f"t{i}", units.of_time(tau))
         elastic = ElementTree.SubElement(material, "elastic")
     elastic.set("type", LAWS[one.law])
-    for name, value in _constants(order).items():
+    values = stresses(order)
+    if one.law in ("neo_hookean", "mooney_rivlin"):
+        constants = {"c1": values["C10"], "c2": values.get("C01", 0.0)}
+    elif one.law == "yeoh":
+        constants = {"c1": values["C10"], "c2": values["C20"], "c3": values["C30"]}
+    elif one.law == "ogden":
+        numbered = list(enumerate(ogden_terms(values), start=1))
+        constants = {f"c{i}": mu * alpha for i, (mu, alpha) in numbered} | {
+            f"m{i}": a for i, (_, a) in numbered
+        }
+    elif one.law == "arruda_boyce":
+        constants = {"mu": values["mu"], "N": values["lambda_m"] ** 2}
+    else:
+        constants = {"G": values["mu"], "Jm": values["Jm"]}
+    for name, value in constants.items():
         _number(elastic, name, value)
     # FEBio expects the bulk modulus of the whole material in the outer material.
     _number(material, "k", units.of_stress(one.bulk_modulus))
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + ElementTree.tostring(root, encoding="unicode")
-
-
-def _constants(order: Order) -> dict[str, float]:
-    law, values = rubber(order).law, stresses(order)
-    if law in ("neo_hookean", "mooney_rivlin"):
-        return {"c1": values["C10"], "c2": values.get("C01", 0.0)}
-    if law == "yeoh":
-        return {"c1": values["C10"], "c2": values["C20"], "c3": values["C30"]}
-    if law == "ogden":
-        numbered = list(enumerate(ogden_terms(values), start=1))
-        return {f"c{i}": mu * alpha for i, (mu, alpha) in numbered} | {f"m{i}": a for i, (_, a) in numbered}
-    if law == "arruda_boyce":
-        return {"mu": values["mu"], "N": values["lambda_m"] ** 2}
-    return {"G": values["mu"], "Jm": values["Jm"]}
 
 
 def _number(parent: ElementTree.Element, name: str, value: float) -> None:

@@ -6,8 +6,6 @@ import json
 from typing import Any
 
 from bushcli import __version__
-from bushcli.export.curves import ForceCurve
-from bushcli.export.units import UnitSystem
 from bushcli.export.writer import Order, Writer
 from bushcli.export.writers.chrono import in_units
 
@@ -29,27 +27,24 @@ def write(order: Order) -> str:
         },
         "axis": "z",
         "remarks": list(order.bushing.remarks),
-        "curves": [_curve(one, units) for one in order.bushing.curves],
     }
+    curves = []
+    for one in order.bushing.curves:
+        length = 1.0 if one.rotational else units.of_length(1.0)
+        force = units.of_moment if one.rotational else units.of_force
+        values = {
+            "time": None if one.time is None else one.time.tolist(),
+            "displacement": [length * float(q) for q in one.displacement],
+            "force": [force(float(value)) for value in one.force],
+        }
+        curves.append({"name": one.name, "mode": one.mode, **values})
+    document["curves"] = curves
     if matrix is not None:
         document["stiffness_matrix"] = {
             "order": ["ux", "uy", "uz", "rx", "ry", "rz"],
             "values": in_units(matrix, units).tolist(),
         }
     return json.dumps(document, indent=2, allow_nan=False)
-
-
-def _curve(one: ForceCurve, units: UnitSystem) -> dict[str, Any]:
-    turned = one.rotational
-    return {
-        "name": one.name,
-        "mode": one.mode,
-        "time": None if one.time is None else one.time.tolist(),
-        "displacement": [float(q) if turned else units.of_length(float(q)) for q in one.displacement],
-        "force": [
-            units.of_moment(float(force)) if turned else units.of_force(float(force)) for force in one.force
-        ],
-    }
 
 
 WRITER = Writer(

@@ -16,57 +16,43 @@ _H = ("c10", "c01", "c11", "c20", "c02", "c30")
 
 def write(order: Order) -> str:
     """Return the keyword for material 1."""
-    law = rubber(order).law
-    body = _ogden(order) if law == "ogden" else _boyce(order) if law == "arruda_boyce" else _polynomial(order)
-    return "\n".join([*body, *_series(order)])
-
-
-def _head(order: Order) -> list[str]:
-    """Return MID, RO, PR, N = 0 (constants are given) and NV."""
-    ro = order.units.of_density(rubber(order).density)
-    return [
-        "$      mid        ro        pr         n        nv         g      sigf       ref",
-        f"{1:10d}{field(ro)}{poisson_field(order, 'lsdyna', 10)}{0:10d}{0:10d}",
-    ]
-
-
-def _polynomial(order: Order) -> list[str]:
-    values = {name.lower(): value for name, value in stresses(order).items()}
-    numbers = "".join(field(values.get(name, 0.0)) for name in _H)
-    names = "".join(name.rjust(10) for name in _H)
-    return ["*MAT_077_H_TITLE", order.name, *_head(order), f"${names[1:]}", numbers]
-
-
-def _ogden(order: Order) -> list[str]:
-    terms = ogden_terms(stresses(order))
-    padded = terms + [(0.0, 0.0)] * (8 - len(terms))
-    rows = ["".join(field(term[i]) for term in padded) for i in (0, 1)]
-    names = ["$" + "".join(f"{name}{i}".rjust(10) for i in range(1, 9))[1:] for name in ("mu", "alpha")]
-    return ["*MAT_077_O_TITLE", order.name, *_head(order), names[0], rows[0], names[1], rows[1]]
-
-
-def _boyce(order: Order) -> list[str]:
     one, values, units = rubber(order), stresses(order), order.units
     ro = units.of_density(one.density)
-    numbers = (ro, units.of_stress(one.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
-    return [
-        "*MAT_127_TITLE",
-        order.name,
-        "$      mid        ro         k         g         n",
-        f"{1:10d}" + "".join(map(field, numbers)),
-        "$     lcid     tramp        nt",
-        f"{0:10d}{field(0.0)}{field(0.0)}",
-    ]
-
-
-def _series(order: Order) -> list[str]:
-    """Return a line per branch: shear modulus and decay constant."""
-    one, units = rubber(order), order.units
-    if not one.series:
-        return []
-    modulus = units.of_stress(one.shear_modulus)
-    lines = [field(g * modulus) + field(1.0 / units.of_time(tau)) for g, tau in one.series]
-    return ["$       gi     betai", *lines]
+    if one.law == "arruda_boyce":
+        numbers = (ro, units.of_stress(one.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
+        lines = [
+            "*MAT_127_TITLE",
+            order.name,
+            "$      mid        ro         k         g         n",
+            f"{1:10d}" + "".join(map(field, numbers)),
+            "$     lcid     tramp        nt",
+            f"{0:10d}{field(0.0)}{field(0.0)}",
+        ]
+    else:
+        kind, blocks = "H", [{name: values.get(name.upper(), 0.0) for name in _H}]
+        if one.law == "ogden":
+            terms = ogden_terms(values)
+            kind, terms = "O", terms + [(0.0, 0.0)] * (8 - len(terms))
+            blocks = [
+                {f"{name}{k}": term[i] for k, term in enumerate(terms, start=1)}
+                for i, name in enumerate(("mu", "alpha"))
+            ]
+        lines = [
+            f"*MAT_077_{kind}_TITLE",
+            order.name,
+            # N = 0: constants are given.
+            "$      mid        ro        pr         n        nv         g      sigf       ref",
+            f"{1:10d}{field(ro)}{poisson_field(order, 'lsdyna', 10)}{0:10d}{0:10d}",
+        ]
+        for block in blocks:
+            lines.append("$" + "".join(name.rjust(10) for name in block)[1:])
+            lines.append("".join(map(field, block.values())))
+    if one.series:
+        # A line per branch: shear modulus and decay constant.
+        modulus = units.of_stress(one.shear_modulus)
+        lines.append("$       gi     betai")
+        lines += [field(g * modulus) + field(1.0 / units.of_time(tau)) for g, tau in one.series]
+    return "\n".join(lines)
 
 
 WRITER = Writer(

@@ -12,8 +12,6 @@ stiffness in a sudden step that relax, and the law is then that of a sudden step
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from bushcli.export.card import instantaneous_shares, ogden_terms, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
@@ -69,7 +67,11 @@ def _by_hand(order: Order) -> list[tuple[str, float | str]]:
     found: list[tuple[str, float | str]] = []
     if WRITER.laws[one.law] not in _TYPES:
         values = stresses(order, one.instantaneous)
-        found += [("model", WRITER.laws[one.law]), *_constants(one.law, values)]
+        found.append(("model", WRITER.laws[one.law]))
+        if one.law == "arruda_boyce":
+            found += [("nkT", values["mu"]), ("N", values["lambda_m"] ** 2)]
+        else:
+            found += [("E", 3.0 * values["mu"]), ("Im", values["Jm"])]
     if one.bulk_modulus != float("inf"):
         found.append(("bulk modulus", units.of_stress(one.bulk_modulus)))
     if one.series:
@@ -78,12 +80,6 @@ def _by_hand(order: Order) -> list[tuple[str, float | str]]:
         found.append((f"term {i}: deviatoric multiplier", share))
         found.append((f"term {i}: deviatoric relaxation time", units.of_time(tau)))
     return found
-
-
-def _constants(law: str, known: Mapping[str, float]) -> list[tuple[str, float | str]]:
-    if law == "arruda_boyce":
-        return [("nkT", known["mu"]), ("N", known["lambda_m"] ** 2)]
-    return [("E", 3.0 * known["mu"]), ("Im", known["Jm"])]
 
 
 WRITER = Writer(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from bushcli.errors import InputError, Problem
 from bushcli.export.directions import FORCES
-from bushcli.export.vibration import Vibration, by_direction
+from bushcli.export.vibration import by_direction
 from bushcli.export.writer import Order, Writer, one_line
 
 # Number of the property, which a model that has one of this number changes.
@@ -28,8 +28,12 @@ def write(order: Order) -> str:
     """
     assert order.bushing is not None
     found = by_direction(order.bushing.vibrations, "nastran")
-    columns = {direction: _columns(order, one) for direction, one in found.items()}
+    units, columns = order.units, {}
     for direction, one in found.items():
+        per = units.of_moment(1.0) if one.rotational else units.of_force(1.0) / units.of_length(1.0)
+        frequency = [units.of_frequency(f) for f in one.frequency]
+        damping = [units.of_time(per * c) for c in one.damping]
+        columns[direction] = frequency, [per * k for k in one.stiffness.real], damping
         if len(one.frequency) < 2:
             what = f"{direction} has one frequency, and a table of Nastran has two or more"
             raise InputError(Problem("--to nastran", what, "", "add frequencies to [load_cases.dynamic]"))
@@ -48,17 +52,6 @@ def write(order: Order) -> str:
             points = [value for pair in pairs for value in pair]
             lines += _wide("TABLED1", [number, "LINEAR", "LINEAR", *[""] * 5, *points, "ENDT"])
     return "\n".join(lines)
-
-
-def _columns(order: Order, one: Vibration) -> tuple[list[float], list[float], list[float]]:
-    """Return frequency, stiffness and damping in the order's units."""
-    units = order.units
-    per = units.of_moment(1.0) if one.rotational else units.of_force(1.0) / units.of_length(1.0)
-    return (
-        [units.of_frequency(f) for f in one.frequency],
-        [per * k for k in one.stiffness.real],
-        [units.of_time(per * c) for c in one.damping],
-    )
 
 
 def _wide(name: str, fields: Sequence[str | int | float]) -> list[str]:

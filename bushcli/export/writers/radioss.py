@@ -46,10 +46,31 @@ def write(order: Order) -> str:
     if one.law == "arruda_boyce":
         lines = _boyce(order)
     elif one.softening is not None:
-        lines = _networks(order)
+        lines = [
+            *_head(order, "LAW100"),
+            "#    N_NET   FLAG_HE   FLAG_CR",
+            f"{0:10d}{_HYPERELASTIC[one.law]:10d}{0:10d}",
+            "#  constants of the law, then D1",
+            _row(*stresses(order).values(), incompressibility(order)),
+        ]
+    elif one.law == "yeoh":
+        lines = [
+            *_head(order, "LAW94"),
+            "",
+            "#                C10                 C20                 C30",
+            _row(*(stresses(order)[name] for name in ("C10", "C20", "C30"))),
+            "#                 D1                  D2                  D3",
+            _row(incompressibility(order), 0.0, 0.0),
+        ]
     else:
-        lines = _yeoh(order) if one.law == "yeoh" else _ogden(order)
-    return "\n".join([*lines, *_softening(order)])
+        lines = _ogden(order)
+    if one.softening is not None:
+        lines += [
+            "/FAIL/MULLINS_OR/1",
+            "#                  R                BETA                   m",
+            _row(1.0 / one.softening.inverse_r, one.softening.beta, order.units.of_stress(one.softening.m)),
+        ]
+    return "\n".join(lines)
 
 
 def _row(*numbers: float) -> str:
@@ -91,18 +112,6 @@ def _ogden(order: Order) -> list[str]:
     return lines
 
 
-def _yeoh(order: Order) -> list[str]:
-    values = stresses(order)
-    return [
-        *_head(order, "LAW94"),
-        "",
-        "#                C10                 C20                 C30",
-        _row(values["C10"], values["C20"], values["C30"]),
-        "#                 D1                  D2                  D3",
-        _row(incompressibility(order), 0.0, 0.0),
-    ]
-
-
 def _boyce(order: Order) -> list[str]:
     one, values, units = rubber(order), stresses(order), order.units
     lines = [
@@ -119,29 +128,6 @@ def _boyce(order: Order) -> list[str]:
         lines.append("#                G_i              BETA_i                 K_i             BETA_ki")
         lines += [_row(g * modulus, 1.0 / units.of_time(tau), 0.0, 0.0) for g, tau in one.series]
     return lines
-
-
-def _networks(order: Order) -> list[str]:
-    one = rubber(order)
-    return [
-        *_head(order, "LAW100"),
-        "#    N_NET   FLAG_HE   FLAG_CR",
-        f"{0:10d}{_HYPERELASTIC[one.law]:10d}{0:10d}",
-        "#  constants of the law, then D1",
-        _row(*stresses(order).values(), incompressibility(order)),
-    ]
-
-
-def _softening(order: Order) -> list[str]:
-    soft = rubber(order).softening
-    if soft is None:
-        return []
-    m = order.units.of_stress(soft.m)
-    return [
-        "/FAIL/MULLINS_OR/1",
-        "#                  R                BETA                   m",
-        _row(1.0 / soft.inverse_r, soft.beta, m),
-    ]
 
 
 WRITER = Writer(

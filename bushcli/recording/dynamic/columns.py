@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,14 +27,19 @@ Array = NDArray[np.float64]
 MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
 _FURTHER = ("storage_error", "loss_error")
 _CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
-#: Units that are proposed for a column without one.
+#: Units that are proposed for a column without one, by its quantity or by the kind of its unit.
 _PROPOSED = {
-    "frequency": ('"Hz"', '"rad/s"'),
-    "temperature": ('"°C"', '"K"'),
-    "loss_angle": ('"deg"', '"rad"'),
-    "damping": ('"N s/mm"', '"N s/m"'),
-    "tan_delta": ('"1"', '"percent"'),
-}
+    "frequency": ('"Hz"', '"rad/s"'), "temperature": ('"°C"', '"K"'), "loss_angle": ('"deg"', '"rad"'),
+    "damping": ('"N s/mm"', '"N s/m"'), "tan_delta": ('"1"', '"percent"'), "strain": ('"percent"', '"1"'),
+    "angle": ('"deg"', '"rad"'), "length": ('"mm"', '"um"'), "stress": ('"MPa"', '"Pa"'),
+    "force": ('"N"', '"kN"'), "rotational stiffness": ('"Nm/deg"', '"Nm/rad"'), "stiffness": ('"N/mm"', '"kN/mm"'),
+    "moment": ('"Nm"', '"Nmm"'),
+}  # fmt: skip
+#: Words that make a column of a static recording another quantity, and none of these.
+_OWN_WORDS = frozenset([
+    "amplitude", "frequency", "temperature", "temp", "mean", "stiffness", "modulus", "delta", "phase", "preload",
+    "vorlast", "offset", "peak", "range", "spring", "rate",
+])  # fmt: skip
 #: Larger values cannot be radians, of which a right angle has 1.571, or a loss factor that is no percentage: that of
 #: rubber in its glass transition is 2 to 3.
 _LARGEST_RADIANS, _LARGEST_FACTOR = 1.6, 5.0
@@ -65,10 +70,25 @@ def is_dynamic(table: Table, source: DynamicSource) -> bool:
 
 def meanings(table: Table) -> list[ColumnName]:
     """Return the meaning of each column; a condition in the row of units, or in a row above, is one of its columns."""
-    found = []
-    above, over = _spanning(table), _titles(table)
+    found, width = [], len(table.names)
+    over: dict[int, str] = {}
+    above: dict[int, tuple[Stated, ...]] = {}
+    # A row of lengths above the names may have been taken for one of units. What a line has for a column, a quantity,
+    # ``Kdyn [N/mm]`` above ``0 N``, ``500 N``, or a condition, holds until the next one of the line.
+    for text in (*(text for _, text in table.preamble), ";".join(table.units)):
+        split = [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
+        lines = [fields for fields in split if 1 < len(fields) <= width]
+        for fields in lines:
+            if any(meaning(field).quantity in MEASURED for field in fields if field):
+                over |= {i: title for i, title in enumerate(_carried(fields, width)) if title}
+        known = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
+        last: Stated | None = None
+        for i in range(width):
+            last = known.get(i, last)
+            if last is not None:
+                above[i] = (*above.get(i, ()), last)
     # Above conditions a name in merged cells holds until the next one.
-    for i, name in enumerate(_carried(table.names, len(table.names)) if above else table.names):
+    for i, name in enumerate(_carried(table.names, width) if above else table.names):
         own = condition_of(name)
         said = meaning(
             over.get(i, name) if own else name, "" if condition_of(table.units[i]) else table.units[i]
@@ -78,46 +98,12 @@ def meanings(table: Table) -> list[ColumnName]:
     return found
 
 
-def _split_above(table: Table) -> Iterator[list[list[str]]]:
-    """Yield each line above the names, and the row of units, split at each delimiter that does not make it too long."""
-    for text in (*(text for _, text in table.preamble), ";".join(table.units)):
-        split = [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
-        yield [fields for fields in split if 1 < len(fields) <= len(table.names)]
-
-
-def _titles(table: Table) -> dict[int, str]:
-    """Return the quantity above each column whose name is a condition alone: ``Kdyn [N/mm]`` above ``0 N``, ``500 N``.
-
-    A title holds until the next one of its line.
-    """
-    found: dict[int, str] = {}
-    for lines in _split_above(table):
-        for fields in lines:
-            if any(meaning(field).quantity in MEASURED for field in fields if field):
-                found |= {i: title for i, title in enumerate(_carried(fields, len(table.names))) if title}
-    return found
-
-
 def _carried(fields: Sequence[str], width: int) -> list[str]:
     """Return the fields of a row, each of which holds until the next one."""
     carried: list[str] = []
     for i in range(width):
         carried.append((fields[i] if i < len(fields) else "") or (carried[-1] if carried else ""))
     return carried
-
-
-def _spanning(table: Table) -> dict[int, tuple[Stated, ...]]:
-    """Return conditions of columns in lines above the names, each of which holds until the next one of its line."""
-    found: dict[int, tuple[Stated, ...]] = {}
-    # A row of lengths above the names may have been taken for one of units.
-    for lines in _split_above(table):
-        known = next((row for fields in lines if len(row := _conditions_in(fields)) > 1), {})
-        last: Stated | None = None
-        for i in range(len(table.names)):
-            last = known.get(i, last)
-            if last is not None:
-                found[i] = (*found.get(i, ()), last)
-    return found
 
 
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
@@ -179,7 +165,15 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     for i, one in enumerate(found):
         if one.quantity in chosen and chosen[one.quantity] != i:
             found[i] = replace(one, quantity="")
-    found = [_resolved(one, table, source) for one in found]
+    for i, one in enumerate(found):
+        if one.quantity and any(c.quantity == ACROSS for c in one.conditions):
+            if source.across is None:
+                what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
+                raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
+            known = (
+                replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions
+            )
+            found[i] = replace(one, conditions=tuple(known))
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, one in enumerate(found):
         if one.quantity:
@@ -197,17 +191,6 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     return made
 
 
-def _resolved(one: ColumnName, table: Table, source: DynamicSource) -> ColumnName:
-    """Return a meaning whose conditions are known: a length in the name is what the case says it is."""
-    if not any(c.quantity == ACROSS for c in one.conditions) or not one.quantity:
-        return one
-    if source.across is None:
-        what = "the columns' names have a length or a strain; it may be the amplitude or the preload"
-        raise table.refused(what, 'across = "amplitude" or "preload" in the recording\'s table')
-    known = tuple(replace(c, quantity=source.across) if c.quantity == ACROSS else c for c in one.conditions)
-    return replace(one, conditions=known)
-
-
 def _unique(
     table: Table, columns: Sequence[int], found: Sequence[ColumnName], mode: Mode
 ) -> dict[str, tuple[int, ColumnName]]:
@@ -218,7 +201,8 @@ def _unique(
         if count > 1:
             kinds = suited_kinds(quantity, mode)
             suited = [i for i in among if (unit := found[i].unit) is None or unit.kind in kinds]
-            measured = [i for i in suited or among if not _is_set_value(table.names[i])]
+            words = {i: set(re.split(r"[\W_]+", table.names[i].lower())) - _OWN_WORDS for i in among}
+            measured = [i for i in suited or among if not any(map(is_foreign, words[i]))]
             among = measured or suited or among
         rows = range(len(table))
         if len({tuple(table.text(row, i) for row in rows) for i in among}) > 1:
@@ -228,28 +212,6 @@ def _unique(
             raise table.refused(what, expected)
         own[quantity] = (among[0], found[among[0]])
     return own
-
-
-def _is_set_value(name: str) -> bool:
-    return any(is_foreign(word) for word in re.split(r"[\W_]+", name.lower()) if word not in _OWN_WORDS)
-
-
-#: Words that make a column of a static recording another quantity, and none of these.
-_OWN_WORDS = frozenset(
-    {
-        "amplitude",
-        "frequency",
-        "temperature",
-        "temp",
-        "mean",
-        "stiffness",
-        "modulus",
-        "delta",
-        "phase",
-        "preload",
-    }
-    | {"vorlast", "offset", "peak", "range", "spring", "rate"}
-)
 
 
 def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
@@ -282,7 +244,7 @@ def numbers(
     given = source.units.get(key)
     unit = said.unit if given is None else read_unit(given)
     kinds = suited_kinds(quantity, mode)
-    proposed = _PROPOSED.get(quantity, _usual(quantity, mode))
+    proposed = next(_PROPOSED[one] for one in (quantity, *sorted(kinds, reverse=True)) if one in _PROPOSED)
     remedy = f"units = {{{key} = {proposed[0]}}} or {proposed[1]} in the recording's table of the case file"
     if given is not None and unit is None:
         what = f"{table.label(index)}: {given!r} is not a unit of the {quantity.replace('_', ' ')}"
@@ -304,16 +266,6 @@ def numbers(
             expected = 'a modulus is that of a coupon: [[coupons]] with mode = "uniaxial", for example'
         raise table.refused(what, expected)
     return unit.factor * values + unit.zero, remark
-
-
-def _usual(quantity: str, mode: Mode) -> tuple[str, str]:
-    """Return the units that are proposed for a quantity that depends on the mode."""
-    coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in ("amplitude", "preload"):
-        return ('"percent"', '"1"') if coupon else ('"deg"', '"rad"') if turned else ('"mm"', '"um"')
-    if quantity == "preload_force":
-        return ('"MPa"', '"Pa"') if coupon else ('"Nm"', '"Nmm"') if turned else ('"N"', '"kN"')
-    return ('"MPa"', '"Pa"') if coupon else ('"Nm/deg"', '"Nm/rad"') if turned else ('"N/mm"', '"kN/mm"')
 
 
 def above(table: Table) -> dict[str, Stated]:

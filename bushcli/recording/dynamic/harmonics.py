@@ -9,6 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.curve.segment import turning_points
+
 Array = NDArray[np.float64]
 
 #: Half cycles of a burst agree in duration and range within this share: a rig needs some periods to reach its
@@ -64,7 +66,14 @@ class Harmonics:
 
 def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]:
     """Return begin and end (s) and frequency (Hz) of each stretch in which the motion is periodic."""
-    turns = _turns(displacement)
+    # The reversals that are larger than the noise.
+    steps = np.abs(np.diff(displacement))
+    noise = _MAD * float(np.median(np.abs(np.diff(displacement, 2)))) / math.sqrt(6.0)
+    # A fast sine of few samples per period has second differences of its own, far above any noise.
+    share = 0.01 * float(np.ptp(displacement))
+    resolution = float(steps[steps > 0.0].min()) if steps.any() else 0.0
+    least = max(_REVERSAL * min(noise, share), min(2.0 * resolution, share), 1e-12)
+    turns = [0, *turning_points(displacement, least), len(displacement) - 1]
     if len(turns) < 2 * _FEWEST_PERIODS:
         return []
     middle = 0.5 * (displacement[turns[1:]] + displacement[turns[:-1]])
@@ -90,32 +99,6 @@ def bursts(time: Array, displacement: Array) -> list[tuple[float, float, float]]
             found.append((float(begin), float(end), 0.5 * count / float(end - begin)))
         first = last
     return found
-
-
-def _turns(displacement: Array) -> list[int]:
-    """Return the indices of the reversals that are larger than the noise."""
-    steps = np.abs(np.diff(displacement))
-    second = np.diff(displacement, 2)
-    noise = _MAD * float(np.median(np.abs(second))) / math.sqrt(6.0)
-    # A fast sine of few samples per period has second differences of its own, far above any noise.
-    noise = min(noise, 0.01 * float(np.ptp(displacement)))
-    resolution = float(steps[steps > 0.0].min()) if steps.any() else 0.0
-    least = max(_REVERSAL * noise, min(2.0 * resolution, 0.01 * float(np.ptp(displacement))), 1e-12)
-    values = [float(value) for value in displacement]
-    turns = [0]
-    high = low = sense = 0
-    for i, value in enumerate(values):
-        if sense >= 0 and value > values[high]:
-            high = i
-        if sense <= 0 and value < values[low]:
-            low = i
-        if sense >= 0 and values[high] - value > least:
-            turns.append(high)
-            sense, low = -1, i
-        elif sense <= 0 and value - values[low] > least:
-            turns.append(low)
-            sense, high = 1, i
-    return [*dict.fromkeys(turns), len(displacement) - 1]
 
 
 def _crossing(time: Array, values: Array, a: int, b: int, level: float) -> float:

@@ -181,18 +181,25 @@ class ColumnName:
 def meaning(name: str, unit: str = "") -> ColumnName:
     """Return the meaning of the name of a column."""
     conditions = tuple(found for m in _CONDITION.finditer(name) if (found := _condition(m)) is not None)
-    text = _CONDITION.sub(lambda m: _kept_key(m) if _condition(m) else m[0], name)
-    text, written, known = _apart(text, unit)
-    modulus = _modulus(text)
+
+    def kept(found: re.Match[str]) -> str:
+        # Of a condition its word is kept if it is the column's, "Kdyn 500 N", not the number's, "preload 5 N".
+        key = (found["key"] or "").lower()
+        own = _quantity(key, None) in _CONDITIONS or key in ("a", "at", "bei")
+        return found[0] if not _condition(found) else " " if own else f" {found['key'] or ''} "
+
+    text, written, known = _apart(_CONDITION.sub(kept, name), unit)
+    plain = text.replace("_", " ")
+    modulus: Literal["E", "G", ""] = "G" if _SHEAR.search(plain) else "E" if _TENSILE.search(plain) else ""
     text = _MAGNITUDE.sub(r" \1 complex ", text)
     text = _PRIMED.sub(lambda m: f" {m[1]} {_SIGNED.get(m[2], 'storage')} ", text)
     words = _words(text)
     quantity = "stiffness" if _OWN.fullmatch(name.strip()) else _quantity(words, known)
-    quantity = (
-        quantity
-        or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), known)
-        or _by_unit(known)
-    )
+    quantity = quantity or _quantity(" ".join(_DOUBLE.sub(" ", _PEAK.sub(" ", words)).split()), known)
+    if not quantity and known is not None:
+        # The unit of these is enough, whatever the name of the column.
+        sure = ("frequency", "temperature", "damping")
+        quantity = next((one for one in sure if known.kind in KINDS[one]), "")
     if quantity in ("storage", "loss") and _ERRORS.search(words):
         quantity += "_error"
     elif quantity and _ERRORS.search(words):
@@ -200,7 +207,11 @@ def meaning(name: str, unit: str = "") -> ColumnName:
     peak = _peak(words)
     strained = any(word in words for word in _STRAINED)
     if known is not None and quantity and known.kind not in KINDS[quantity]:
-        known, quantity = _otherwise(quantity, known)
+        # A preload in N is one of force.
+        if known.kind in KINDS["preload_force"]:
+            quantity = {"preload": "preload_force", "amplitude": ""}.get(quantity, quantity)
+        elif quantity == "modulus" and known.kind in KINDS["damping"]:
+            quantity = "damping"
     return ColumnName(
         quantity, known, written, peak if quantity == "amplitude" else "", modulus, strained, conditions
     )
@@ -214,11 +225,11 @@ def stated(line: str, decimal: str = "") -> Stated | None:
     said = meaning(found["key"], found["unit"])
     if said.quantity not in _CONDITIONS or said.unit is None:
         return None
-    peak = (
-        "peak"
-        if "±" in found["number"] or "/" in found["number"]
-        else _peak_alone(found["rest"]) or said.peak
-    )
+    # "(peak)" behind the number is said of it, unless there is more, such as another range.
+    behind = _words(re.split(r"[:=;\t]", found["rest"])[0])
+    peak = said.peak if _PEAK.sub(" ", _DOUBLE.sub(" ", behind)).split() else _peak(behind) or said.peak
+    if "±" in found["number"] or "/" in found["number"]:
+        peak = "peak"
     return Stated(said.quantity, _number(found["number"], decimal), said.unit, peak)
 
 
@@ -237,12 +248,6 @@ def _peak(text: str) -> Peak:
     """Return what a text says of an amplitude."""
     words = _words(text)
     return "double" if _DOUBLE.search(words) else "peak" if _PEAK.search(words) else ""
-
-
-def _peak_alone(text: str) -> Peak:
-    """Return what stands behind an amplitude, ``(peak)``, of it; nothing if there is more, such as another range."""
-    words = _words(re.split(r"[:=;\t]", text)[0])
-    return "" if _PEAK.sub(" ", _DOUBLE.sub(" ", words)).split() else _peak(words)
 
 
 def _number(text: str, decimal: str = "") -> float:
@@ -281,26 +286,6 @@ def _condition(found: re.Match[str]) -> Stated | None:
     if peak or named == "amplitude" or key == "a":
         return Stated("amplitude", number, unit, peak)
     return Stated("preload" if named == "preload" else ACROSS, number, unit)
-
-
-def _kept_key(found: re.Match[str]) -> str:
-    """Return the word before a number if it is one of the column, "Kdyn 500 N", not of the number, "preload 5 N"."""
-    key = found["key"] or ""
-    return (
-        " "
-        if _quantity(key.lower(), None) in _CONDITIONS or key.lower() in ("a", "at", "bei")
-        else f" {key} "
-    )
-
-
-def _by_unit(unit: DynamicUnit | None) -> str:
-    """Return the only quantity of a table that a unit can have, whatever the name of its column."""
-    fits = (
-        []
-        if unit is None
-        else [one for one in ("frequency", "temperature", "damping") if unit.kind in KINDS[one]]
-    )
-    return fits[0] if fits else ""
 
 
 def _apart(text: str, unit: str) -> tuple[str, str, DynamicUnit | None]:
@@ -345,21 +330,3 @@ def _quantity(words: str, unit: DynamicUnit | None) -> str:
                 best, longest = quantity, score
     dynamic = (f" {phrase} " in f" {words} " for phrase in _WORDS["stiffness"])
     return "stiffness" if best == "modulus" and any(dynamic) else best
-
-
-def _otherwise(quantity: str, unit: DynamicUnit) -> tuple[DynamicUnit | None, str]:
-    """Return the quantity of a name whose unit does not fit: a preload in N is one of force."""
-    if quantity == "preload" and unit.kind in KINDS["preload_force"]:
-        return unit, "preload_force"
-    if quantity == "modulus" and unit.kind in KINDS["damping"]:
-        return unit, "damping"
-    if quantity == "amplitude" and unit.kind in KINDS["preload_force"]:
-        return unit, ""
-    return unit, quantity
-
-
-def _modulus(text: str) -> Literal["E", "G", ""]:
-    plain = re.sub(r"_", " ", text)
-    if _SHEAR.search(plain):
-        return "G"
-    return "E" if _TENSILE.search(plain) else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -29,7 +29,7 @@ from bushcli.recording.dynamic.loops import read_loops
 from bushcli.recording.dynamic.names import Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
-from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart
+from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
 from bushcli.recording.opened import listed, opened
 from bushcli.recording.source import Source
 from bushcli.recording.table_cache import TableCache
@@ -64,10 +64,32 @@ def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> Dyn
     mode, tables = modes()[source.mode], TableCache() if tables is None else tables
     parts = [part for file in source.files for part in _parts(file, source, mode, tables)]
     if mode.specimen == "coupon" and source.quantity is None:
-        parts = [replace(part, modulus=_modulus(part, source, mode)) for part in parts]
+        if not mode.sheared and not all(part.modulus for part in parts):
+            what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
+            expected = 'quantity = "E" or "G" in the recording\'s table of the case file'
+            raise RecordingError(Problem(str(source.files[0]), what, "", expected))
+        parts = [replace(part, modulus=part.modulus or "G") for part in parts]
     arrays = {key: np.concatenate([part.arrays[key] for part in parts]) for key in _ARRAYS}
     places = tuple(place for part in parts for place in part.places)
-    _refuse_conditions(arrays, places, source, mode)
+    amplitude, temperature = arrays["amplitude"], arrays["temperature"]
+    refuse_rows(
+        amplitude == 0.0,
+        places,
+        "an amplitude of 0 has no response",
+        "delete the row; without a column of amplitudes all are taken as small",
+    )
+    refuse_rows(
+        amplitude > (_LARGEST_STRAIN if mode.specimen == "coupon" else math.inf),
+        places,
+        lambda row: f"a strain amplitude of {100 * amplitude[row]:.4g} % is not that of a dynamic test",
+        'units = {amplitude = "percent"} in the recording\'s table, if the file has percent',
+    )
+    refuse_rows(
+        temperature < -273.15,
+        places,
+        lambda row: f"a temperature of {temperature[row]:.4g} degrees C is below absolute zero",
+        'units = {temperature = "°C"} or "K"',
+    )
     found = {part.modulus for part in parts} - {""}
     if len(found) > 1:
         what = "some files have a modulus E and others a modulus G"
@@ -106,24 +128,20 @@ def _parts(file: Path, source: DynamicSource, mode: Mode, tables: TableCache) ->
     fitting = [table for table in every if is_dynamic(table, source)]
     if not fitting:
         return read_loops(source, plain, tables)
-    parts = [part for table in fitting for part in _table_parts(table, source, mode)]
+    parts: list[TablePart] = []
+    for table in fitting:
+        # A column of conditions alone, such as the mean of all, is no group.
+        measured = [group for group in groups(table, source, mode) if set(MEASURED) & set(group.columns)]
+        made = [_part(with_values(table, group), group, source, mode) for group in measured]
+        taken = {index for group in measured for index, _ in group.columns.values()}
+        unused = [name for i, name in enumerate(table.names) if name and i not in taken]
+        if unused:
+            said = f"columns that are not used: {', '.join(unused)}"
+            made[0] = replace(made[0], remarks=(*made[0].remarks, said))
+        parts += made
     if len(fitting) > 1:
         said = f"{file.name}: {len(fitting)} sheets or groups are read together: {listed([t.part for t in fitting])}"
         parts[0] = replace(parts[0], remarks=(said, *parts[0].remarks))
-    return parts
-
-
-def _table_parts(table: Table, source: DynamicSource, mode: Mode) -> list[TablePart]:
-    made = groups(table, source, mode)
-    # A column of conditions alone, such as the mean of all, is no group.
-    measured = [group for group in made if set(MEASURED) & set(group.columns)]
-    parts = [_part(with_values(table, group), group, source, mode) for group in measured]
-    taken = {index for group in measured for index, _ in group.columns.values()}
-    unused = [name for i, name in enumerate(table.names) if name and i not in taken]
-    if unused:
-        parts[0] = replace(
-            parts[0], remarks=(*parts[0].remarks, f"columns that are not used: {', '.join(unused)}")
-        )
     return parts
 
 
@@ -158,7 +176,25 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     places = tuple(table.place(row) for row in range(len(table)))
     # Moduli may come from shifts along temperature, which reach any frequency.
     highest = HIGHEST if mode.specimen == "bushing" else math.inf
-    _refuse_frequency(arrays["frequency"], places, table, highest)
+    frequency = arrays["frequency"]
+    if np.isnan(frequency).any():
+        what = "has no column of a frequency, and neither its header nor the case file states one"
+        expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
+        raise table.refused(what, expected)
+    refuse_rows(
+        frequency <= 0.0,
+        places,
+        lambda row: f"a frequency of {frequency[row]:g} Hz has no cycle",
+        "delete the row; a static stiffness comes from a recording of force over displacement",
+    )
+    refuse_rows(
+        frequency > highest,
+        places,
+        lambda row: (
+            f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
+        ),
+        'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit',
+    )
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
@@ -213,61 +249,3 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
         expected = 'amplitude_is = "peak" or "double" in the recording\'s table of the case file'
         raise table.refused(what, expected)
     return found
-
-
-def _refuse_frequency(frequency: Array, places: Sequence[str], table: Table, highest: float) -> None:
-    if np.isnan(frequency).any():
-        what = "has no column of a frequency, and neither its header nor the case file states one"
-        expected = "frequency = ... (Hz) in the recording's table, or columns = {frequency = ...}"
-        raise table.refused(what, expected)
-    bad = frequency <= 0.0
-    if bad.any():
-        row = int(np.argmax(bad))
-        what = f"a frequency of {frequency[row]:g} Hz has no cycle"
-        expected = "delete the row; a static stiffness comes from a recording of force over displacement"
-        raise RecordingError(Problem(places[row], what, "", expected))
-    high = frequency > highest
-    if high.any():
-        row = int(np.argmax(high))
-        what = f"{frequency[row]:.4g} Hz is beyond any dynamic test of a bushing, which ends at some kHz"
-        expected = 'delete the row; or units = {frequency = "rad/s"} or "Hz", if the file has another unit'
-        raise RecordingError(Problem(places[row], what, "", expected))
-
-
-def _refuse_conditions(
-    arrays: Mapping[str, Array], places: Sequence[str], source: DynamicSource, mode: Mode
-) -> None:
-    """Refuse an amplitude of zero, strains in percent that are taken for ratios, and temperatures that do not exist."""
-    bad = arrays["amplitude"] == 0.0
-    if bad.any():
-        what = "an amplitude of 0 has no response"
-        expected = "delete the row; without a column of amplitudes all are taken as small"
-        raise RecordingError(Problem(places[int(np.argmax(bad))], what, "", expected))
-    if mode.specimen == "coupon":
-        large = arrays["amplitude"] > _LARGEST_STRAIN
-        if large.any():
-            row = int(np.argmax(large))
-            what = (
-                f"a strain amplitude of {100 * arrays['amplitude'][row]:.4g} % is not that of a dynamic test"
-            )
-            expected = 'units = {amplitude = "percent"} in the recording\'s table, if the file has percent'
-            raise RecordingError(Problem(places[row], what, "", expected))
-    cold = arrays["temperature"] < -273.15
-    if cold.any():
-        row = int(np.argmax(cold))
-        what = f"a temperature of {arrays['temperature'][row]:.4g} degrees C is below absolute zero"
-        raise RecordingError(Problem(places[row], what, "", 'units = {temperature = "°C"} or "K"'))
-
-
-def _modulus(part: TablePart, source: DynamicSource, mode: Mode) -> Literal["E", "G", ""]:
-    """Return the modulus of a coupon's table; ask for it where neither names nor the mode say it."""
-    if part.modulus:
-        return part.modulus
-    if mode.sheared:
-        return "G"
-    what = "has a modulus, and does not say whether it is Young's modulus E or the shear modulus G"
-    raise RecordingError(
-        Problem(
-            str(source.files[0]), what, "", 'quantity = "E" or "G" in the recording\'s table of the case file'
-        )
-    )

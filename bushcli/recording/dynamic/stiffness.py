@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.dynamic.table import refuse_rows
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,13 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
     storage, loss = _solved(pair, values)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
-        _refuse_complement(columns, storage, loss)
+        angle = np.arctan2(loss, storage)
+        if (angle > _IMPLAUSIBLE_ANGLE).all():
+            low, high = np.degrees([angle.min(), angle.max()])
+            what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
+            complement = 'loss_angle_is = "complement" if the file has 90 degrees minus them'
+            expected = f'{complement}, "loss" if they were measured so'
+            raise RecordingError(Problem(columns.where, what, "", expected))
     return storage, loss, tuple(remarks)
 
 
@@ -140,12 +147,15 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
             what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
             raise RecordingError(Problem(columns.where, what, "", expected))
-        bad = (angle < 0.0) | (angle >= 0.5 * np.pi)
-        if bad.any():
-            row = int(np.argmax(bad))
-            what = f"a loss angle of {np.degrees(angle[row]):.4g} degrees, where only 0 to 90 are possible"
-            remedy = "delete the row; or units = {loss_angle = ...}, if the file is in another unit"
-            raise RecordingError(Problem(columns.places[row], what + _more(bad), "", remedy))
+        refuse_rows(
+            (angle < 0.0) | (angle >= 0.5 * np.pi),
+            columns.places,
+            lambda row: (
+                f"a loss angle of {np.degrees(angle[row]):.4g} degrees, where only 0 to 90 are possible"
+            ),
+            "delete the row; or units = {loss_angle = ...}, if the file is in another unit",
+            more=True,
+        )
     for key, symbol in (
         ("stiffness", "|K*|"),
         ("storage", "K'"),
@@ -155,16 +165,15 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
     ):
         if key not in values:
             continue
-        bad = values[key] <= 0.0 if key in ("stiffness", "storage") else values[key] < 0.0
-        if bad.any():
-            row = int(np.argmax(bad))
-            what = f"{columns.labels.get(key, symbol)}: {symbol} = {values[key][row]:.4g} is not possible"
-            remedy = "rubber resists and dissipates; delete the row"
-            if key == "storage":
-                remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
-            elif key != "stiffness":
-                remedy += ", or change the sign of the column, if the rig counts the loss negative"
-            raise RecordingError(Problem(columns.places[row], what + _more(bad), "", remedy))
+        own, label = values[key], f"{columns.labels.get(key, symbol)}: {symbol}"
+        remedy = "rubber resists and dissipates; delete the row"
+        if key == "storage":
+            remedy += ", or correct the force by the inertia of the fixture: K' + m omega^2"
+        elif key != "stiffness":
+            remedy += ", or change the sign of the column, if the rig counts the loss negative"
+        bad = own <= 0.0 if key in ("stiffness", "storage") else own < 0.0
+        said = f"{label} = {own[np.argmax(bad)]:.4g} is not possible"
+        refuse_rows(bad, columns.places, said, remedy, more=True)
 
 
 def _refuse_contradictions(
@@ -173,19 +182,14 @@ def _refuse_contradictions(
     """Refuse further quantities that do not agree with the pair, naming what would make them agree."""
     size = np.hypot(storage, loss)
     if pair == ("stiffness", "storage") or pair == ("stiffness", "loss"):
-        less = values["stiffness"] < (1.0 - _TOLERANCE) * values[pair[1]]
-        if less.any():
-            row = int(np.argmax(less))
-            own, part = values["stiffness"][row], values[pair[1]][row]
-            what = f"|K*| = {own:.5g} is less than its part {columns.labels.get(pair[1])} = {part:.5g}"
-            raise RecordingError(
-                Problem(
-                    columns.places[row],
-                    what + _more(less),
-                    "",
-                    'columns = {...}, or stiffness_is = "storage"',
-                )
-            )
+        whole, part, label = values["stiffness"], values[pair[1]], columns.labels.get(pair[1])
+        refuse_rows(
+            whole < (1.0 - _TOLERANCE) * part,
+            columns.places,
+            lambda row: f"|K*| = {whole[row]:.5g} is less than its part {label} = {part[row]:.5g}",
+            'columns = {...}, or stiffness_is = "storage"',
+            more=True,
+        )
     given = {
         "stiffness": (size, size),
         "storage": (storage, size),
@@ -195,16 +199,19 @@ def _refuse_contradictions(
         "damping": tuple(one / (2.0 * np.pi * columns.frequency) for one in (loss, size)),
     }
     for key, (own, scale) in given.items():
-        if key in values and key not in pair:
-            _compare(
-                columns,
-                own,
-                values[key],
-                scale,
-                " and ".join(pair),
-                key,
-                _hypotheses(key, values[key], storage, loss, columns.frequency),
-            )
+        if key not in values or key in pair:
+            continue
+        stated = values[key]
+        bad = np.abs(own - stated) > _TOLERANCE * np.abs(scale)
+        row = int(np.argmax(bad))
+        shown = [np.degrees(v[row]) if key == "loss_angle" else v[row] for v in (own, stated)]
+        others = " and ".join(pair).replace("_", " ")
+        said = f"{columns.labels.get(key, key)} is {shown[1]:.4g}, and {others} give {shown[0]:.4g}"
+        remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
+        near = 2.0 * _TOLERANCE * np.maximum(np.abs(stated), 1e-12)
+        explained = _hypotheses(key, stated, storage, loss, columns.frequency) if np.mean(bad) > 0.5 else {}
+        causes = (cause for cause, one in explained.items() if np.all((np.abs(one - stated) <= near)[bad]))
+        refuse_rows(bad, columns.places, said, next(causes, remedy), more=True)
 
 
 _EXCHANGED = "K' and K'' are exchanged: columns = {storage = ..., loss = ...}"
@@ -244,42 +251,3 @@ def _hypotheses(key: str, given: Array, storage: Array, loss: Array, frequency: 
             'the damping is in N s/m: units = {damping = "N s/m"}': 1e3 * own,
         }
     return {"the column of |K*| has K': columns = {storage = ...}": storage} if key == "stiffness" else {}
-
-
-def _compare(
-    columns: StiffnessColumns,
-    own: Array,
-    given: Array,
-    scale: Array,
-    others: str,
-    key: str,
-    hypotheses: Mapping[str, Array],
-) -> None:
-    bad = np.abs(own - given) > _TOLERANCE * np.abs(scale)
-    if not bad.any():
-        return
-    row = int(np.argmax(bad))
-    shown = [np.degrees(v[row]) if key == "loss_angle" else v[row] for v in (own, given)]
-    said = others.replace("_", " ")
-    what = f"{columns.labels.get(key, key)} is {shown[1]:.4g}, and {said} give {shown[0]:.4g}" + _more(bad)
-    if np.mean(bad) > 0.5:
-        for remedy, one in hypotheses.items():
-            if np.all(np.abs(one - given)[bad] <= 2.0 * _TOLERANCE * np.maximum(np.abs(given), 1e-12)[bad]):
-                raise RecordingError(Problem(columns.places[row], what, "", remedy))
-    remedy = f"correct or delete the rows; or columns = {{{key} = ...}}, if another column is meant"
-    raise RecordingError(Problem(columns.places[row], what, "", remedy))
-
-
-def _refuse_complement(columns: StiffnessColumns, storage: Array, loss: Array) -> None:
-    """Ask whether a table whose every loss angle is above 45 degrees has 90 degrees minus the angle."""
-    angle = np.arctan2(loss, storage)
-    if (angle > _IMPLAUSIBLE_ANGLE).all():
-        low, high = np.degrees([angle.min(), angle.max()])
-        what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
-        expected = 'loss_angle_is = "complement" if the file has 90 degrees minus them, "loss" if they were measured so'
-        raise RecordingError(Problem(columns.where, what, "", expected))
-
-
-def _more(bad: NDArray[np.bool_]) -> str:
-    count = int(np.count_nonzero(bad)) - 1
-    return f", and likewise in {count} more row{'s' if count > 1 else ''}" if count else ""

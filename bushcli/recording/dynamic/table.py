@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import Problem, RecordingError
 from bushcli.recording.source import FaultKind
 
 Array = NDArray[np.float64]
@@ -137,6 +138,21 @@ def _level(key: str, values: Array) -> Array:
     level = np.full(len(values), -1.0)
     level[np.flatnonzero(~unknown)[order]] = np.concatenate([[0.0], np.cumsum(wide)])[: len(known)]
     return level
+
+
+def refuse_rows(
+    bad: NDArray[np.bool_],
+    places: Sequence[str],
+    what: str | Callable[[int], str],
+    remedy: str,
+    more: bool = False,
+) -> None:
+    """Refuse the first of the rows (n,) that are bad, and say how many more are, if that is wanted."""
+    if bad.any():
+        row, count = int(np.argmax(bad)), int(np.count_nonzero(bad)) - 1
+        rest = f", and likewise in {count} more row{'s' if count > 1 else ''}" if more and count else ""
+        said = what if isinstance(what, str) else what(row)
+        raise RecordingError(Problem(places[row], said + rest, "", remedy))
 
 
 @dataclass(frozen=True)

@@ -109,6 +109,9 @@ _CONTAINED = re.compile(
     r"|korrigiert|angewendet|incluse?",
     re.IGNORECASE,
 )
+_ABOUT_FACTOR = re.compile(
+    r"[:=;,\t|()\[\]*×]|\b(?:of|for|by|de|von|für|mit|values?|werte?|in|channel|kanal)\b"
+)
 _EVERY = re.compile(r"\b(?:all|alle|allen|toutes?|tous|tutti|todos|todas)\b", re.IGNORECASE)
 #: A number without a unit; behind "in units of" the unit is that of the column.
 _BARE = re.compile(rf"(?<![\w.,:]){_N}(?![\w:]|[.,]\d|\s*[^\W\d_]|\s*%)")
@@ -145,12 +148,19 @@ def stated_units(table: Table, wanted: WantedColumn, explicit: bool = False) -> 
 
     A number before a unit makes it a value, such as the range of a sensor, and no statement.
     """
-    return [
-        (number, unit)
-        for number, text in table.preamble
-        if not explicit or _UNITS.search(text[:LONGEST_LINE]) or _VALUES.match(text)
-        for unit in _stated(_plain(text), wanted)
-    ]
+    found: list[tuple[int, Unit]] = []
+    for number, line in table.preamble:
+        if explicit and not (_UNITS.search(line[:LONGEST_LINE]) or _VALUES.match(line)):
+            continue
+        text = _plain(line)
+        parts = _ENDS.split(text)
+        # "Travel;in;Force;lbf" has each unit behind its name.
+        pairs = [f"{name} [{unit.strip()}]" for name, unit in pairwise(parts) if tabulated_unit(unit)]
+        listed = _own((find_unit(part, wanted.measured) for part in _parts(_listing(text) or "")), wanted)
+        ways = (pairs, [text], re.split(r"[;\t|]", text), parts)
+        named = (_own([_said(part, wanted) for part in way], wanted) for way in ways)
+        found += [(number, unit) for unit in listed or next(filter(None, named), [])]
+    return found
 
 
 def _plain(text: str) -> str:
@@ -162,18 +172,6 @@ def _plain(text: str) -> str:
     text = re.sub(r'"([^"]*)"', r"\1", text[:LONGEST_LINE])
     text = re.sub(r"(?<=[a-zäöüß])(einheit(?:en)?)(?=\W|$)", r" \1", text)
     return _LENGTH.sub("displacement ", text)
-
-
-def _stated(text: str, wanted: WantedColumn) -> list[Unit]:
-    """Return the units of a quantity that one line states."""
-    parts = _ENDS.split(text)
-    # "Travel;in;Force;lbf" has each unit behind its name.
-    pairs = [f"{name} [{unit.strip()}]" for name, unit in pairwise(parts) if tabulated_unit(unit) is not None]
-    listed = _own((find_unit(part, wanted.measured) for part in _parts(_listing(text) or "")), wanted)
-    ways = (
-        [_said(part, wanted) for part in split] for split in (pairs, [text], re.split(r"[;\t|]", text), parts)
-    )
-    return listed or next(filter(None, (_own(way, wanted) for way in ways)), [])
 
 
 def _own(units: Iterable[Unit | None], wanted: WantedColumn) -> list[Unit]:
@@ -335,7 +333,11 @@ class StatedFactor:
 
     def concerns(self, one: NamedColumn) -> bool:
         """Whether the line certainly speaks of a column that is read."""
-        named = any(one.wanted.quality(heading(label)) >= 2 for label in _labels(self.text))
+        # What the line may be about, without the words of the factor and its numbers: "Force" of "Force scale: 2".
+        plain = re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", self.text)
+        words = _ABOUT_FACTOR.sub(" ", _NUMBER.sub(" ", _CALLED.sub(" ", plain))).split()
+        singular = (word.removesuffix("s") if len(word) > 4 else word for word in words)
+        named = any(one.wanted.quality(heading(" ".join(said))) >= 2 for said in (words, singular))
         every = _EVERY.search(self.text) is not None
         spoken = one.wanted.quantity != "time" if every else named
         return self.is_of(one.index) if self.by_column else spoken
@@ -376,18 +378,15 @@ def stated_factors(table: Table) -> list[StatedFactor]:
         if not worded and (called is None or _OTHER.search(text)):
             continue
         row = () if worded else _row(text, len(table.names))
-        if worded or (not row and called and _has_number(text, called)) or set(row) - {None, 1.0}:
+        numbers: list[str] = []
+        if called and not worded and not row:
+            # The number may stand before a verb, and with a unit behind "units of".
+            verb = called[0].lower().startswith(("multipl", "divid")) or "multiplizier" in called[0].lower()
+            bare = _NUMBER if verb or re.search(r"\s(?:of|von)\s*$", called[0]) else _BARE
+            numbers = bare.findall(text if verb else text[called.start() :].lstrip("xX×* "))
+        if worded or any(number_of(one) != 1.0 for one in numbers) or set(row) - {None, 1.0}:
             found.append(StatedFactor(number, text, row))
     return found
-
-
-def _has_number(text: str, called: re.Match[str]) -> bool:
-    """Whether a line has a number other than 1 where the factor stands."""
-    # The number may stand before a verb, and with a unit behind "units of".
-    verb = called[0].lower().startswith(("multipl", "divid")) or "multiplizier" in called[0].lower()
-    bare = _NUMBER if verb or re.search(r"\s(?:of|von)\s*$", called[0]) else _BARE
-    within = text if verb else text[called.start() :].lstrip("xX×* ")
-    return any(number_of(one) != 1.0 for one in bare.findall(within))
 
 
 def _row(text: str, width: int) -> tuple[float | None, ...]:
@@ -402,17 +401,6 @@ def _row(text: str, width: int) -> tuple[float | None, ...]:
         if several and label and whole and len(values) in (width - 1, width):
             found.append((*[None] * (width - len(values)), *values))
     return found[0] if found else ()
-
-
-def _labels(text: str) -> list[str]:
-    """Return what a line may be about, without the words of the factor and its numbers: "Force" of "Force scale: 2"."""
-    plain = re.sub(r"\b(?:in|en)\s+(?:\w+s\b|\d+|tausend|hundert).*", " ", text)
-    plain = _NUMBER.sub(" ", _CALLED.sub(" ", plain))
-    words = re.sub(
-        r"[:=;,\t|()\[\]*×]|\b(?:of|for|by|de|von|für|mit|values?|werte?|in|channel|kanal)\b", " ", plain
-    )
-    singular = " ".join(word.removesuffix("s") if len(word) > 4 else word for word in words.split())
-    return [" ".join(words.split()), singular]
 
 
 def rate_remarks(table: Table) -> list[str]:

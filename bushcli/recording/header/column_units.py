@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from bushcli.recording.header.above import stated_system, stated_units, stated_unknown
 from bushcli.recording.header.match import KIND, NamedColumn
-from bushcli.recording.header.name import FACTOR, SYMBOLS, heading, plain_name
+from bushcli.recording.header.name import SYMBOLS, heading
 from bushcli.recording.header.units import (
     NO_UNIT,
     Unit,
@@ -19,7 +19,8 @@ from bushcli.recording.header.units import (
     slip,
     tabulated_unit,
 )
-from bushcli.recording.header.vocabulary import SPECIAL
+from bushcli.recording.header.units_in_name import FACTOR
+from bushcli.recording.header.vocabulary import SPECIAL, plain_name
 from bushcli.recording.source import UNITS
 from bushcli.recording.text.table import SHOWN, TextTable
 
@@ -67,7 +68,17 @@ def unit_of(one: NamedColumn) -> KnownUnit:
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
         raise one.refused(f" is in {' and in '.join(dict.fromkeys(unit.name for unit in units))}")
     if not units:
-        return _unit_above(one) or _default_unit(one)
+        # The name says whether it is a strain or a stretch.
+        measured, plain = one.wanted.measured, one.head.without(one.wanted.allowed)
+        special = ("shear", "volume strain")
+        is_strain = one.wanted.mode.sheared or any(
+            one.head.quality(kind) for kind in special if kind in one.wanted.kinds
+        )
+        is_strain |= not plain.quality("stretch") and plain.quality("strain") > 0
+        name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
+        return _unit_above(one) or KnownUnit(
+            Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain"
+        )
     others = (
         f"{one.label}: line {line} states {unit.name}, the header {units[0].name}, which is used"
         for line, unit in stated_units(one.table, wanted, explicit=True)
@@ -145,18 +156,6 @@ def _unit_above(one: NamedColumn) -> KnownUnit | None:
         for line, unit in stated
     )
     return next(read, None)
-
-
-def _default_unit(one: NamedColumn) -> KnownUnit:
-    """Return the unit of a column for which none is given; the name says whether it is a strain or a stretch."""
-    measured, plain = one.wanted.measured, one.head.without(one.wanted.allowed)
-    special = ("shear", "volume strain")
-    is_strain = one.wanted.mode.sheared or any(
-        one.head.quality(kind) for kind in special if kind in one.wanted.kinds
-    )
-    is_strain |= not plain.quality("stretch") and plain.quality("strain") > 0
-    name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
-    return KnownUnit(Unit(measured, name, UNITS[measured][name]), assumed=measured != "strain")
 
 
 def _read(one: NamedColumn, text: str) -> Unit:

@@ -159,7 +159,14 @@ def _found(
     if len(best) > 1 and identical(table, best, wanted):
         said = (f"{' and '.join(map(table.label, best))} are identical; one of them is used",)
     elif len(best) > 1:
-        raise _several(table, wanted, best)
+        expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"
+        if wanted.quantity == "time":
+            expected = (
+                f"if all rows were measured at one of them, {expected}; if each is that of another channel, put "
+                "it in front of its channel, and the channels are read with their own times"
+            )
+        several = " and ".join(map(table.label, best[:8]))
+        raise table.refused(f"{several} could each be the {wanted.quantity}", expected)
     elif not best and wanted.quantity == "time":
         for one in alike[:1]:
             unit_of(one)
@@ -170,34 +177,8 @@ def _found(
     return best[0] if best else None, said
 
 
-def _several(table: Table, wanted: WantedColumn, best: list[int]) -> RecordingError:
-    """Return the error about several columns that could each be a quantity."""
-    expected = f"name one, or give its number: columns = {{{wanted.quantity} = ...}} in the case file"
-    if wanted.quantity == "time":
-        expected = (
-            f"if all rows were measured at one of them, {expected}; if each is that of another channel, put "
-            "it in front of its channel, and the channels are read with their own times"
-        )
-    several = " and ".join(map(table.label, best[:8]))
-    return table.refused(f"{several} could each be the {wanted.quantity}", expected)
-
-
 def _missing(table: Table, wanted: WantedColumn, alike: list[NamedColumn]) -> RecordingError:
     """Return the error about a column that the table lacks; raise that about the unit of one with its name."""
-    other = _hint(table, wanted)
-    if not other:
-        for one in alike[:1]:
-            unit_of(one)
-    listed = ", ".join(filter(None, table.names))
-    named = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(wanted.measured, _EXPECTED[wanted.measured])
-    what = f"no column {named}, which mode {wanted.mode.name} needs"
-    what += f"; there are {listed[:300]}" if listed else f"; {_headless(table)}"
-    expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
-    return table.refused(what + (f"; {other}" if other else ""), expected)
-
-
-def _hint(table: Table, wanted: WantedColumn) -> str:
-    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns."""
     mode, measured = wanted.mode, wanted.measured
     heads = [heading(name) for name in table.names if name]
     extreme = [head for head in heads if set(head.words) & EXTREME_WORDS]
@@ -218,22 +199,30 @@ def _hint(table: Table, wanted: WantedColumn) -> str:
             for specimen, kind, modes in _OTHER_MODES
             if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name)
         ]
-    return said[0] if said else ""
-
-
-def _headless(table: Table) -> str:
-    """Return why a table has no header: a line above it that has names, but not as many as the rows have fields."""
-    lines = (
-        (number, [field.strip() for field in text.split(delimiter)])
-        for number, text in reversed(table.preamble)
-        for delimiter in ("\t", ";", ",")
-    )
-    said = (
-        f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
-        for number, fields in lines
-        if len(fields) > 1 and named_columns(fields) > 1
-    )
-    return next(said, "the table has no header")
+    other = said[0] if said else ""
+    if not other:
+        for one in alike[:1]:
+            unit_of(one)
+    listed = ", ".join(filter(None, table.names))
+    named = (_SHEARED if wanted.mode.sheared else _EXPECTED).get(wanted.measured, _EXPECTED[wanted.measured])
+    what = f"no column {named}, which mode {wanted.mode.name} needs"
+    if listed:
+        what += f"; there are {listed[:300]}"
+    else:
+        # A line above the table may have names, but not as many as the rows have fields.
+        lines = (
+            (number, text.split(delimiter))
+            for number, text in reversed(table.preamble)
+            for delimiter in ("\t", ";", ",")
+        )
+        short = (
+            f"line {number} has {len(fields)} names, and the rows have {len(table.names)} fields"
+            for number, fields in lines
+            if len(fields) > 1 and named_columns(fields) > 1
+        )
+        what += f"; {next(short, 'the table has no header')}"
+    expected = f"or choose a column by name or number: columns = {{{wanted.quantity} = ...}} in the case file"
+    return table.refused(what + (f"; {other}" if other else ""), expected)
 
 
 def untaken_time(table: Table, taken: Collection[int]) -> list[str]:

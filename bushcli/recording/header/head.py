@@ -81,7 +81,12 @@ def header(sheet: Sheet, width: int) -> Header:
             units = _merged(sheet, rows, line.number, units)
             continue
         _no_data(sheet, [one for one in passed if one.number > line.number])
-        _refuse_percent(sheet, line, fields[0], units[0])
+        # The sign may begin a comment or be the unit of the first column.
+        first = fields[0]
+        known = units[0] or first.startswith("%") or heading(first).written
+        if line.text.lstrip().startswith("%") and not known and match_quality(first, "strain"):
+            what = f'"% {first[:SHOWN]}": the % may begin a comment or be the unit of the strain'
+            raise sheet.refused(line.number, what, f'"# {first[:SHOWN]}" or "{first[:SHOWN]} [%]"')
         if units == empty:
             units, place = _units_above(fields, further) or (units, place)
         units = _merged(sheet, rows, place, units)
@@ -179,15 +184,6 @@ def _without_label(fields: list[str]) -> list[str]:
     return ["", *(field.strip(" ,;") for field in fields[1:])] if labelled else fields
 
 
-def _refuse_percent(sheet: Sheet, line: Line, name: str, unit: str) -> None:
-    """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
-    known = unit or name.startswith("%") or heading(name).written
-    if line.text.lstrip().startswith("%") and not known and match_quality(name, "strain"):
-        what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
-        expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
-        raise sheet.refused(line.number, what, expected)
-
-
 def _below_units(sheet: Sheet, number: int, fields: Sequence[str]) -> bool:
     """Whether a line below a row of units is one of comments; False if it is itself a row of known units, or none."""
     words = [_NUMBERED.sub("", field) for field in fields if field]
@@ -258,7 +254,11 @@ def in_one_order(sheet: Sheet) -> list[str]:
         if not is_header:
             continue
         if has_names:
-            order = _order(sheet, line, cells, names)
+            if cells != names and (sorted(cells) != sorted(names) or len(set(names)) < len(names)):
+                what = f"a further header below the first rows has other names: {', '.join(cells)[:200]}"
+                raise sheet.refused(line.number, what, _APART)
+            same = cells == names
+            order = list(range(len(names))) if same else [cells.index(name) for name in names]
             changed.append((line.number, order))
             if order != sorted(order):
                 said.append(
@@ -297,16 +297,6 @@ def _first_header(lines: Iterable[Line], delimiter: str) -> tuple[list[str], lis
 def _is_units(cells: list[str], named: bool) -> bool:
     """Whether a line holds units; below names, where columns may have units of any quantity, one known is enough."""
     return bool(cells) and (is_units_row(cells) or (named and any(map(certain_unit, cells))))
-
-
-def _order(sheet: Sheet, line: Line, cells: list[str], names: list[str]) -> list[int]:
-    """Return the index that each of the first names has in a further header."""
-    if cells == names:
-        return list(range(len(names)))
-    if sorted(cells) != sorted(names) or len(set(names)) < len(names):
-        what = f"a further header below the first rows has other names: {', '.join(cells)[:200]}"
-        raise sheet.refused(line.number, what, _APART)
-    return [cells.index(name) for name in names]
 
 
 def _ordered(fields: list[str], order: list[int]) -> list[str]:

@@ -160,15 +160,17 @@ def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Q
     mode : Mode
     quantities : sequence of Quantity
     """
-    return all(_could_have(table, source, WantedColumn.of(source, mode, quantity)) for quantity in quantities)
-
-
-def _could_have(table: Table, source: Source, wanted: WantedColumn) -> bool:
-    chosen = source.columns.get(wanted.quantity)
-    if chosen is None:
-        return bool(candidates(table, wanted) or by_unit(table, wanted))
-    names = {heading(name).name for name in table.names}
-    return chosen <= len(table.names) if isinstance(chosen, int) else heading(chosen).name in names
+    for quantity in quantities:
+        wanted, chosen = WantedColumn.of(source, mode, quantity), source.columns.get(quantity)
+        if chosen is None:
+            there = bool(candidates(table, wanted) or by_unit(table, wanted))
+        elif isinstance(chosen, int):
+            there = chosen <= len(table.names)
+        else:
+            there = heading(chosen).name in {heading(name).name for name in table.names}
+        if not there:
+            return False
+    return True
 
 
 def candidates(table: Table, wanted: WantedColumn) -> list[int]:

@@ -64,16 +64,14 @@ def meaning_of(one: NamedColumn, source: Source, chosen: bool) -> tuple[str, tup
         true = not same and not words.isdisjoint(TRUE[key])
         found = "true" if true else "engineering"
         if volumetric and not same:
-            found, said = _volumetric_stress(one, true) if key == "stress" else _volume(one, chosen, true)
+            found, said = _volume(one, chosen, true) if key == "strain" else ("true", ())
+            if key == "stress":
+                pressure, nominal = one.head.quality("pressure"), not _NOMINAL.isdisjoint(words)
+                found = "pressure" if pressure else "engineering" if nominal else "true"
+                if not (true or pressure or nominal or "hydrostatic" in words):
+                    read = f"{one.label} is read as the hydrostatic stress, tension positive"
+                    said = (f'{read}; stress = "engineering" if it is nominal',)
     return found, said
-
-
-def _volumetric_stress(one: NamedColumn, true: bool) -> tuple[str, tuple[str, ...]]:
-    """Return the form of the stress of a volumetric test, and remarks."""
-    said = f'{one.label} is read as the hydrostatic stress, tension positive; stress = "engineering" if it is nominal'
-    pressure, nominal = one.head.quality("pressure"), not _NOMINAL.isdisjoint(one.head.words)
-    known = true or pressure or nominal or "hydrostatic" in one.head.words
-    return "pressure" if pressure else "engineering" if nominal else "true", () if known else (said,)
 
 
 def _volume(one: NamedColumn, chosen: bool, true: bool) -> tuple[str, tuple[str, ...]]:

@@ -1,9 +1,15 @@
-"""Words in the names of columns: those for quantities, those that change a meaning, and those that do neither."""
+"""Words in the names of columns: those for quantities, those that change a meaning, and those that do neither.
+
+`name_quality` says how surely the words of a name mean a quantity.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
+
+from cases.mode import modes
 
 
 def _set(words: str) -> frozenset[str]:
@@ -216,3 +222,50 @@ def known_word(word: str) -> bool:
         or plain in _BESIDE
         or any(len(plain) > len(end) and plain.endswith(end) for end in ALL_ENDINGS)
     )
+
+
+def plain_name(name: str) -> str:
+    """Return a name in lower case, with single blanks between its words."""
+    return " ".join(re.sub(r"[\W_]+", " ", name.lower()).split())
+
+
+@lru_cache(maxsize=8192)
+def name_quality(name: str, kind: str) -> int:
+    """Return how surely a name means a quantity, a key of `WORDS` or `SPECIAL`.
+
+    0 not at all; 1 a German compound; 2 a word for it among others; 3 a word for it; 4 this project's own name. The
+    name of a mode does not count: "axial displacement" means as surely a length as "displacement".
+    """
+    if kind in SPECIAL:
+        # "Volume ratio J", "Pressure p": the name and its symbol.
+        known = SPECIAL[kind]
+        plain = " ".join(word for word in name.split() if len(word) > 1 or word not in known)
+        within = any(len(word) > 1 and f" {word} " in f" {name} " for word in known)
+        rules: tuple[tuple[object, int], ...] = (
+            (known[0] in (name, plain), 4),
+            (name in known or plain in known, 3),
+            (within, 2),
+        )
+    else:
+        words, known = [word for word in name.split() if word not in modes()], WORDS[kind]
+        name = " ".join(words)
+        # "extension ratio" contains a word for a length but is a stretch; any other ratio is none.
+        phrase = any(" " in word and f" {word} " in f" {name} " for word in known)
+        other = ("ratio" in words and not phrase) or any(name in WORDS[one] for one in WORDS if one != kind)
+        longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
+        compound = longest in ENDINGS.get(kind, ()) and not name.startswith(FOREIGN_BEGINNINGS)
+        rules = (
+            (kind in ("strain", "stretch") and ACROSS & set(words), 0),
+            # It counts something; "Force no 2" is a channel.
+            (len(words) > 1 and words[-1] in ("no", "nr"), 0),
+            (name == known[0], 4),
+            (name in known, 3),
+            (any(len(word) > 1 and word in words for word in known), 0 if other else 2),
+            (any(word in words for word in WEAK.get(kind, ())) or compound, 1),
+        )
+    return next((quality for holds, quality in rules if holds), 0)
+
+
+def kinds_of(text: str) -> set[str]:
+    """Return the quantities that a text may name."""
+    return {kind for kind in WORDS if name_quality(plain_name(text), kind)}

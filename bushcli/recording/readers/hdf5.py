@@ -31,14 +31,14 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
 
     with h5py.File(path, "r") as file:
         found: list[Any] = []
-        file.visititems(lambda name, item: _collect(item, found))
+
+        def collect(name: str, item: Any) -> bool | None:
+            found.append(item)
+            # True ends the visit.
+            return True if len(found) >= _MOST else None
+
+        file.visititems(collect)
         yield list(_parts([item for item in found if isinstance(item, h5py.Dataset)]))
-
-
-def _collect(item: Any, found: list[Any]) -> bool | None:
-    """Add an object to a list; return True, which ends the visit, when there are too many."""
-    found.append(item)
-    return True if len(found) >= _MOST else None
 
 
 def _parts(datasets: Sequence[Any]) -> Iterator[FilePart]:
@@ -79,15 +79,13 @@ def _matrix(data: Any, shape: tuple[int, ...]) -> FilePart:
     samples, width = max(shape), min(shape)
     along = shape[0] >= shape[1]
     names, units = _texts(data.attrs, _NAMES, width), _texts(data.attrs, _UNITS, width)
-    # `shape` lacks sides of length 1, which are the first or last.
-    return FilePart(data.name, names, units, samples, lambda i: _side(data, shape, i, along))
 
+    def side(index: int) -> NDArray[Any]:
+        # `shape` lacks sides of length 1, which are the first or last.
+        whole = data if tuple(data.shape) == shape else np.asarray(data[...]).reshape(shape)
+        return np.asarray(whole[:, index] if along else whole[index, :])
 
-def _side(data: Any, shape: tuple[int, ...], index: int, along: bool) -> NDArray[Any]:
-    if tuple(data.shape) == shape:
-        return np.asarray(data[:, index] if along else data[index, :])
-    whole = np.asarray(data[...]).reshape(shape)
-    return np.asarray(whole[:, index] if along else whole[index, :])
+    return FilePart(data.name, names, units, samples, side)
 
 
 def _vector(data: Any, samples: int) -> WaveChannel:

@@ -70,17 +70,22 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
         named = [("", one) for one in joined if one is not None]
     else:
         named = [(f"segment {i + 1}", one) for i, clocks in enumerate(segments) for one in clocks]
-    yield _parts(named)
-
-
-def _parts(segments: Sequence[tuple[str, _Segment]]) -> list[FilePart]:
-    """Return segments as parts; several clocks of one segment are distinguished by the names of their channels."""
-    labels = [label for label, _ in segments]
+    labels = [label for label, _ in named]
     names = [
         label if labels.count(label) == 1 else ", ".join(filter(None, (label, *one.names)))[:80]
-        for label, one in segments
+        for label, one in named
     ]
-    return [_part(name, one) for name, (_, one) in zip(numbered(names), segments, strict=True)]
+    parts = []
+    for name, (_, one) in zip(numbered(names), named, strict=True):
+        columns, origin = [one.x, *one.values], one.origin
+        titles = ["time" if one.x_unit == "s" else "x", *one.names]
+        if one.begin is not None and one.x_unit == "s":
+            since = one.begin - _ZERO_DATE
+            nanoseconds = (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000
+            origin = Instant("date", nanoseconds)
+        units = [one.x_unit, *one.units]
+        parts.append(FilePart(name, titles, units, len(one.x), columns.__getitem__, origin=origin))
+    yield parts
 
 
 def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
@@ -108,18 +113,14 @@ def _segments(lines: Sequence[str]) -> Iterator[list[_Segment]]:
 
 
 def _header(lines: Sequence[str], separator: str) -> Mapping[str, list[str]]:
-    """Return the fields of each keyword, in lower case."""
-    split = [line.split(separator) for line in _plain(lines)]
-    return {fields[0].strip().lower(): [field.strip() for field in fields[1:]] for fields in split}
-
-
-def _plain(lines: Sequence[str]) -> Iterator[str]:
-    """Yield the lines that are neither empty nor within a special block."""
-    special = False
+    """Return the fields of each keyword, in lower case; special blocks are left out."""
+    found, special = dict[str, list[str]](), False
     for line in lines:
         special = (special or line.startswith(_SPECIAL[0])) and not line.startswith(_SPECIAL[1])
         if line.strip() and not special and not line.startswith(_SPECIAL[1]):
-            yield line
+            keyword, *fields = (field.strip() for field in line.split(separator))
+            found[keyword.lower()] = fields
+    return found
 
 
 class _Form(NamedTuple):
@@ -148,7 +149,10 @@ def _segment(
     clocks: dict[tuple[object, ...], list[int]] = {}
     x: list[Array] = []
     for i, place in enumerate(at):
-        x.append(_x_values(_filled(body, place), head, i, place - 1 if multi else 0, form))
+        last = max(
+            (i + 1 for i, (_, row) in enumerate(body) if place < len(row) and row[place].strip()), default=0
+        )
+        x.append(_x_values(body[:last], head, i, place - 1 if multi else 0, form))
         if not len(x[i]):
             continue
         # Of channels with equal x values the begin may differ, or what the values are.
@@ -181,14 +185,6 @@ def _x_values(
             )
         return np.asarray(first + step * np.arange(len(body)))
     return _column(body, at, form.decimal)
-
-
-def _filled(body: Sequence[tuple[int, list[str]]], index: int) -> Sequence[tuple[int, list[str]]]:
-    """Return the rows to the last one that has a value in a column: a slower channel has fewer."""
-    last = max(
-        (i + 1 for i, (_, row) in enumerate(body) if index < len(row) and row[index].strip()), default=0
-    )
-    return body[:last]
 
 
 def _x_unit(head: Mapping[str, list[str]], channel: int) -> str:
@@ -249,17 +245,6 @@ def _joined(segments: Sequence[_Segment]) -> _Segment | None:
         return None
     values = np.concatenate([one.values for one in segments], axis=1)
     return replace(first, x=x, values=values)
-
-
-def _part(name: str, segment: _Segment) -> FilePart:
-    columns = [segment.x, *segment.values]
-    title = "time" if segment.x_unit == "s" else "x"
-    names, units = [title, *segment.names], [segment.x_unit, *segment.units]
-    origin = segment.origin
-    if segment.begin is not None and segment.x_unit == "s":
-        since = segment.begin - _ZERO_DATE
-        origin = Instant("date", (since.days * 86_400 + since.seconds) * 10**9 + since.microseconds * 1000)
-    return FilePart(name, names, units, len(segment.x), columns.__getitem__, origin=origin)
 
 
 READER = Reader(

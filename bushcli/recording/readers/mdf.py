@@ -25,26 +25,23 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     # Given a name, the library would judge the file by its suffix.
     with path.open("rb") as stream, MDF(stream) as file:
         found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
-        names = numbered([_name(group, i) for i, group in found])
-        yield [_part(file, i, group, name) for (i, group), name in zip(found, names, strict=True)]
-
-
-def _name(group: Any, index: int) -> str:
-    block = group.channel_group
-    source = getattr(block, "acq_source", None)
-    name = getattr(block, "acq_name", "") or (source.name if source else "") or ""
-    return name.strip() or f"group {index + 1}"
-
-
-def _part(file: Any, index: int, group: Any, name: str) -> FilePart:
-    master = file.masters_db.get(index)
-    names = [channel.name for channel in group.channels]
-    units = [file.get_channel_unit(group=index, index=i) or "" for i in range(len(names))]
-    if master is not None and getattr(group.channels[master], "sync_type", 1) == 1:  # in MDF 3 each is a time
-        # Loggers call this channel t, timestamps or by the name of the bus; the format itself marks it as the time.
-        names[master], units[master] = "time", units[master] or "s"
-    load = partial(_load, file, index)
-    return FilePart(name, names, units, int(group.channel_group.cycles_nr), load, origin=_BEGIN)
+        names = []
+        for i, group in found:
+            source = getattr(group.channel_group, "acq_source", None)
+            name = getattr(group.channel_group, "acq_name", "") or (source.name if source else "") or ""
+            names.append(name.strip() or f"group {i + 1}")
+        parts = []
+        for (i, group), name in zip(found, numbered(names), strict=True):
+            master = file.masters_db.get(i)
+            titles = [channel.name for channel in group.channels]
+            units = [file.get_channel_unit(group=i, index=k) or "" for k in range(len(titles))]
+            # In MDF 3 each master is a time.
+            if master is not None and getattr(group.channels[master], "sync_type", 1) == 1:
+                # Loggers call it t, timestamps or by the name of the bus; the format itself marks it as the time.
+                titles[master], units[master] = "time", units[master] or "s"
+            count, load = int(group.channel_group.cycles_nr), partial(_load, file, i)
+            parts.append(FilePart(name, titles, units, count, load, origin=_BEGIN))
+        yield parts
 
 
 def _load(file: Any, group: int, index: int) -> NDArray[Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,21 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     with parquet.ParquetFile(path) as file:
         schema = file.schema_arrow
         common = _common_units(schema.metadata or {})
-        units = [_unit(field, common) for field in schema]
-        yield [FilePart("", schema.names, units, file.metadata.num_rows, partial(_load, file, schema.names))]
+        units = []
+        for field in schema:
+            own = field.metadata or {}
+            unit = unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
+            if str(field.type).startswith(("timestamp", "duration")):
+                unit = UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
+            units.append(unit)
+        names = schema.names
+
+        def load(index: int) -> NDArray[Any]:
+            table = file.read(columns=[names[index]], use_threads=False)
+            # Selected by number, because two columns may have the same name.
+            return np.asarray(table.column(names[:index].count(names[index])).to_numpy())
+
+        yield [FilePart("", names, units, file.metadata.num_rows, load)]
 
 
 def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -35,22 +47,6 @@ def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
         return {}
     found = attributes.get("units", attributes.get("unit")) if isinstance(attributes, dict) else None
     return found if isinstance(found, dict) else {}
-
-
-def _unit(field: Any, common: dict[str, Any]) -> str:
-    if str(field.type).startswith(("timestamp", "duration")):
-        return UTC if getattr(field.type, "tz", None) else "s"  # `Table.clock` converts the stamps
-    own = field.metadata or {}
-    return unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
-
-
-def _load(file: Any, names: Sequence[str], index: int) -> NDArray[Any]:
-    # Selected by number, because two columns may have the same name.
-    table = file.read(columns=[names[index]], use_threads=False)
-    column = table.column(
-        0 if names.count(names[index]) == 1 else list(names[: index + 1]).count(names[index]) - 1
-    )
-    return np.asarray(column.to_numpy())
 
 
 READER = Reader(

@@ -50,7 +50,30 @@ class _Layout:
 @contextmanager
 def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     header = _header(path)
-    layout = _layout(path, header)
+    order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
+    if order not in _ORDERS or kind not in _TYPES:
+        raise ValueError(f"FORMAT = {order[:40]} with DATA_TYPE = {kind[:40]} is not read")
+    if order == "BINARY" and kind == "FLOATING_POINT":
+        raise ValueError("numbers of a VAX (FORMAT = BINARY, DATA_TYPE = FLOATING_POINT) are not supported")
+    channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
+    frames = int(_number(header, "FRAMES"))
+    group = int(_number(header, "PTS_PER_GROUP", float(frame)))
+    if not (
+        1 <= channels <= _MOST_CHANNELS
+        and frame >= 1
+        and frames >= 1
+        and group >= frame
+        and group % frame == 0
+    ):
+        what = f"{channels} channels, {frames} frames of {frame} points, groups of {group} points contradict each other"
+        raise ValueError(what)
+    dtype = np.dtype(_ORDERS[order] + _TYPES[kind])
+    start, groups = int(_number(header, "NUM_HEADER_BLOCKS")) * _BLOCK, -(-frames * frame // group)
+    needed = start + groups * group * channels * dtype.itemsize
+    size = path.stat().st_size
+    if size < needed:
+        raise ValueError(f"is cut off: it has {size} bytes, its header announces {needed}")
+    layout = _Layout(path, dtype, start, channels, group, groups, frames * frame)
     step = _number(header, "DELTA_T")
     if not step > 0.0:
         raise ValueError(f"DELTA_T = {step:g} s is not a sampling interval")
@@ -100,33 +123,6 @@ def _number(header: Mapping[str, str], keyword: str, default: float | None = Non
     return number
 
 
-def _layout(path: Path, header: Mapping[str, str]) -> _Layout:
-    order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
-    if order not in _ORDERS or kind not in _TYPES:
-        raise ValueError(f"FORMAT = {order[:40]} with DATA_TYPE = {kind[:40]} is not read")
-    if order == "BINARY" and kind == "FLOATING_POINT":
-        raise ValueError("numbers of a VAX (FORMAT = BINARY, DATA_TYPE = FLOATING_POINT) are not supported")
-    channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
-    frames = int(_number(header, "FRAMES"))
-    group = int(_number(header, "PTS_PER_GROUP", float(frame)))
-    if not (
-        1 <= channels <= _MOST_CHANNELS
-        and frame >= 1
-        and frames >= 1
-        and group >= frame
-        and group % frame == 0
-    ):
-        what = f"{channels} channels, {frames} frames of {frame} points, groups of {group} points contradict each other"
-        raise ValueError(what)
-    dtype = np.dtype(_ORDERS[order] + _TYPES[kind])
-    start, groups = int(_number(header, "NUM_HEADER_BLOCKS")) * _BLOCK, -(-frames * frame // group)
-    needed = start + groups * group * channels * dtype.itemsize
-    size = path.stat().st_size
-    if size < needed:
-        raise ValueError(f"is cut off: it has {size} bytes, its header announces {needed}")
-    return _Layout(path, dtype, start, channels, group, groups, frames * frame)
-
-
 def _load(
     layout: _Layout, scales: Sequence[float], time: NDArray[np.float64], index: int
 ) -> NDArray[np.generic]:
@@ -143,10 +139,10 @@ def _load(
     return points if layout.kind.kind == "f" else points * scales[index - 1]
 
 
-def _recognises(head: bytes, suffix: str) -> bool:
-    return head.startswith(b"FORMAT\0") or (
-        head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512]
-    )
-
-
-READER = Reader(name="an RPC III file", recognises=_recognises, opened=_opened)
+READER = Reader(
+    name="an RPC III file",
+    recognises=lambda head, suffix: (
+        head.startswith(b"FORMAT\0") or (head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512])
+    ),
+    opened=_opened,
+)

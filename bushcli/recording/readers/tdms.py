@@ -23,18 +23,17 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
-        yield [part for group in file.groups() for part in parts_by_clock(group.name, _channels(group))]
-
-
-def _channels(group: Any) -> list[WaveChannel]:
-    found = []
-    for one in group.channels():
-        dated = one.dtype.kind in "mM"  # in UTC
-        unit = next((text for key in _UNITS if (text := unit_of(one.properties.get(key)))), "")
-        sampling = None if dated else sampling_of(one.properties)
-        load = partial(_load, one)
-        found.append(WaveChannel(one.name, UTC if dated else unit, len(one), dated, load, sampling))
-    return found
+        parts: list[FilePart] = []
+        for group in file.groups():
+            channels = []
+            for one in group.channels():
+                dated = one.dtype.kind in "mM"  # in UTC
+                unit = next((text for key in _UNITS if (text := unit_of(one.properties.get(key)))), "")
+                sampling = None if dated else sampling_of(one.properties)
+                unit, load = UTC if dated else unit, partial(_load, one)
+                channels.append(WaveChannel(one.name, unit, len(one), dated, load, sampling))
+            parts += parts_by_clock(group.name, channels)
+        yield parts
 
 
 def _load(channel: Any) -> NDArray[Any]:

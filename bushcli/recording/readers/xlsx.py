@@ -23,6 +23,7 @@ _MOST_BYTES = 1_000_000_000
 _WIDEST, _GAP = 1_000, 10_000
 #: A sheet with fewer rows may have formulas in all others.
 _FEWEST = 5
+_SAYS_PERCENT = re.compile(r"%|percent|prozent", re.IGNORECASE)
 
 
 @contextmanager
@@ -90,7 +91,11 @@ def _sheets(book: Any) -> list[FilePart]:
             width = max(_filled(fields) for _, fields in cells)
             padded = [(n, (f + [""] * width)[:width]) for n, f in cells]
             for column in percent:
-                _say_percent(padded, column)
+                # The header of a column whose numbers are shown in percent has the unit, or gets it.
+                rows = takewhile(lambda row, at=column: not row[1][at][-1:].isdigit(), padded)  # type: ignore[misc]
+                texts = [fields for _, fields in rows if fields[column]]
+                if texts and not any(_SAYS_PERCENT.search(fields[column]) for fields in texts):
+                    texts[-1][column] += " [%]"
             dates = [(column, one.count, one.instant) for column, one in stamps.items()]
             parts.append(FilePart(sheet.title, cells=padded, dates=dates))
     return parts
@@ -140,14 +145,6 @@ def _field(cell: Any, column: int, stamps: dict[int, _Stamps], percent: set[int]
     if isinstance(value, (datetime.datetime, datetime.time)):
         return repr(stamps.setdefault(column, _Stamps(value)).seconds(value))
     return " ".join(str(value).split())
-
-
-def _say_percent(cells: list[tuple[int, list[str]]], column: int) -> None:
-    """Write the unit into the header of a column whose numbers are shown in percent, unless it is there."""
-    above = [fields for _, fields in takewhile(lambda row: not row[1][column][-1:].isdigit(), cells)]
-    texts = [fields for fields in above if fields[column]]
-    if texts and not any(re.search(r"%|percent|prozent", fields[column], re.IGNORECASE) for fields in texts):
-        texts[-1][column] += " [%]"
 
 
 READER = Reader(

@@ -66,20 +66,7 @@ def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
         raise ValueError(f"unpacks to more than {_MOST_BYTES / 1e6:g} MB")
     if not stream.startswith(_MARK):
         raise ValueError("the mark of a zs2 file is missing")
-    root = _tree(parser.parse_chunks(parser.data_stream_to_chunks(bytearray(stream))))
-    names = {
-        _value(channel, "ID"): _value(channel, "Name/Text")
-        for manager in root.every("ChannelManager")
-        for channel in manager.inside
-        if channel.get("ID") and channel.get("Name/Text")
-    }
-    blocks = [node for node in root.every("SingleGroupDataBlock") if node.get("DataChannels")]
-    labels = _labels(root, len(blocks))
-    yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
-
-
-def _tree(chunks: Sequence[Sequence[Any]]) -> _Node:
-    """Return chunks, each with its address, name, type and value, as a tree of nodes."""
+    chunks = parser.parse_chunks(parser.data_stream_to_chunks(bytearray(stream)))
     root = _Node("")
     above = [root]
     for _, name, kind, value in chunks:
@@ -92,23 +79,27 @@ def _tree(chunks: Sequence[Sequence[Any]]) -> _Node:
         above[-1].inside.append(node)
         if kind == "DD":
             above.append(node)
-    return root
-
-
-def _value(node: _Node, path: str) -> Any:
-    found = node.get(path)
-    return None if found is None else found.value
-
-
-def _labels(root: _Node, count: int) -> list[str]:
-    """Return the names of the specimens, or numbers unless each specimen has a name."""
+    names = {
+        _value(channel, "ID"): _value(channel, "Name/Text")
+        for manager in root.every("ChannelManager")
+        for channel in manager.inside
+        if channel.get("ID") and channel.get("Name/Text")
+    }
+    blocks = [node for node in root.every("SingleGroupDataBlock") if node.get("DataChannels")]
+    count = len(blocks)
     found = []
     for context in root.every("ParameterListe"):
         for parameter in context.inside:
             texts = _value(parameter, "QS_TextPar") if _value(parameter, "ID") == _SPECIMEN else None
             if isinstance(texts, (list, tuple)) and texts and str(texts[0]).strip():
                 found.append(str(texts[0]).strip())
-    return numbered(found if len(found) == count else [f"specimen {i + 1}" for i in range(count)])
+    labels = numbered(found if len(found) == count else [f"specimen {i + 1}" for i in range(count)])
+    yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
+
+
+def _value(node: _Node, path: str) -> Any:
+    found = node.get(path)
+    return None if found is None else found.value
 
 
 def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]:

@@ -80,13 +80,24 @@ def clock_times(fields: Sequence[str], form: str = "") -> ClockTimes | None:
     zoned = {stamp["zone"] is not None for stamp in stamps}
     if len(zoned) != 1:
         return None
-    seconds = np.array([_seconds(stamp) for stamp in stamps])
+    since_midnight, shifts = [], []
+    for stamp in stamps:
+        hours = int(stamp["hours"])
+        if stamp["half"]:
+            hours = hours % 12 + (12 if stamp["half"] in "Pp" else 0)
+        seconds_of = float(stamp["seconds"].replace(",", "."))
+        since_midnight.append(3600.0 * hours + 60.0 * int(stamp["minutes"]) + seconds_of)
+        # The difference of the zone to UTC, s.
+        zone = (stamp["zone"] or "Z").replace("Z", "+0000").replace(":", "")
+        shift = 60.0 * (60 * int(zone[1:3]) + int(zone[3:]))
+        shifts.append(-shift if zone[0] == "-" else shift)
+    seconds = np.array(since_midnight)
     dates = [stamp["date"] or "" for stamp in stamps]
     days, reference = _days(dates, seconds)
     if days is None:
         return None
     if zoned.pop():
-        seconds = seconds - [_shift(stamp["zone"]) for stamp in stamps]
+        seconds = seconds - shifts
         reference = UTC if reference == "date" else f"{reference} {UTC}"
     whole = round(float(seconds[0]) * 1e9) + int(days[0]) * int(_DAY) * 10**9
     return ClockTimes(seconds - seconds[0] + _DAY * (days - days[0]), Instant(reference, whole))
@@ -115,22 +126,6 @@ def _short(fields: Sequence[str], form: str) -> Array | None:
     # Two digits of minutes begin again after an hour, those of hours after a day.
     again = np.concatenate([[0.0], np.cumsum(np.diff(numbers) < -0.5 * _ROUND[unit])])
     return np.asarray(unit * (numbers - numbers[0] + _ROUND[unit] * again))
-
-
-def _seconds(stamp: re.Match[str]) -> float:
-    """Return the seconds since midnight."""
-    hours = int(stamp["hours"])
-    if stamp["half"]:
-        hours = hours % 12 + (12 if stamp["half"] in "Pp" else 0)
-    return 3600.0 * hours + 60.0 * int(stamp["minutes"]) + float(stamp["seconds"].replace(",", "."))
-
-
-def _shift(zone: str) -> float:
-    """Return the difference of a zone to UTC, s."""
-    if zone == "Z":
-        return 0.0
-    digits = zone[1:].replace(":", "")
-    return (-60.0 if zone[0] == "-" else 60.0) * (60 * int(digits[:2]) + int(digits[2:]))
 
 
 def _days(dates: Sequence[str], seconds: Array) -> tuple[Array | None, str]:

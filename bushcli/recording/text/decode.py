@@ -58,26 +58,26 @@ def decoded(path: Path) -> str:
 
 def text_of(content: bytes) -> str:
     """Return the text that bytes stand for; empty, or with null characters, where they are no text."""
-    marked = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
-    for encoding in marked or _unmarked(content):
+    encodings = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
+    if not encodings:
+        head = content[:_LOOKED_AT]
+        half = max(len(head) // 2, 1)
+        odd, even = head[1::2].count(0), head[::2].count(0)
+        if odd > _ZEROS * half and even < 0.01 * half:
+            encodings = ["utf-16-le"]
+        elif even > _ZEROS * half and odd < 0.01 * half:
+            encodings = ["utf-16-be"]
+        else:
+            encodings = (
+                ["utf-8", "gb18030", "cp1252"] if _is_chinese(content) else ["utf-8", "cp1252", "latin-1"]
+            )
+    for encoding in encodings:
         try:
             # Ctrl-Z: the end of a file for DOS.
             return content.decode(encoding).rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n")
         except UnicodeDecodeError:
             continue
     return ""
-
-
-def _unmarked(content: bytes) -> list[str]:
-    """Return the encodings to try for a text without a byte-order mark."""
-    head = content[:_LOOKED_AT]
-    half = max(len(head) // 2, 1)
-    odd, even = head[1::2].count(0), head[::2].count(0)
-    if odd > _ZEROS * half and even < 0.01 * half:
-        return ["utf-16-le"]
-    if even > _ZEROS * half and odd < 0.01 * half:
-        return ["utf-16-be"]
-    return ["utf-8", "gb18030", "cp1252"] if _is_chinese(content) else ["utf-8", "cp1252", "latin-1"]
 
 
 def _is_chinese(content: bytes) -> bool:

@@ -43,21 +43,16 @@ def counted(table: Table, rows: Index, recording: Recording) -> tuple[int, Index
         named = [word for word in words if _CYCLE.fullmatch(word)]
         if not named or not all(word in named or _BESIDE.fullmatch(word) for word in words):
             continue
-        count = _count(table, index)
-        numbers = None if count is None else _numbers(count[rows], recording)
+        try:
+            count = np.floor(table.numbers(index))
+        except RecordingError:
+            # Whole numbers behind a word: "Zyklus 3".
+            found = [_NAMED.fullmatch(table.text(row, index)) for row in range(len(table))]
+            count = np.array([float(one[1]) for one in found if one is not None])
+        numbers = _numbers(count[rows], recording) if len(count) == len(table) else None
         if numbers is not None:
             return index, numbers
     return None
-
-
-def _count(table: Table, index: int) -> Array | None:
-    """Return the whole numbers in a column (n,), also behind a word, "Zyklus 3"; None if a field has none."""
-    try:
-        return np.floor(table.numbers(index))
-    except RecordingError:
-        found = [_NAMED.fullmatch(table.text(row, index)) for row in range(len(table))]
-        numbers = [one[1] for one in found if one is not None]
-        return np.array(numbers, dtype=float) if len(numbers) == len(found) else None
 
 
 def _numbers(count: Array, recording: Recording) -> Index | None:

@@ -140,32 +140,35 @@ def joined(tables: Sequence[Table], source: Source, mode: Mode) -> list[Table]:
         if one is None:
             apart.append(table)
             continue
-        group = next((group for group in alike if _same_clock(group[0], one, False)), None)
-        if group is None:
+        same = next((group for group in alike if _same_clock(group[0], one, False)), None)
+        if same is None:
             alike.append([one])
         else:
-            group.append(one)
-    return [group[0].table if len(group) == 1 else _side_by_side(group) for group in alike] + apart
-
-
-def _side_by_side(group: Sequence[RasterColumns]) -> JoinedTable:
-    first = group[0].table
-    places = [
-        (one.table, index)
-        for i, one in enumerate(group)
-        for index in range(len(one.table.names))
-        if i == 0 or index != one.stamps.index
-    ]
-    return JoinedTable(
-        path=first.path,
-        names=tuple(table.names[index] for table, index in places),
-        units=tuple(table.units[index] for table, index in places),
-        part=" + ".join(one.table.part for one in group)[:200],
-        preamble=first.preamble,
-        origin=first.origin,
-        remarks=tuple(dict.fromkeys(text for one in group for text in one.table.remarks)),
-        places=tuple(places),
-    )
+            same.append(one)
+    found: list[Table] = []
+    for group in alike:
+        first = group[0].table
+        if len(group) == 1:
+            found.append(first)
+            continue
+        places = [
+            (one.table, index)
+            for i, one in enumerate(group)
+            for index in range(len(one.table.names))
+            if i == 0 or index != one.stamps.index
+        ]
+        together = JoinedTable(
+            path=first.path,
+            names=tuple(table.names[index] for table, index in places),
+            units=tuple(table.units[index] for table, index in places),
+            part=" + ".join(one.table.part for one in group)[:200],
+            preamble=first.preamble,
+            origin=first.origin,
+            remarks=tuple(dict.fromkeys(text for one in group for text in one.table.remarks)),
+            places=tuple(places),
+        )
+        found.append(together)
+    return found + apart
 
 
 def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) -> RasterColumns | None:
@@ -246,11 +249,13 @@ def own_clocks(
     if len(clocks) < 2 or not (forced or moved):
         return table
     every = []
+    # The time of a channel is the last in front of it, or the next where the time stands behind.
+    behind = clocks[0] > 0 and clocks[-1] == len(table.names) - 1
     for index in (*forced, *moved):
-        at = None if index in clocks else _clock_of(index, clocks, len(table.names))
-        if at is None:
+        there = [at for at in clocks if (at > index if behind else at < index)]
+        if index in clocks or not there:
             return table
-        every.append(_with_clock(table, index, at, source, mode))
+        every.append(_with_clock(table, index, there[0 if behind else -1], source, mode))
     own, travels = every[0], every[len(forced) :]
     chosen = None if source.is_untimed else source.columns.get("time")
     if chosen is not None:
@@ -290,30 +295,20 @@ def clock_columns(table: Table, source: Source, mode: Mode) -> list[int]:
     return clocks if all(b - a > 1 for a, b in pairwise(clocks)) else []
 
 
-def _clock_of(index: int, clocks: Sequence[int], width: int) -> int | None:
-    """Return the column of time of a channel: the last in front of it, or the next where the time stands behind."""
-    if clocks[0] > 0 and clocks[-1] == width - 1:
-        return min((at for at in clocks if at > index), default=None)
-    return max((at for at in clocks if at < index), default=None)
-
-
 def _with_clock(table: Table, index: int, at: int, source: Source, mode: Mode) -> RasterColumns:
     """Return a column with its column of time, to the last row that has one: a slower channel has fewer rows."""
-    cut = _first_rows(table, _filled(table, at))
+    count = len(table)
+    if isinstance(table, ArrayTable):
+        values = table.columns[at]
+        if values is not None and values.dtype.kind in "fmM":
+            filled = ~np.isnat(values) if values.dtype.kind in "mM" else ~np.isnan(values)
+            count = int(np.flatnonzero(filled).max(initial=-1)) + 1
+    else:
+        count = max((row + 1 for row in range(len(table)) if table.text(row, at)), default=0)
+    cut = _first_rows(table, count)
     stamps = column(cut, replace(source, columns={"time": at + 1}), mode, "time")
     assert stamps is not None
     return RasterColumns(cut, (index,), stamps)
-
-
-def _filled(table: Table, index: int) -> int:
-    """Return the number of rows to the last in which a column is filled."""
-    if isinstance(table, ArrayTable):
-        values = table.columns[index]
-        if values is None or values.dtype.kind not in "fmM":
-            return len(table)
-        there = ~np.isnat(values) if values.dtype.kind in "mM" else ~np.isnan(values)
-        return int(np.flatnonzero(there).max(initial=-1)) + 1
-    return max((row + 1 for row in range(len(table)) if table.text(row, index)), default=0)
 
 
 def _first_rows(table: Table, count: int) -> Table:
@@ -330,7 +325,12 @@ def interpolated(
     """Return a table of the force, and of the travel at its stamps."""
     forced, moved, known, gaps = _common_stamps(forced, moved, source, together)
     table, at = forced.table, forced.time[known]
-    values: dict[int, NDArray[np.generic]] = {forced.stamps.index: _of_time(forced, known)}
+    # The stamps are in the unit of the file, or durations for dates.
+    values: dict[int, NDArray[np.generic]] = {
+        forced.stamps.index: table.numbers(forced.stamps.index)[known]
+        if table.clock(forced.stamps.index) is None
+        else np.asarray(np.rint(1e9 * at).astype("m8[ns]"))
+    }
     for index in forced.columns:
         values[index] = table.numbers(index, source.accept)[known]
     columns = [values.get(i) for i in range(len(table.names))]
@@ -348,7 +348,15 @@ def interpolated(
             units.append(one.table.units[index])
     parts = dict.fromkeys(one.table.part for one in (forced, *moved))
     said = [text for one in (forced, *moved) for text in one.table.remarks]
-    said.append(_said(forced, moved, int(np.count_nonzero(~known)), gaps, words))
+    text = (
+        f"{words[0]}, in {' and '.join(dict.fromkeys(one.raster for one in moved))}, is interpolated at the "
+    )
+    text += f"{len(forced.time)} time stamps of {words[1]}, in {forced.raster}"
+    if not known.all():
+        where = "before its beginning or after its end"
+        where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
+        text += f"; {np.count_nonzero(~known)} of them, {where}, are left out"
+    said.append(text)
     return ArrayTable(
         path=source.file,
         names=tuple(names),
@@ -360,13 +368,6 @@ def interpolated(
         origin=table.origin,
         remarks=tuple(dict.fromkeys(said)),
     )
-
-
-def _of_time(one: RasterColumns, known: NDArray[np.bool_]) -> NDArray[np.generic]:
-    """Return the column of the stamps where the travel is known: in the unit of the file, or durations for dates."""
-    if one.table.clock(one.stamps.index) is None:
-        return one.table.numbers(one.stamps.index)[known]
-    return np.asarray(np.rint(1e9 * one.time[known]).astype("m8[ns]"))
 
 
 def _common_stamps(
@@ -420,18 +421,3 @@ def _known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArra
     for gap in gaps:
         known &= (time <= moved.time[gap]) | (time >= moved.time[gap + 1])
     return known, len(gaps)
-
-
-def _said(
-    forced: RasterColumns, moved: Sequence[RasterColumns], lost: int, gaps: int, words: tuple[str, str]
-) -> str:
-    rasters = " and ".join(dict.fromkeys(one.raster for one in moved))
-    text = (
-        f"{words[0]}, in {rasters}, is interpolated at the {len(forced.time)} time stamps "
-        f"of {words[1]}, in {forced.raster}"
-    )
-    if lost:
-        where = "before its beginning or after its end"
-        where += f", or in its {gaps} gap{'s' if gaps > 1 else ''}" if gaps else ""
-        text += f"; {lost} of them, {where}, are left out"
-    return text

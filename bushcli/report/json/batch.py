@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from bushcli.inverse.file_units import in_file_units
@@ -13,17 +12,10 @@ from bushcli.study.batch import Batch
 from bushcli.study.outliers import CONFIDENCE, CONTENT, FALSE_ALARM
 
 
-def batch_json(found: Batch, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a batch as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Batch
-    timings : mapping of str to float
-        Seconds by stage.
-    """
+def batch_json(found: Batch) -> dict[str, Any]:
+    """Return a batch as JSON-ready data."""
     fit = in_file_units(found.fit)
-    document = head("batch", found.case, found.conditions, timings)
+    document = head("batch", found.case, found.conditions)
     document |= {
         "law": fit.material.law,
         "bulk_modulus": fit.material.bulk_modulus,
@@ -44,7 +36,7 @@ def batch_json(found: Batch, timings: Mapping[str, float]) -> dict[str, Any]:
                 "stiffness": stiffness(one),
                 "own_simulation": one.simulated,
                 **part(one, "outlier"),
-                "causes": [part(cause, "kind text") for cause in one.causes],
+                "causes": one.causes,
             }
             for one in found.parts
         ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,16 +14,9 @@ from bushcli.report.views.check import Checked
 from bushcli.standards import Observed
 
 
-def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Checked
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("check", found.case, found.conditions, timings)
+def check_json(found: Checked) -> dict[str, Any]:
+    """Return a checked case, the contents of its recordings, their faults and their protocol as JSON-ready data."""
+    document = head("check", found.case, found.conditions)
     document["data_faults"] = faults_json(found.faults)
     document["recordings"] = [_summary(curve) for curve in found.curves]
     document["coupons"] = [_summary(curve) for curve in found.coupons]
@@ -34,13 +26,11 @@ def check_json(found: Checked, timings: Mapping[str, float]) -> dict[str, Any]:
     document |= {
         "protocol": [_observed(one) for one in (*tests.recordings, *tests.coupons)],
         "standards": [
-            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
-            for channel, name, asked in tests.judged
+            {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
         ],
-        "open_questions": [vars(lack) for lack in tests.lacks],
+        "open_questions": tests.lacks,
         "sources": [
-            {"channel": one.name, "columns": [vars(column) for column in one.columns], **part(one, "unused")}
-            for one in tests.files
+            {"channel": one.name, "columns": one.columns, **part(one, "unused")} for one in tests.files
         ],
         "remarks": [{"channel": channel, "text": text} for channel, text in tests.remarks],
     }

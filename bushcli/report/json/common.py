@@ -1,4 +1,7 @@
-"""Entries that every result has, and JSON's own types: nan becomes null, infinity "inf"."""
+"""Entries that every result has, and JSON's own types.
+
+A dataclass becomes an object with its fields as keys, nan becomes null, and infinity "inf".
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import math
 import platform
 import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +34,7 @@ _PROGRAMS = {
 
 
 def head(
-    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
+    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """Return the entries that every result has.
 
@@ -42,15 +46,15 @@ def head(
         The validated case.
     problems : iterable of Condition
         Conditions of the result.
-    timings : mapping of str to float
-        Seconds by stage.
+    timings : mapping of str to float, optional
+        Seconds by stage; the command adds its own when it delivers the result.
     """
     return {
         "command": command,
         "case": resolved(case),
         "versions": versions(),
-        "timings_s": dict(timings),
-        "problems": [part(problem, "name message remedy") for problem in problems],
+        "timings_s": dict(timings or {}),
+        "problems": list(problems),
     }
 
 
@@ -108,7 +112,9 @@ def cleaned(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _clean(value: Any) -> Any:
-    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
+    """Return a value in JSON's own types."""
+    if is_dataclass(value):
+        return {one.name: _clean(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, Mapping):
         return {str(key): _clean(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from bushcli.report.json.common import cleaned, part, versions
 from bushcli.study.compare import Comparison
 
 
-def compare_json(found: Comparison, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a comparison as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Comparison
-    timings : mapping of str to float
-        Seconds by stage.
-    """
+def compare_json(found: Comparison) -> dict[str, Any]:
+    """Return a comparison as JSON-ready data."""
     return cleaned(
         {
             "command": "compare",
             "case": found.items[0].result["case"],
             "versions": versions(),
-            "timings_s": dict(timings),
+            "timings_s": {},
             "results": [
                 {"name": item.name, "command": item.result.get("command"), "problems": list(names)}
                 for item, names in zip(found.items, found.problems, strict=True)
             ],
             "keys": {one.key: part(one, "values percent") for one in found.keys},
             "numbers": {one.key: part(one, "values percent") for one in found.numbers},
-            "curves": [part(one, "channel percent") for one in found.curves],
+            "curves": found.curves,
             "problems": [],
         }
     )

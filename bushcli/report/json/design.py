@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from bushcli.report.json.common import cleaned, head, part
@@ -10,16 +9,9 @@ from bushcli.report.views.design import overrides
 from bushcli.study.design import Design
 
 
-def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a design as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Design
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("design", found.case, found.conditions, timings)
+def design_json(found: Design) -> dict[str, Any]:
+    """Return a design as JSON-ready data."""
+    document = head("design", found.case, found.conditions)
     document["converged"] = found.converged
     document["evaluations"] = found.evaluations
     document["met"] = all(one.met for one in found.targets)
@@ -36,7 +28,7 @@ def design_json(found: Design, timings: Mapping[str, float]) -> dict[str, Any]:
             "deviation_percent": 100 * one.deviation,
             "met": one.met,
             "derivatives": one.slopes,
-            **({"tolerances": part(one.spread, "contributions worst std share")} if one.spread else {}),
+            **({"tolerances": one.spread} if one.spread else {}),
         }
         for one in found.targets
     }

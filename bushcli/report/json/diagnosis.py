@@ -2,106 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
+from operator import attrgetter
 from typing import Any
 
-from bushcli.diagnosis.result import DiagnosedTable, Diagnosis, NextTest, Quantity
+from bushcli.diagnosis.result import DiagnosedEffect, DiagnosedTable, Diagnosis, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
-from bushcli.mismatch.maps import MissingProfile
 from bushcli.mismatch.record import Mismatch
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.json.dynamic_tables import compared_json
-from bushcli.report.quantity import quantities
+from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown
 from bushcli.report.views.diagnosis.words import headline
 
 
-def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a diagnosis as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Diagnosis
-        The diagnosis.
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document, searched = head("diagnose", found.case, found.conditions, timings), found.searched
-    modes, test = {one.name: one.mode for one in found.measured}, found.next_test
-    document |= {
-        "verdict": found.verdict,
-        "headline": headline(found),
-        "text": paragraph(found),
-        **part(found, "asked law_from law_fixed uniform_odds"),
-        "law": found.material.law,
-        "plain": material_json(found.plain),
-        "material": material_json(found.material),
-        "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
-        "effects": [
-            {
-                "name": effect_name(effect.name),
-                **part(effect, "title channels summary"),
-                "parameters": {
-                    name: _quantity(found, f"{effect.name}.{name}", quantity)
-                    for name, quantity in effect.parameters.items()
-                },
-                **part(effect, "probability evidence plausible remark"),
-            }
-            for effect in found.effects
-        ],
-        "probability": found.probability,
-        "models": [
-            part(one, "law effects probability log_evidence misfit form_error variants")
-            for one in found.models
-        ],
-        "rivals": _rivals(found),
-        "groups": [part(one, "name effects probability text") for one in found.groups],
-        "form_error": part(found.form_error, "share percent covers"),
-        "missing": None
-        if found.missing is None
-        else {
-            **part(found.missing, "probability share text"),
-            "profiles": [
-                _profile(one, modes.get(one.channel, one.channel)) for one in found.missing.profiles
-            ],
-        },
-        "searched": {
-            **part(searched, "complete left ended"),
-            "trials": [
-                part(one, "law effects predicted log_evidence misfit text") for one in searched.trials
-            ],
-            **part(searched, "lost untestable"),
-        },
-        "data_faults": faults_json(found.faults),
-        "mismatch": [_mismatch(one, len(found.channels)) for one in found.location.mismatch],
-        "remaining": [_mismatch(one, len(found.channels)) for one in found.remaining.mismatch],
-        "excess": {"before": found.location.excess, "after": found.remaining.excess},
-        # By channel, percent of the recorded force range, of K* of a table; null for channels that are not held out.
-        "misfit": {
-            **{
-                when: {one.name: getattr(one, f"{when}_percent") for one in found.measured}
-                for when in ("before", "after", "noise")
-            },
-            **{
-                f"held_out_{when}": {
-                    one.name: getattr(one, f"{when}_percent") if one.held_out else None
-                    for one in found.measured
-                }
-                for when in ("before", "after")
-            },
-        },
-        "dynamic": [_table(one) for one in found.tables],
-        # The mode is that of the recorded channel of this name, else the name itself.
-        "next_test": test and _next_test(test, modes.get(test.channel, test.channel)),
-        "maps": [
-            {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}
-            for one in found.maps
-        ],
-        **part(found, "forward_solves failed_solves seconds"),
-    }
-    return cleaned(document)
+def diagnosis_json(found: Diagnosis) -> dict[str, Any]:
+    """Return a diagnosis as JSON-ready data."""
+    keys = {key: of(found) for key, of in _KEYS.items()}
+    return cleaned(head("diagnose", found.case, found.conditions) | keys)
 
 
 def _table(one: DiagnosedTable) -> dict[str, Any]:
@@ -121,12 +41,16 @@ def _rivals(found: Diagnosis) -> list[list[str]]:
     return sets
 
 
-def _profile(one: MissingProfile, mode: str) -> dict[str, Any]:
-    units = quantities(mode)
-    scale = units.per_internal if one.along in ("displacement", "rate") else 1.0
-    length = units.displacement_unit or "1"
-    unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
-    return {**part(one, "channel along branch"), "unit": unit, "x": scale * one.x, **part(one, "mean std")}
+def _misfit(found: Diagnosis) -> dict[str, dict[str, float | None]]:
+    """Return the misfits by channel, percent of the force range or of K*; None where it was not held out."""
+    misfit: dict[str, dict[str, float | None]] = {
+        when: {one.name: getattr(one, f"{when}_percent") for one in found.measured}
+        for when in ("before", "after", "noise")
+    }
+    for when in ("before", "after"):
+        held = {one.name for one in found.measured if one.held_out}
+        misfit[f"held_out_{when}"] = {n: p if n in held else None for n, p in misfit[when].items()}
+    return misfit
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
@@ -147,7 +71,19 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
     }
 
 
-def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
+def _effect(found: Diagnosis, effect: DiagnosedEffect) -> dict[str, Any]:
+    return {
+        "name": effect_name(effect.name),
+        **part(effect, "title channels summary"),
+        "parameters": {
+            name: _quantity(found, f"{effect.name}.{name}", quantity)
+            for name, quantity in effect.parameters.items()
+        },
+        **part(effect, "probability evidence plausible remark"),
+    }
+
+
+def _mismatch(found: Diagnosis, one: Mismatch) -> dict[str, Any]:
     units = quantities(one.mode)
     return {
         **part(one, "channel mode cycle branch side"),
@@ -155,12 +91,15 @@ def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
         "displacement_to": units.per_internal * one.displacement_to,
         "rate": None if one.rate is None else [units.per_internal * rate for rate in one.rate],
         **part(one, "share sign relative difference rms p"),
-        "text": sentence(one, channels),
+        "text": sentence(one, len(found.channels)),
     }
 
 
-def _next_test(test: NextTest, mode: str) -> dict[str, Any]:
-    units = quantities(mode)
+def _next_test(found: Diagnosis) -> dict[str, Any] | None:
+    test = found.next_test
+    if test is None:
+        return None
+    units = _units(found, test.channel)
     return {
         **part(test, "name channel"),
         "points": [units.per_internal * point for point in test.points],
@@ -169,3 +108,58 @@ def _next_test(test: NextTest, mode: str) -> dict[str, Any]:
         "unit": units.displacement_unit or "1",
         **part(test, "minutes separates information possible text"),
     }
+
+
+def _missing(found: Diagnosis) -> dict[str, Any] | None:
+    if found.missing is None:
+        return None
+    profiles = []
+    for one in found.missing.profiles:
+        units = _units(found, one.channel)
+        scale = units.per_internal if one.along in ("displacement", "rate") else 1.0
+        length = units.displacement_unit or "1"
+        unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
+        known = part(one, "channel along branch") | {"unit": unit, "x": scale * one.x}
+        profiles.append(known | part(one, "mean std"))
+    return part(found.missing, "probability share text") | {"profiles": profiles}
+
+
+def _units(found: Diagnosis, channel: str) -> Quantities:
+    """Return the units of the recorded channel of this name, else of the mode of this name."""
+    return quantities({one.name: one.mode for one in found.measured}.get(channel, channel))
+
+
+def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:
+    """Return keys that have the names of fields of the diagnosis."""
+    return {name: attrgetter(name) for name in names.split()}
+
+
+# The keys in their order, each with what it holds of a diagnosis. A dataclass becomes an object with all its fields.
+_KEYS: dict[str, Callable[[Diagnosis], Any]] = {
+    **_fields("verdict"),
+    "headline": headline,
+    "text": paragraph,
+    **_fields("asked law_from law_fixed uniform_odds"),
+    "law": lambda found: found.material.law,
+    "plain": lambda found: material_json(found.plain),
+    "material": lambda found: material_json(found.material),
+    "parameters": lambda found: {name: _quantity(found, name, q) for name, q in found.parameters.items()},
+    "effects": lambda found: [_effect(found, one) for one in found.effects],
+    **_fields("probability models"),
+    "rivals": _rivals,
+    **_fields("groups form_error"),
+    "missing": _missing,
+    **_fields("searched"),
+    "data_faults": lambda found: faults_json(found.faults),
+    "mismatch": lambda found: [_mismatch(found, one) for one in found.location.mismatch],
+    "remaining": lambda found: [_mismatch(found, one) for one in found.remaining.mismatch],
+    "excess": lambda found: {"before": found.location.excess, "after": found.remaining.excess},
+    "misfit": _misfit,
+    "dynamic": lambda found: [_table(one) for one in found.tables],
+    "next_test": _next_test,
+    "maps": lambda found: [
+        {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}
+        for one in found.maps
+    ],
+    **_fields("forward_solves failed_solves seconds"),
+}

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
 
 
-def direct_json(
-    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
-) -> dict[str, Any]:
+def direct_json(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> dict[str, Any]:
     """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
 
     Parameters
@@ -34,10 +32,8 @@ def direct_json(
         By channel name, for the channels that were compared with a recording.
     fit : Fit or None
         Fit to the coupons; None where the case gives the parameters.
-    timings : mapping of str to float
-        Seconds by stage.
     """
-    document = head("direct", response.case, problems_of(response, misfits, fit), timings)
+    document = head("direct", response.case, problems_of(response, misfits, fit))
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)

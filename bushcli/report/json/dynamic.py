@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
 
 
-def dynamic_json(response: DynamicResponse, fit: Fit | None, timings: Mapping[str, float]) -> dict[str, Any]:
+def dynamic_json(response: DynamicResponse, fit: Fit | None) -> dict[str, Any]:
     """Return dynamic stiffness as JSON-ready data.
 
     Parameters
@@ -27,10 +26,8 @@ def dynamic_json(response: DynamicResponse, fit: Fit | None, timings: Mapping[st
     response : DynamicResponse
     fit : Fit or None
         Fit to the coupons; None where the case gives the parameters.
-    timings : mapping of str to float
-        Seconds by stage.
     """
-    document = head("dynamic", response.case, response.conditions, {**timings, **response.seconds})
+    document = head("dynamic", response.case, response.conditions, response.seconds)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
     document["load_cases"] = [_curve(one) for one in response.curves]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.json.common import cleaned, faults_json, head, part
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from bushcli.inverse import Fit, FittedCurve
 
 
-def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
+def fit_json(case: Case, fit: Fit) -> dict[str, Any]:
     """Return an identified law as JSON-ready data.
 
     Parameters
@@ -24,10 +23,8 @@ def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, An
         The case with the coupon tests.
     fit : Fit
         The identified law.
-    timings : mapping of str to float
-        Seconds by stage.
     """
-    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
+    document = head("fit", case, fit.conditions) | {"data_faults": faults_json(fit.faults)}
     return cleaned(document | fit_part(fit))
 
 

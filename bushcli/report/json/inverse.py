@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from bushcli.case import Case
@@ -17,7 +17,7 @@ from bushcli.report.ranking import effective_samples, information_criterion
 from bushcli.report.views.inverse import answer
 
 
-def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
+def inverse_json(case: Case, fits: Sequence[Fit]) -> dict[str, Any]:
     """Return identified laws as JSON-ready data; the entries at the top level describe the best law.
 
     Parameters
@@ -26,14 +26,12 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
         The case with the recordings.
     fits : sequence of Fit
         Identified laws, the best first.
-    timings : mapping of str to float
-        Seconds by stage.
     """
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     histories = fit_histories(best)
     problems = with_hysteresis(best.conditions, histories)
-    document = head("inverse", case, problems, timings) | fit_part(best)
+    document = head("inverse", case, problems) | fit_part(best)
     document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
     found = answer(best)
@@ -54,12 +52,9 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     if best.tables:
         document["dynamic"] = compared_json(best.tables)
     document |= part(best, "leverage profile_sweeps")
-    document["end_points"] = [part(one, "start parameters cost message") for one in best.end_points]
-    document["profiles"] = [part(one, "name values rise limits") for one in best.profiles]
-    document["evaluations"] = [
-        part(one, "number parameters cost best stage start iteration") | {"step": None, "radius": None}
-        for one in best.evaluations
-    ]
+    document["end_points"] = best.end_points
+    document["profiles"] = best.profiles
+    document["evaluations"] = [vars(one) | {"step": None, "radius": None} for one in best.evaluations]
     if len(fits) > 1:
         document["models"] = [_model(fit) for fit in fits]
     return cleaned(document)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from bushcli.case import Case
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
 
 
-def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
+def mesh_json(case: Case, meshes: Sequence[Meshed]) -> dict[str, Any]:
     """Return the meshes of a case as JSON-ready data.
 
     Parameters
@@ -22,10 +22,8 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
         The validated case.
     meshes : sequence of Meshed
         Its meshes, in the order of the tables.
-    timings : mapping of str to float
-        Seconds by stage.
     """
-    document = head("mesh", case, unusual(case, case.material), timings)
+    document = head("mesh", case, unusual(case, case.material))
     document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
         part(mesh, "name modes dimension cells nodes boundaries regions") for mesh in meshes

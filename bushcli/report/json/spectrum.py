@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.json.common import cleaned, head
@@ -44,7 +44,6 @@ def tables_json(
     case: Case,
     found: Sequence[TableSpectrum | TableSweep],
     problems: Sequence[Condition],
-    timings: Mapping[str, float],
 ) -> dict[str, Any]:
     """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
@@ -53,10 +52,8 @@ def tables_json(
     case : Case
     found : sequence of TableSpectrum or TableSweep
     problems : sequence of Condition
-    timings : mapping of str to float
-        Seconds by stage.
     """
-    return cleaned(head("fit", case, problems, timings) | {"dynamic": spectra_json(found)})
+    return cleaned(head("fit", case, problems) | {"dynamic": spectra_json(found)})
 
 
 def _shown(one: TableSpectrum) -> dict[str, Any]:

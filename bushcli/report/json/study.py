@@ -15,26 +15,19 @@ from bushcli.study.study import Study
 
 def described(response: Response) -> Mapping[str, Any]:
     """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
-    return direct_json(response, misfits(response), None, {})
+    return direct_json(response, misfits(response), None)
 
 
-def study_json(found: Study, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a study as JSON-ready data.
-
-    Parameters
-    ----------
-    found : Study
-    timings : mapping of str to float
-        Seconds by stage.
-    """
-    document = head("study", found.case, found.conditions, timings)
+def study_json(found: Study) -> dict[str, Any]:
+    """Return a study as JSON-ready data."""
+    document = head("study", found.case, found.conditions)
     document["sampling"] = found.plan.sampling
     document["designs"] = len(found.plan.rows)
     document["failed"] = found.failed
     document["resumed"] = found.resumed
     document["seconds_of_designs"] = found.seconds
     document["variables"] = {one.key: part(one, "spec low high nominal") for one in found.plan.variables}
-    document["failures"] = [vars(reason) for reason in found.failures]
+    document["failures"] = found.failures
     units = {one.name: one.unit for one in found.task.answers}
     document["answers"] = {name: _answer(one, units[name]) for name, one in found.summaries.items()}
     return cleaned(document)
@@ -45,7 +38,7 @@ def _answer(found: Summary, unit: str) -> dict[str, Any]:
         "unit": unit,
         **part(found, "count mean std"),
         **{f"p{level:02d}": value for level, value in zip((5, 50, 95), found.quantiles, strict=True)},
-        "worst": {"lowest": vars(found.lowest), "highest": vars(found.highest)},
+        "worst": {"lowest": found.lowest, "highest": found.highest},
         "linear_share": found.linear,
         # Sobol indices that were not calculated are nan.
         "influences": {

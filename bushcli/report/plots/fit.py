@@ -18,7 +18,7 @@ from bushcli.report.plots.cycles import history_panels, in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.dynamic_tables import table_panels
 from bushcli.report.plots.search import convergence_panels, ends_panels
-from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.quantity import interval, percent, quantities
 from bushcli.report.views.fit import curves_of
 
 # The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
@@ -226,7 +226,10 @@ def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
         series.append(Series("left_out", "not solvable", profile.values[~good], edge, "crosses"))
     unit = parameter_unit(fit, profile.name)
     label = profile.name if unit == "1" else f"{profile.name} [{unit}]"
-    heading = _interval(profile.name, estimate)
+    heading = f"{profile.name}: no end within the profile"
+    if estimate.interval is not None:
+        words = interval(*estimate.interval)
+        heading = f"{profile.name}: 95 % {'from ' * (' to ' in words)}{words}"
     return Plot(
         f"profile-{profile.name}",
         (label, "rise of chi square"),
@@ -236,14 +239,3 @@ def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
         heading=heading,
         height=320.0,
     )
-
-
-def _interval(name: str, estimate: Estimate) -> str:
-    if estimate.interval is None:
-        return f"{name}: no end within the profile"
-    low, high = estimate.interval
-    if not math.isfinite(low):
-        return f"{name}: 95 % below {number(high)}"
-    if not math.isfinite(high):
-        return f"{name}: 95 % above {number(low)}"
-    return f"{name}: 95 % from {number(low)} to {number(high)}"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
+from bushcli.inverse import Estimate
+from bushcli.inverse.file_units import in_file_units, parameter_unit
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Section, Table, note, of_kind, table_of
+from bushcli.report.document import Columns, Document, Section, figures, note, table_of
 from bushcli.report.quantity import listed, number, percent, quantities, with_std
 from bushcli.study.batch import Batch, BatchCurve, BatchPart
 from bushcli.study.causes import joined
@@ -32,27 +33,29 @@ _BAND = (
 )
 
 
-def batch_document(found: Batch, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a batch.
-
-    Parameters
-    ----------
-    found : Batch
-        The batch.
-    pictures : sequence of Picture
-        Those of its folder.
-    """
-    lines = [f"{one.name}: an outlier by {_why(one)}." for one in found.outliers]
+def batch_document(found: Batch) -> Document:
+    """Return the document of a batch."""
+    lines = []
+    for one in found.outliers:
+        why = " and ".join(_IN_WORDS[kind] for kind in one.outlier)
+        no_cause = "; its recording shows no cause: suspect its rubber or a dimension"
+        lines.append(
+            f"{one.name}: an outlier by {why}{f': {joined(one.causes)}' if one.causes else no_cause}."
+        )
     lines += [f"{one.name}: {joined(one.causes)}." for one in found.parts if one.causes and not one.outlier]
+    fit = in_file_units(found.fit)
+    law = [(name, parameter_unit(fit, name), one) for name, one in fit.parameters.items()]
     return Document(
         batch_headline(found),
         lines,
         "bad" if found.outliers else "good",
         [
-            Section("Curves", of_kind(pictures, "curve"), on="page"),
-            Section("Parts", [_parts(found), note(_HOW)]),
-            Section("Scatter", [_scatter(found), note(_BAND)]),
-            Section("Law of all parts", [_law(found)]),
+            Section("Curves", [figures("curve")], on="page"),
+            Section("Parts", [table_of("Parts", found.parts, _PARTS, left=2), note(_HOW)]),
+            Section("Scatter", [table_of("Scatter of the stiffness", found.curves, _SCATTER), note(_BAND)]),
+            Section(
+                "Law of all parts", [table_of(f"Law of all parts: {fit.material.law}", law, _LAW, left=2)]
+            ),
         ],
         found.conditions,
         conditions(replace(found.case, material=found.fit.material)),
@@ -80,54 +83,27 @@ def _mean(one: BatchCurve) -> str:
     return number(quantities(one.mode).stiffness(one.mean.secant_stiffness()))
 
 
-def _why(one: BatchPart) -> str:
-    found = " and ".join(_IN_WORDS[kind] for kind in one.outlier)
-    if one.causes:
-        return f"{found}: {joined(one.causes)}"
-    return f"{found}; its recording shows no cause: suspect its rubber or a dimension"
-
-
-def _parts(found: Batch) -> Table:
-    return table_of(
-        "Parts",
-        found.parts,
-        (
-            ("part", lambda one: one.name),
-            ("mode", lambda one: one.mode),
-            ("factor", lambda one: with_std(one.factor, one.std)),
-            ("deviation", lambda one: "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}"),
-            ("secant stiffness", lambda one: number(stiffness(one))),
-            ("", lambda one: quantities(one.mode).stiffness_unit),
-            ("misfit", lambda one: percent(one.rms_percent)),
-            ("noise", lambda one: percent(one.noise_percent)),
-            ("outlier in", lambda one: ", ".join(one.outlier)),
-        ),
-        left=2,
-    )
-
-
-def _scatter(found: Batch) -> Table:
-    return table_of(
-        "Scatter of the stiffness",
-        found.curves,
-        (
-            ("mode", lambda one: one.mode),
-            ("parts", lambda one: str(one.parts)),
-            ("mean stiffness", _mean),
-            ("", lambda one: quantities(one.mode).stiffness_unit),
-            ("standard deviation", lambda one: percent(100.0 * one.scatter)),
-            ("tolerance band", lambda one: f"± {percent(100.0 * one.k * one.scatter)}"),
-        ),
-    )
-
-
-def _law(found: Batch) -> Table:
-    from bushcli.inverse.file_units import in_file_units, parameter_unit
-
-    fit = in_file_units(found.fit)
-    columns = (
-        ("parameter", lambda name: name),
-        ("", lambda name: parameter_unit(fit, name).replace("1", "")),
-        ("value", lambda name: with_std(fit.parameters[name].value, fit.parameters[name].std)),
-    )
-    return table_of(f"Law of all parts: {fit.material.law}", fit.parameters, columns, left=2)
+_PARTS: Columns[BatchPart] = (
+    ("part", lambda one: one.name),
+    ("mode", lambda one: one.mode),
+    ("factor", lambda one: with_std(one.factor, one.std)),
+    ("deviation", lambda one: "-" if math.isnan(one.deviation) else f"{one.deviation:+.1f}"),
+    ("secant stiffness", lambda one: number(stiffness(one))),
+    ("", lambda one: quantities(one.mode).stiffness_unit),
+    ("misfit", lambda one: percent(one.rms_percent)),
+    ("noise", lambda one: percent(one.noise_percent)),
+    ("outlier in", lambda one: ", ".join(one.outlier)),
+)
+_SCATTER: Columns[BatchCurve] = (
+    ("mode", lambda one: one.mode),
+    ("parts", lambda one: str(one.parts)),
+    ("mean stiffness", _mean),
+    ("", lambda one: quantities(one.mode).stiffness_unit),
+    ("standard deviation", lambda one: percent(100.0 * one.scatter)),
+    ("tolerance band", lambda one: f"± {percent(100.0 * one.k * one.scatter)}"),
+)
+_LAW: Columns[tuple[str, str, Estimate]] = (
+    ("parameter", lambda one: one[0]),
+    ("", lambda one: one[1].replace("1", "")),
+    ("value", lambda one: with_std(one[2].value, one[2].std)),
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bushcli.report.document import Document, Picture, Section, Table, of_kind
+from bushcli.report.document import Document, Section, Table, figures
 from bushcli.report.quantity import listed, number
 from bushcli.study.compare import Comparison, Difference
 
@@ -13,15 +13,8 @@ from bushcli.study.compare import Comparison, Difference
 _MOST = 40
 
 
-def compare_document(found: Comparison, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a comparison.
-
-    Parameters
-    ----------
-    found : Comparison
-    pictures : sequence of Picture
-        Those of its folder.
-    """
+def compare_document(found: Comparison) -> Document:
+    """Return the document of a comparison."""
     curves = Table(
         "Largest difference to the first curve, of its force range",
         ("channel", *(item.name for item in found.items)),
@@ -35,7 +28,7 @@ def compare_document(found: Comparison, pictures: Sequence[Picture] = ()) -> Doc
         for item, names in zip(found.items, found.problems, strict=True)
     )
     sections = [
-        Section("Curves", [curves, *of_kind(pictures, "curve")]),
+        Section("Curves", [curves, figures("curve")]),
         Section("Keys of the cases", [_table("Keys that differ", found, found.keys)]),
         Section("Numbers", [_table("Numbers that differ", found, found.numbers)]),
         Section(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit
-from bushcli.report.document import Picture, Row, Section, Table, note, of_kind
+from bushcli.report.document import Row, Section, Table, figures, note
 from bushcli.report.quantity import number, quantities, with_std
 
 # Largest number of rows on the terminal.
@@ -20,14 +20,14 @@ _NOTE = (
 )
 
 
-def history_section(histories: Sequence[ChannelHistory], pictures: Sequence[Picture] = ()) -> Section:
+def history_section(histories: Sequence[ChannelHistory]) -> Section:
     """Return cycles and holds channel by channel; without blocks where no path comes back or holds."""
     tables: list[Table] = []
     for history in histories:
         tables.append(cycle_table(history))
         if history.holds:
             tables.append(hold_table(history))
-    return Section("Cycles and holds", [*tables, note(_NOTE), *of_kind(pictures, "cycles", "holds")])
+    return Section("Cycles and holds", [*tables, note(_NOTE), figures("cycles", "holds")])
 
 
 def cycle_table(history: ChannelHistory) -> Table:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Row, Section, Table, note, table_of
+from bushcli.report.document import Columns, Document, Paragraph, Row, Section, Table, note, table_of
 from bushcli.report.quantity import number
 from bushcli.runtime.digits import beside
-from bushcli.study.design import Design, Reached
+from bushcli.study.design import Design, Dimension, Reached
 
 _SPREAD = "Effect of the tolerances: change at the upper limit of each"
 _NOTE = (
@@ -20,9 +20,19 @@ _NOTE = (
 def design_document(found: Design) -> Document:
     """Return the document of a design."""
     began = "The conditions above are those of the case file, where the search began."
+    keys = tuple(found.targets[0].slopes)
+    slopes = tuple(
+        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in keys))
+        for one in found.targets
+    )
+    tables = [
+        table_of("Targets", found.targets, _TARGETS, left=2),
+        table_of("Design", found.keys.items(), _DESIGN),
+        Table("Derivatives, per unit of each key", ("target", "", *keys), slopes, left=2),
+    ]
     sections = [
         Section("", [Paragraph(began, on="page")]),
-        *(Section(table.title, [table]) for table in _tables(found)),
+        *(Section(table.title, [table]) for table in tables),
         Section(_SPREAD, [_spreads(found), note(_NOTE)]),
     ]
     met = all(one.met for one in found.targets)
@@ -52,39 +62,22 @@ def _deviation(one: Reached) -> str:
     return f"{'' if text.startswith('-') else '+'}{text} %".replace("-0.000 %", "+0.000 %")
 
 
-def _tables(found: Design) -> list[Table]:
-    """Return targets, keys, and the derivatives of the targets by the keys."""
-    targets = table_of(
-        "Targets",
-        found.targets,
-        (
-            ("target", lambda one: one.target.name),
-            ("", lambda one: one.target.unit),
-            ("wanted", lambda one: number(one.wanted, 5)),
-            ("value", lambda one: number(one.value, 5)),
-            ("deviation", _deviation),
-            ("", lambda one: "reached" if one.met else "missed"),
-        ),
-        left=2,
-    )
-    keys = table_of(
-        "Design",
-        found.keys.items(),
-        (
-            ("key", lambda one: one[0]),
-            ("value", lambda one: number(one[1].value, 6)),
-            ("started at", lambda one: number(one[1].start, 5)),
-            ("lower bound", lambda one: number(one[1].lower, 5)),
-            ("upper bound", lambda one: number(one[1].upper, 5)),
-            ("", lambda one: "at its bound" if one[1].at_bound else ""),
-        ),
-    )
-    slopes = tuple(
-        (one.target.name, one.target.unit, *(number(one.slopes[key], 4) for key in found.targets[0].slopes))
-        for one in found.targets
-    )
-    heads = ("target", "", *found.targets[0].slopes)
-    return [targets, keys, Table("Derivatives, per unit of each key", heads, slopes, left=2)]
+_TARGETS: Columns[Reached] = (
+    ("target", lambda one: one.target.name),
+    ("", lambda one: one.target.unit),
+    ("wanted", lambda one: number(one.wanted, 5)),
+    ("value", lambda one: number(one.value, 5)),
+    ("deviation", _deviation),
+    ("", lambda one: "reached" if one.met else "missed"),
+)
+_DESIGN: Columns[tuple[str, Dimension]] = (
+    ("key", lambda one: one[0]),
+    ("value", lambda one: number(one[1].value, 6)),
+    ("started at", lambda one: number(one[1].start, 5)),
+    ("lower bound", lambda one: number(one[1].lower, 5)),
+    ("upper bound", lambda one: number(one[1].upper, 5)),
+    ("", lambda one: "at its bound" if one[1].at_bound else ""),
+)
 
 
 def _spreads(found: Design) -> Table:

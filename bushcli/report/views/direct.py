@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
-from bushcli.report.document import Document, Picture, Row, Section, Table, of_kind, paragraphs
+from bushcli.report.document import Document, Row, Section, Table, figures, paragraphs
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -41,9 +41,7 @@ _ROWS = 9
 _NOTHING = 1e-6
 
 
-def direct_document(
-    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, pictures: Sequence[Picture] = ()
-) -> Document:
+def direct_document(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Document:
     """Return the document of a direct prediction.
 
     Parameters
@@ -54,14 +52,12 @@ def direct_document(
         By channel name, for the channels that were compared with a recording.
     fit : Fit or None
         Fit to the coupons; None where the case gives the parameters.
-    pictures : sequence of Picture
-        For the page.
     """
     verdict, shape = judge(response, misfits), response.case.geometry
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
-    read = [*paragraphs(shape.notes), measure_table(shape), *of_kind(pictures, "geometry")]
+    read = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
     sections = [
         Section(
             "Channels",
@@ -70,14 +66,14 @@ def direct_document(
                 *paragraphs([error], kind="note"),
             ],
         ),
-        Section(f"Simulated {'and recorded ' if misfits else ''}curves", of_kind(pictures, "curve")),
-        Section("Six motions", [*six_tables(response), *of_kind(pictures, "six")]),
-        history_section(response_histories(response, misfits), pictures),
-        *([] if fit is None else [fit_section(fit, pictures)]),
+        Section(f"Simulated {'and recorded ' if misfits else ''}curves", [figures("curve")]),
+        Section("Six motions", [*six_tables(response), figures("six")]),
+        history_section(response_histories(response, misfits)),
+        *([] if fit is None else [fit_section(fit)]),
         Section("Contact", [contact_table(response)]),
         Section("How the geometry file was interpreted", read if shape.notes else [], on="page"),
-        Section("Deformed shape at the largest displacement", of_kind(pictures, "deformed")),
-        Section("Mesh and solution", [solution_table(response), *of_kind(pictures, "mesh")], on="page"),
+        Section("Deformed shape at the largest displacement", [figures("deformed")]),
+        Section("Mesh and solution", [solution_table(response), figures("mesh")], on="page"),
     ]
     return Document(
         verdict.headline,

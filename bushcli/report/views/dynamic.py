@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Paragraph, Picture, Section, Table, of_kind, table_of
+from bushcli.report.document import Columns, Document, Paragraph, Section, Table, figures, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 _ROWS = 10
 
 
-def dynamic_document(
-    response: DynamicResponse, fit: Fit | None, pictures: Sequence[Picture] = ()
-) -> Document:
+def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
     """Return the document of dynamic stiffness.
 
     Parameters
@@ -34,8 +32,6 @@ def dynamic_document(
     response : DynamicResponse
     fit : Fit or None
         Fit to the coupons; None where the case gives the parameters.
-    pictures : sequence of Picture
-        For the page.
     """
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [_table(curve) for curve in response.curves]
@@ -46,9 +42,9 @@ def dynamic_document(
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if fit is None else [fit_section(fit, pictures)]),
-            Section("Dynamic stiffness and loss angle", of_kind(pictures, "dynamic")),
-            Section("Preloads", [_summary(response.curves)]),
+            *([] if fit is None else [fit_section(fit)]),
+            Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
+            Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
             Section(
                 "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
             ),
@@ -93,28 +89,17 @@ def title(curve: DynamicCurve) -> str:
     return curve.name if curve.test.six is None else f"{curve.name} ({MOTIONS[curve.test.motion]})"
 
 
-def _summary(curves: Sequence[DynamicCurve]) -> Table:
-    """Return a row for each preload: static rate, range of |K*|, and the largest ratio of both and loss angle."""
-
-    def largest(curve: DynamicCurve) -> float:
-        return float(np.abs(curve.stiffness).max())
-
-    return table_of(
-        "",
-        curves,
-        (
-            ("load case", title),
-            ("preload", preload_in_words),
-            ("amplitude", amplitude_in_words),
-            ("static rate", lambda curve: number(curve.static, 4)),
-            ("|K*| from", lambda curve: number(float(np.abs(curve.stiffness).min()), 4)),
-            ("to", lambda curve: number(largest(curve), 4)),
-            ("", lambda curve: stiffness_unit(curve.mode)),
-            ("over static", lambda curve: number(largest(curve) / abs(curve.static), 3)),
-            ("loss angle to", lambda curve: f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"),
-        ),
-        left=3,
-    )
+_PRELOADS: Columns[DynamicCurve] = (
+    ("load case", title),
+    ("preload", preload_in_words),
+    ("amplitude", amplitude_in_words),
+    ("static rate", lambda curve: number(curve.static, 4)),
+    ("|K*| from", lambda curve: number(float(np.abs(curve.stiffness).min()), 4)),
+    ("to", lambda curve: number(float(np.abs(curve.stiffness).max()), 4)),
+    ("", lambda curve: stiffness_unit(curve.mode)),
+    ("over static", lambda curve: number(float(np.abs(curve.stiffness).max()) / abs(curve.static), 3)),
+    ("loss angle to", lambda curve: f"{math.degrees(float(curve.loss_angle.max())):.2f} deg"),
+)
 
 
 def _table(curve: DynamicCurve) -> Table:

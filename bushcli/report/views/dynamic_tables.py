@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
+from bushcli.report.document import Document, Section, Table, figures, paragraphs
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
@@ -22,12 +22,7 @@ Array = NDArray[np.float64]
 
 
 def table_units(table: DynamicTable) -> tuple[str, str, str]:
-    """Return the units of displacement, force and stiffness that are shown.
-
-    Parameters
-    ----------
-    table : DynamicTable
-    """
+    """Return the units of displacement, force and stiffness that are shown."""
     mode, shown = modes()[table.mode], quantities(table.mode)
     if mode.specimen == "coupon":
         return "strain", "MPa", "MPa"
@@ -35,12 +30,7 @@ def table_units(table: DynamicTable) -> tuple[str, str, str]:
 
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
-    """Return a table with a row for each curve of each measured table, and what was understood from the files.
-
-    Parameters
-    ----------
-    tables : sequence of DynamicTable
-    """
+    """Return a table with a row for each curve of each measured table, and what was understood from the files."""
     heads = (
         "channel",
         "quantity",
@@ -62,7 +52,6 @@ def with_tables(
     compared: Sequence[ComparedTable],
     problems: Sequence[Condition],
     alone: bool,
-    pictures: Sequence[Picture] = (),
 ) -> Document:
     """Return the document of a direct prediction with the misfit of the tables.
 
@@ -75,8 +64,6 @@ def with_tables(
         What has to be known about the comparison.
     alone : bool
         Whether there are no curves.
-    pictures : sequence of Picture
-        For the page.
     """
     if not compared:
         return replace(static, problems=[*static.problems, *problems])
@@ -86,7 +73,7 @@ def with_tables(
         static,
         headline=headline if alone else static.headline,
         lines=[*static.lines, *lines],
-        sections=[*static.sections, compared_section(compared, pictures)],
+        sections=[*static.sections, compared_section(compared)],
         problems=[*static.problems, *problems],
     )
 
@@ -100,15 +87,8 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
     ]
 
 
-def compared_section(compared: Sequence[ComparedTable], pictures: Sequence[Picture] = ()) -> Section:
-    """Return a table with the misfit of each curve of each measured table.
-
-    Parameters
-    ----------
-    compared : sequence of ComparedTable
-    pictures : sequence of Picture
-        For the page.
-    """
+def compared_section(compared: Sequence[ComparedTable]) -> Section:
+    """Return a table with the misfit of each curve of each measured table."""
     heads = (
         *("channel", "frequency", "amplitude", "preload", "|K*|", "simulated", "misfit"),
         *("loss angle", "simulated", "misfit"),
@@ -129,7 +109,7 @@ def compared_section(compared: Sequence[ComparedTable], pictures: Sequence[Pictu
                     ),
                 )
             )
-    title, drawn = "Dynamic stiffness: simulated and measured", of_kind(pictures, "table")
+    title, drawn = "Dynamic stiffness: simulated and measured", [figures("table")]
     remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
     return Section(title, [Table(title, heads, tuple(rows)), *paragraphs(remarks), *drawn] if rows else [])
 

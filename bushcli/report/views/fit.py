@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,15 +12,14 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Document,
     Paragraph,
-    Picture,
     Row,
     Section,
     Table,
+    figures,
     note,
-    of_kind,
     paragraphs,
 )
-from bushcli.report.quantity import number, percent, quantities, with_std
+from bushcli.report.quantity import interval, number, percent, quantities, with_std
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -34,7 +32,7 @@ _NOTE = (
 )
 
 
-def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Document:
+def fit_document(case: Case, fit: Fit) -> Document:
     """Return the document of an identified law.
 
     Parameters
@@ -43,8 +41,6 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
         The case with the coupon tests.
     fit : Fit
         The identified law.
-    pictures : sequence of Picture
-        Pictures of the fit, for the page.
     """
     worst = max(curve.rms_percent for curve in fit.curves if not curve.held_out)
     return Document(
@@ -52,14 +48,14 @@ def fit_document(case: Case, fit: Fit, pictures: Sequence[Picture] = ()) -> Docu
         f"{fit.material.law} fits {curves_of(fit)} to {math.ceil(10 * worst - 1e-6) / 10:.1f} % rms or better",
         [] if fit.converged else ["The fit did not converge."],
         "plain",
-        [fit_section(fit, pictures)],
+        [fit_section(fit)],
         fit.conditions,
         conditions(case, fit.material),
         ends_with_verdict=True,
     )
 
 
-def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
+def fit_section(fit: Fit) -> Section:
     """Return the section on a law fitted to coupon tests."""
     solved = (
         f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, "
@@ -71,7 +67,7 @@ def fit_section(fit: Fit, pictures: Sequence[Picture] = ()) -> Section:
         *paragraphs(fit_lines(fit)),
         Paragraph(solved, "note"),
         note(_NOTE),
-        *of_kind(pictures, "coupons"),
+        figures("coupons"),
     ]
     return Section(f"Law identified from {curves_of(fit)}", blocks)
 
@@ -101,7 +97,10 @@ def fitted_table(fit: Fit) -> Table:
         tested = f"{ends} {unit}" if unit else f"{shown.displacement} {ends}"
         # Simple shear reaches the states of a planar test.
         limits = fit.stability.get("planar" if modes()[mode].sheared else mode)
-        stable = "-" if limits is None else _interval(*limits)
+        stable = "-"
+        if limits is not None:
+            low, high = limits
+            stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
         name = f"{curve.name} (held out)" if curve.held_out else curve.name
         rows.append((name, mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
@@ -151,11 +150,3 @@ def bulk_modulus_std(fit: Fit) -> float | None:
 
 def _all_coupons(fit: Fit) -> bool:
     return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
-
-
-def _interval(low: float, high: float) -> str:
-    if low <= 0 and not np.isfinite(high):
-        return "all"
-    if low <= 0:
-        return f"below {high:.2f}"
-    return f"above {low:.2f}" if not np.isfinite(high) else f"{low:.2f} to {high:.2f}"

@@ -17,8 +17,8 @@ from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, paragraphs
-from bushcli.report.quantity import listed, number, percent, with_std
+from bushcli.report.document import Document, Row, Section, Table, Tone, figures, note, paragraphs
+from bushcli.report.quantity import interval, listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
 from bushcli.report.views.cycles import history_section
@@ -42,7 +42,7 @@ _RANKING = (
 )
 
 
-def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture] = ()) -> Document:
+def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
     """Return the document of identified laws; all but the ranking describes the best of them.
 
     Parameters
@@ -51,19 +51,20 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
         The case with the recordings.
     fits : sequence of Fit
         The best first.
-    pictures : sequence of Picture
-        For the page.
     """
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     found, histories = answer(best), fit_histories(best)
-    ranking = [model_table(fits), note(_RANKING), *of_kind(pictures, "ranking")]
     sections = [
-        Section("Laws compared", ranking if len(fits) > 1 else []),
+        *(
+            [Section("Laws compared", [model_table(fits), note(_RANKING), figures("ranking")])]
+            if len(fits) > 1
+            else []
+        ),
         Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
-        Section("Curves before and after", [curve_table(best), *of_kind(pictures, "curve")]),
-        *([compared_section(best.tables, pictures)] if best.tables else []),
-        history_section(histories, pictures),
+        Section("Curves before and after", [curve_table(best), figures("curve")]),
+        *([compared_section(best.tables)] if best.tables else []),
+        history_section(histories),
         Section(
             "What the curves determine",
             [
@@ -71,12 +72,12 @@ def inverse_document(case: Case, fits: Sequence[Fit], pictures: Sequence[Picture
                 leverage_table(best),
                 *paragraphs(determined(best)),
                 *paragraphs((f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined), "page"),
-                *of_kind(pictures, "certainty", "profiles"),
+                figures("certainty", "profiles"),
             ],
         ),
         Section(
             "The search",
-            [*paragraphs(search(best), kind="note"), *of_kind(pictures, "convergence", "starts")],
+            [*paragraphs(search(best), kind="note"), figures("convergence", "starts")],
         ),
     ]
     return Document(
@@ -260,7 +261,13 @@ def estimate_table(fit: Fit) -> Table:
         unit = parameter_unit(fit, name)
         bounds = f"{number(estimate.lower)} to {number(estimate.upper)}"
         value = (number(estimate.value, 4), number(estimate.std, 2), _interval(estimate), bounds)
-        rows.append((name, "-" if unit == "1" else unit, *value, _flags(estimate)))
+        flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
+        flags += [
+            f"{end} end: limited by {_LIMITED[limit]}"
+            for end, limit in zip(("lower", "upper"), estimate.limits, strict=True)
+            if estimate.interval is not None and limit in _LIMITED
+        ]
+        rows.append((name, "-" if unit == "1" else unit, *value, ", ".join(flags)))
     if "compliance" in fit.parameters:
         rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
@@ -275,19 +282,7 @@ def _interval(estimate: Estimate) -> str:
     width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
     narrow = math.isfinite(width) and 0 < width < size
     digits = 2 + math.ceil(math.log10(size / width)) if narrow else 3
-    low_shown, high_shown = (number(value, max(3, digits)) for value in (low, high))
-    if not math.isfinite(low):
-        return f"below {high_shown}"
-    return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
-
-
-def _flags(estimate: Estimate) -> str:
-    flags = ["at bound"] * estimate.at_bound + ["poorly determined"] * is_uncertain(estimate)
-    if estimate.interval is not None:
-        for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
-            if limit in _LIMITED:
-                flags.append(f"{end} end: limited by {_LIMITED[limit]}")
-    return ", ".join(flags)
+    return interval(low, high, lambda value: number(value, max(3, digits)))
 
 
 def curve_table(fit: Fit) -> Table:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Section, Table, of_kind, paragraphs
+from bushcli.report.document import Document, Section, Table, figures, paragraphs
 from bushcli.report.quantity import number, percent, with_std
 from bushcli.runtime.condition import Condition
 
@@ -21,7 +21,6 @@ def tables_document(
     case: Case,
     found: Sequence[TableSpectrum | TableSweep],
     problems: Sequence[Condition],
-    pictures: Sequence[Picture] = (),
 ) -> Document:
     """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
@@ -30,8 +29,6 @@ def tables_document(
     case : Case
     found : sequence of TableSpectrum or TableSweep
     problems : sequence of Condition
-    pictures : sequence of Picture
-        Master curves, for the page.
     """
     names = {one.table.name for one in found}
     count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
@@ -39,31 +36,20 @@ def tables_document(
         f"Relaxation spectra of {count}",
         [],
         "plain",
-        spectra_sections(found, pictures),
+        spectra_sections(found),
         problems,
         conditions(case),
     )
 
 
-def spectra_sections(
-    found: Sequence[TableSpectrum | TableSweep], pictures: Sequence[Picture] = ()
-) -> list[Section]:
-    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve.
-
-    Parameters
-    ----------
-    found : sequence of TableSpectrum or TableSweep
-    pictures : sequence of Picture
-        For the page.
-    """
+def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Section]:
+    """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return [
-        _sweep(one, pictures) if isinstance(one, TableSweep) else _section(one, pictures) for one in found
-    ]
+    return [_sweep(one) if isinstance(one, TableSweep) else _section(one) for one in found]
 
 
-def _sweep(one: TableSweep, pictures: Sequence[Picture]) -> Section:
+def _sweep(one: TableSweep) -> Section:
     symbol = one.table.quantity
     heads = (
         "temperature [°C]",
@@ -83,13 +69,13 @@ def _sweep(one: TableSweep, pictures: Sequence[Picture]) -> Section:
         for fit in one.fits
     )
     lines = ["Constants of the effect payne, fitted at each temperature: a spectrum that amplitude thins."]
-    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "sweep")
+    own = figures("sweep", channel=one.table.name)
     return Section(
-        f"Amplitudes of {one.table.name}", [*own, Table("", heads, rows, left=0), *paragraphs(lines)]
+        f"Amplitudes of {one.table.name}", [own, Table("", heads, rows, left=0), *paragraphs(lines)]
     )
 
 
-def _section(one: TableSpectrum, pictures: Sequence[Picture]) -> Section:
+def _section(one: TableSpectrum) -> Section:
     fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     symbol = one.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")
@@ -138,5 +124,5 @@ def _section(one: TableSpectrum, pictures: Sequence[Picture]) -> Section:
             f"The rig's lag of {with_std(1e6 * fit.lag, 1e6 * fit.lag_error)} microseconds was identified with it: "
             "the loss angle grows with frequency alike at all temperatures."
         )
-    own = of_kind((picture for picture in pictures if picture.channel == one.table.name), "spectrum")
-    return Section(f"Spectrum of {one.table.name}", [*own, *shown, *paragraphs(lines)])
+    own = figures("spectrum", channel=one.table.name)
+    return Section(f"Spectrum of {one.table.name}", [own, *shown, *paragraphs(lines)])

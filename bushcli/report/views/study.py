@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Document, Picture, Row, Section, Table, Tone, note, of_kind, table_of
+from bushcli.report.document import Columns, Document, Row, Section, Table, Tone, figures, note, table_of
 from bushcli.report.quantity import number
 from bushcli.runtime.digits import beside
+from bushcli.study.analysis import Failure
 from bushcli.study.study import Study
 
 #: Names of the ways to choose designs.
@@ -42,24 +42,20 @@ _SOBOL = (
 )
 
 
-def study_document(found: Study, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a study.
-
-    Parameters
-    ----------
-    found : Study
-    pictures : sequence of Picture
-        For the page.
-    """
+def study_document(found: Study) -> Document:
+    """Return the document of a study."""
     indices = _SOBOL if found.plan.sampling == "saltelli" else ""
     explained = [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
     sections = [
-        Section("What matters", of_kind(pictures, "tornado")),
-        Section("Curves of all designs", of_kind(pictures, "band")),
-        Section("Answers against the varied keys", of_kind(pictures, "scatter")),
-        Section("Spread of the answers", of_kind(pictures, "histogram")),
+        Section("What matters", [figures("tornado")]),
+        Section("Curves of all designs", [figures("band")]),
+        Section("Answers against the varied keys", [figures("scatter")]),
+        Section("Spread of the answers", [figures("histogram")]),
         *(Section(table.title, [table, note(text)]) for table, text in explained),
-        Section("Designs without a result", [_failures(found)]),
+        Section(
+            "Designs without a result",
+            [table_of("Designs without a result", found.failures, _FAILURES, left=3)],
+        ),
     ]
     worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
     tone: Tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
@@ -158,18 +154,9 @@ def _influences(found: Study) -> Table:
     return Table("Effect of each key alone", heads, tuple(rows), left=2)
 
 
-def _failures(found: Study) -> Table:
-    return table_of(
-        "Designs without a result",
-        found.failures,
-        (
-            ("kind", lambda one: one.kind.replace("_", " ")),
-            ("reason, of the first", lambda one: one.reason),
-            (
-                "designs",
-                lambda one: ", ".join([*map(str, one.designs), *["..."] * (one.count > len(one.designs))]),
-            ),
-            ("number", lambda one: str(one.count)),
-        ),
-        left=3,
-    )
+_FAILURES: Columns[Failure] = (
+    ("kind", lambda one: one.kind.replace("_", " ")),
+    ("reason, of the first", lambda one: one.reason),
+    ("designs", lambda one: ", ".join([*map(str, one.designs), *["..."] * (one.count > len(one.designs))])),
+    ("number", lambda one: str(one.count)),
+)

@@ -24,11 +24,11 @@ from bushcli.report.writers.folder import (
     RESULT,
     Content,
     check_folder,
+    claim,
     earlier_result,
     refuse_others,
     write_files,
 )
-from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 from bushcli.runtime.store import code_revision
 
@@ -98,7 +98,7 @@ class Files:
 
 
 def write(
-    directory: Path, result: Mapping[str, Any], files: Files, document: Callable[..., Document]
+    directory: Path, result: Mapping[str, Any], files: Files, document: Callable[[], Document]
 ) -> tuple[Path, ...]:
     """Write a result: its JSON and numbers, and when they are on disk its pictures and its page.
 
@@ -111,7 +111,7 @@ def write(
     files : Files
         Everything else that is written.
     document : callable
-        Returns the document of the result; takes its pictures.
+        Returns the document of the result.
 
     Returns
     -------
@@ -130,7 +130,7 @@ def write(
         pictures = _report("drawing.results").drawn(files.pictures()) if files.pictures else ()
         made = picture_files(pictures)
         if files.has_page:
-            made[REPORT] = _report("writers.page").page(document(pictures), result, inputs_of(files.case))
+            made[REPORT] = _report("writers.page").page(document(), result, pictures, inputs_of(files.case))
         return made
 
     contents: dict[str, Content] = {RESULT: result}

@@ -24,7 +24,6 @@ from typing import Any
 
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.bounded import read_bounded
-from bushcli.runtime.claims import claimed, release
 from bushcli.runtime.interrupt import let_go
 
 RESULT = "result.json"
@@ -36,6 +35,10 @@ QUESTION = "question"
 STAGING = ".bushcli-run"
 #: Bytes of a result.json; larger ones are not bushcli's.
 _LARGEST = 200_000_000
+#: Names of the files that a run may leave behind if it ends before `result.json` lists them.
+CLAIMED = ".bushcli-files"
+#: Bytes of that list; a longer one is not bushcli's.
+_LARGEST_CLAIM = 10_000_000
 _FOLDER = "a folder for the results"
 
 Content = str | bytes | Callable[[Path], None] | Mapping[str, Any]
@@ -321,7 +324,8 @@ def write_files(
         for name in obsolete - {*files, *staged}:
             (place / name).unlink(missing_ok=True)
         if result is not None:
-            release(place)
+            # `result.json` lists them now.
+            (place / CLAIMED).unlink(missing_ok=True)
         written = tuple(place / name for name in (*files, *staged))
         return written if drawn is None else (*written, *_drawn(place, files, inputs, listed, drawn, parts))
     except OSError as error:
@@ -415,3 +419,42 @@ def _unwritable(directory: Path, error: OSError) -> InputError:
     return InputError(
         Problem(str(error.filename or directory), what, "", "free some space, or give another -o")
     )
+
+
+def claim(directory: Path, names: Iterable[str]) -> None:
+    """Note files that are about to be written, so that a later run may replace them even if this one is interrupted.
+
+    Parameters
+    ----------
+    directory : Path
+        Created if necessary.
+    names : iterable of str
+        Files that this run may replace (`refuse_others`).
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written to.
+    """
+    text = json.dumps(sorted({*claimed(directory), *names}))
+    directory.mkdir(parents=True, exist_ok=True)
+    part = directory / f"{CLAIMED}.{os.getpid()}.part"
+    try:
+        # Created exclusively, in case somebody has placed a link of this name.
+        with os.fdopen(
+            os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666), "w"
+        ) as file:
+            file.write(text)
+        part.replace(directory / CLAIMED)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def claimed(directory: Path) -> frozenset[str]:
+    """Return the files that an interrupted run has noted in a folder."""
+    file = directory / CLAIMED
+    try:
+        found = None if file.is_symlink() else json.loads(read_bounded(file, _LARGEST_CLAIM))
+    except (OSError, ValueError, RecursionError):
+        return frozenset()
+    return frozenset(map(str, found)) if isinstance(found, list) else frozenset()

@@ -27,9 +27,25 @@ from bushcli.report.views.terms import terms
 _MOST = 100
 
 
-def page(document: Document, result: Mapping[str, Any], inputs: Sequence[Path] = ()) -> str:
-    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance."""
-    sections = on("page", document.sections)
+def page(
+    document: Document,
+    result: Mapping[str, Any],
+    pictures: Sequence[Picture] = (),
+    inputs: Sequence[Path] = (),
+) -> str:
+    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
+
+    Parameters
+    ----------
+    document : Document
+    result : mapping of str to object
+        The same as JSON-ready data.
+    pictures : sequence of Picture
+        Those of the folder.
+    inputs : sequence of Path
+        The files that the case reads, whose digests are shown.
+    """
+    sections = on("page", document.illustrated(pictures).sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
     return (

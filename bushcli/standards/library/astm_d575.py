@@ -20,7 +20,8 @@ SPEED = ((12.0, 3.0),)
 LOADINGS = 3
 
 
-def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    """Yield the clauses, each with what the recording has."""
     yield speed_clause(seen, source, SPEED)
     yield Clause(
         "three loadings in succession, of which the last counts (method A)",
@@ -35,5 +36,5 @@ STANDARD = Standard(
     title="Rubber properties in compression",
     source="ASTM D575-91, section 5.1; public summaries of its method A",
     modes=frozenset({"uniaxial"}),
-    judge=_judge,
+    judge=judge,
 )

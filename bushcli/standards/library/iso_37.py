@@ -18,7 +18,8 @@ from bushcli.standards.standard import Clause, Standard, speed_clause
 SPEEDS = ((500.0, 50.0), (200.0, 20.0))
 
 
-def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    """Yield the clauses, each with what the recording has."""
     count = len(seen.amplitudes)
     yield Clause("one pull, without conditioning", f"{count} cycle{'s' if count != 1 else ''}", count == 1)
     yield speed_clause(seen, source, SPEEDS, practice=True)
@@ -31,5 +32,5 @@ STANDARD = Standard(
     title="Tensile stress-strain properties",
     source="public summaries of ISO 37",
     modes=frozenset({"uniaxial"}),
-    judge=_judge,
+    judge=judge,
 )

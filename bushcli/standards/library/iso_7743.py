@@ -20,7 +20,8 @@ from bushcli.standards.standard import Clause, Standard, cycles_clause, speed_cl
 CYCLES, STRAIN, SPEED = 4, 0.25, 10.0
 
 
-def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    """Yield the clauses, each with what the recording has."""
     yield cycles_clause(seen, CYCLES, f"{CYCLES} cycles in succession, of which the last counts")
     largest = max(seen.amplitudes)
     met = abs(largest - STRAIN) <= 0.1 * STRAIN
@@ -41,5 +42,5 @@ STANDARD = Standard(
     title="Compression stress-strain properties",
     source="good practice; the text of ISO 7743 is not public",
     modes=frozenset({"uniaxial"}),
-    judge=_judge,
+    judge=judge,
 )

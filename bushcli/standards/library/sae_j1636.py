@@ -23,7 +23,8 @@ from cases.mode import modes
 FEWEST = 3
 
 
-def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+def judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    """Yield the clauses, each with what the recording has."""
     yield cycles_clause(
         seen, FEWEST + 1, f"{FEWEST} to 10 cycles to the same travel before the one that counts"
     )
@@ -47,5 +48,5 @@ STANDARD = Standard(
     title="Load/deformation testing of elastomeric components",
     source="public summaries of SAE J1636",
     modes=frozenset({"axial", "radial", "torsional", "conical"}),
-    judge=_judge,
+    judge=judge,
 )

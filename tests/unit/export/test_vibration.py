@@ -150,7 +150,7 @@ def case(tmp_path):
 
 def saved(folder, response):
     folder.mkdir()
-    (folder / "result.json").write_text(json.dumps(dynamic_json(response, None, {}), default=list))
+    (folder / "result.json").write_text(json.dumps(dynamic_json(response, None), default=list))
     return folder
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from bushcli.inverse.channel import ChannelForces, Patience
+from bushcli.inverse.channel import ChannelForces, StepLimit
 from bushcli.inverse.contained import Contained, ContainedPart, from_contained
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
@@ -25,7 +25,7 @@ class Relaxation:
         self.measured += noise * np.random.default_rng(2).standard_normal(len(TIMES))
         self.scale = np.full(len(TIMES), noise)
 
-    def solve(self, parameters, names, patience=None):
+    def solve(self, parameters, names, limit=None):
         c = parameters["C10"]
         force, slopes = np.full(len(TIMES), c), {"C10": np.ones(len(TIMES))}
         for i in (n.removeprefix("g") for n in parameters if n.startswith("g")):
@@ -39,7 +39,7 @@ class Relaxation:
     def at_samples(self, answer):
         return answer.force, answer.slope
 
-    def reached(self, parameters, patience):
+    def reached(self, parameters, answer, limit):
         return np.zeros((0, 3))
 
 
@@ -48,16 +48,17 @@ def posed(count, branches):
     bounds = Bounds(
         np.array([1e-6 if n == "C10" else 0.0 if n.startswith("g") else 1e-3 for n in names]),
         np.array([1e3 if n == "C10" else 10.0 if n.startswith("g") else 1e6 for n in names]),
+        np.array([n.startswith("tau") for n in names]),
     )
     states = coupon_states((0.8, 1.2))
     problem = LeastSquaresProblem(
-        [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, patience=[Patience()]
+        [Relaxation(branches)], law("neo_hookean"), names, {}, bounds, states, limits=[StepLimit()]
     )
     every = [
         ContainedPart(
             (f"g{i}", f"tau{i}"),
             {f"g{i}": 0.0},
-            tuple({f"tau{i}": tau} for tau in (0.3, 3.0, 30.0)),
+            {f"tau{i}": (0.3, 3.0, 30.0)},
             "viscoelasticity",
             {f"{stem}{i}": f"{stem}{i - 1}" for stem in ("g", "tau")} if i > 1 else {},
         )
@@ -112,7 +113,7 @@ def test_no_start_of_ten_is_better():
 def test_an_addition_that_promises_nothing_where_it_is_absent_begins_at_its_start_value():
     problem, _, start = posed(1, [(0.5, 1.0)])
     # A grid whose only time is spent before the first sample.
-    every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, ({"tau1": 1e-3},), "viscoelasticity", {})]
+    every = [ContainedPart(("g1", "tau1"), {"g1": 0.0}, {"tau1": (1e-3,)}, "viscoelasticity", {})]
     found = from_contained(problem, start, every=every)
     assert found.cost == pytest.approx(1.0, abs=0.25)
 

@@ -24,7 +24,7 @@ def test_numbers_that_are_not_finite_end_the_trial_and_not_the_run(spoiled):
         coupon=True,
         comm=MPI.COMM_SELF,
         measured=Q,
-        solve=lambda parameters, names, patience: ChannelForces(Q, **values),
+        solve=lambda parameters, names, limit: ChannelForces(Q, **values),
     )
     problem = LeastSquaresProblem(
         [channel], law("neo_hookean"), ["C10"], {}, BOUNDS, coupon_states((0.8, 1.2))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from bushcli.inverse.local import Minimum, minimise
-from bushcli.inverse.verdict import _stuck
+from bushcli.inverse.verdict import _Doubts
 
 TASK = SimpleNamespace(source="recordings")
 
@@ -21,7 +21,7 @@ def test_a_law_that_is_solved_exactly_at_its_start_is_no_alarm(linear):
     found = minimise(problem, exact)
     np.testing.assert_allclose(found.x, exact, rtol=1e-6)
     assert found.stationary
-    assert _stuck(poor(), found, TASK) == []
+    assert list(_Doubts(poor(), TASK, found).start()) == []
 
 
 def test_a_search_that_leaves_its_start_is_not_stationary(linear):
@@ -33,10 +33,11 @@ def test_a_search_that_could_not_leave_a_bad_start_is_an_alarm(linear):
     start = np.array([1.0, 1.0])
     found = minimise(linear(wall=lambda x: bool(np.abs(x - start).max() > 1e-9)), start)
     assert not found.stationary
-    (condition,) = _stuck(poor(), found, TASK)
+    (condition,) = _Doubts(poor(), TASK, found).start()
     assert condition.name == "start_not_left"
 
 
 def test_what_does_not_say_that_it_is_stationary_is_an_alarm():
     x = np.array([1.0])
-    assert [one.name for one in _stuck(poor(), Minimum(x, x, 1.0, 0, False, ""), TASK)] == ["start_not_left"]
+    (condition,) = _Doubts(poor(), TASK, Minimum(x, x, 1.0, 0, False, "")).start()
+    assert condition.name == "start_not_left"

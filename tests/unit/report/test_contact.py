@@ -15,7 +15,7 @@ WALLS = Touched(("end_top", "free"), 0.1, 66.3, 0.2, 17.1, -5.4)
 
 def test_what_met_is_in_the_units_of_the_mode(answer, channel):
     met = answer(replace(channel("torsional", 100.0), touched=(WALLS,)))
-    (found,) = direct_json(met.response, {}, None, {})["load_cases"][0]["contact"]
+    (found,) = direct_json(met.response, {}, None)["load_cases"][0]["contact"]
     assert found["surfaces"] == ["end_top", "free"]
     assert (found["first"], found["at"]) == pytest.approx(np.degrees([0.1, 0.2]))
     assert (found["largest_force"], found["radius"], found["height"]) == (66.3, 17.1, -5.4)

@@ -57,9 +57,7 @@ def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
 
 def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured):
     found = simulated(measured)
-    result = json.loads(
-        json.dumps(report.direct_json(found.response, found.misfits, None, {}), allow_nan=False)
-    )
+    result = json.loads(json.dumps(report.direct_json(found.response, found.misfits, None), allow_nan=False))
     (entry,) = result["load_cases"]
     assert entry["units"]["energy"] == "N mm"
     assert [cycle["number"] for cycle in entry["cycles"]] == list(range(1, 9))
@@ -80,7 +78,7 @@ def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured
 
 def test_one_way_has_neither_cycles_nor_holds(answer, channel):
     found = answer(channel("axial", 130.0, 100.0))
-    (entry,) = report.direct_json(found.response, found.misfits, None, {})["load_cases"]
+    (entry,) = report.direct_json(found.response, found.misfits, None)["load_cases"]
     assert "cycles" not in entry
 
 
@@ -120,7 +118,7 @@ def test_rotations_are_in_degrees(answer, channel):
     recording = cyclic(30.0, 0.0, "torsional", factor=0.1)
     q = np.linspace(-0.5, 0.5, 21)
     found = answer(channel("torsional", curve=Curve("torsional", q, 2600.0 * q), recording=recording))
-    (entry,) = report.direct_json(found.response, found.misfits, None, {})["load_cases"]
+    (entry,) = report.direct_json(found.response, found.misfits, None)["load_cases"]
     first, _ = entry["cycles"]
     assert first["displacement"][1] == pytest.approx(np.degrees(0.4), rel=1e-3)
     assert first["simulated"]["secant_stiffness"] == pytest.approx(np.radians(2600.0))
@@ -134,7 +132,7 @@ def test_loops_without_an_explanation_are_a_problem(simulated, loss):
     conditions = unexplained_hysteresis(histories(found))
     assert [condition.name for condition in conditions] == ["unexplained_hysteresis"] * (loss > 0)
     names = [
-        problem["name"] for problem in report.direct_json(found.response, found.misfits, None, {})["problems"]
+        problem["name"] for problem in report.direct_json(found.response, found.misfits, None)["problems"]
     ]
     assert names == [condition.name for condition in conditions]
 
@@ -196,10 +194,10 @@ def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
 
 def test_files_and_page_hold_the_section(simulated, measured, tmp_path):
     found = simulated(measured)
-    result = report.direct_json(found.response, found.misfits, None, {"total": 1.0})
+    result = report.direct_json(found.response, found.misfits, None)
     given = (found.response, found.misfits, None)
     files = report.direct_files(*given)
-    written = report.write(tmp_path / "out", result, files, lambda seen: report.direct_document(*given, seen))
+    written = report.write(tmp_path / "out", result, files, lambda: report.direct_document(*given))
     assert {"axial-cycles.png", "axial-cycles.svg", "axial-holds.png"} <= {path.name for path in written}
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<h2>Cycles and holds</h2>" in page

@@ -22,8 +22,8 @@ def folder(tmp_path_factory, diagnoses):
     )
     (place / "case.toml").write_text(diagnoses.CASE)
     found = diagnoses.rivalling(load_case(place / "case.toml"))
-    result, files = report.diagnosis_json(found, {"total": 1.0}), report.diagnosis_files(found)
-    report.write(place / "out", result, files, lambda seen: report.diagnosis_document(found, seen))
+    result, files = report.diagnosis_json(found), report.diagnosis_files(found)
+    report.write(place / "out", result, files, lambda: report.diagnosis_document(found))
     return place / "out"
 
 

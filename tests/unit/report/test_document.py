@@ -23,7 +23,7 @@ def strict(document):
 def direct(answer, channel):
     def make(*channels, fit=None):
         found = answer(*(channels or (channel("axial", 104.0, 100.0),)))
-        return strict(direct_json(found.response, found.misfits, fit, {"total": 1.0}))
+        return strict(direct_json(found.response, found.misfits, fit))
 
     return make
 
@@ -90,7 +90,7 @@ def test_what_is_not_finite_is_written_in_words(direct, channel):
 
 
 def test_a_fit_has_the_keys_that_scripts_rely_on(case, fit):
-    result = strict(fit_json(case(), fit, {}))
+    result = strict(fit_json(case(), fit))
     assert result.keys() >= EVERY_RESULT | {
         *("law", "parameters", "correlation", "misfit", "forward_solves", "sweeps", "iterations"),
         *("converged", "identifiability", "stability", "weighting"),
@@ -109,7 +109,7 @@ def test_a_fit_has_the_keys_that_scripts_rely_on(case, fit):
 
 
 def test_a_mode_tested_twice_goes_by_the_names_of_its_tests(case, fit):
-    result = strict(fit_json(case(), fit, {}))
+    result = strict(fit_json(case(), fit))
     assert result["misfit"].keys() == {"uniaxial", "second", "planar"}
     assert result["misfit"]["planar"]["rms_percent"] == pytest.approx(20.0)
 
@@ -123,7 +123,7 @@ def test_a_law_fitted_on_the_way_is_in_the_direct_result(direct, fit):
 def test_a_checked_case_says_what_its_recordings_hold(case):
     used = case()
     curves = [read_recording(source) for source in used.recordings]
-    result = strict(check_json(Checked(used, curves, [], protocol(used, curves, [])), {}))
+    result = strict(check_json(Checked(used, curves, [], protocol(used, curves, []))))
     (measured,) = result["recordings"]
     assert (measured["name"], measured["samples"], measured["cycles"]) == ("measured", 6, 1)
     assert measured["displacement"] == [0.0, 5.0]

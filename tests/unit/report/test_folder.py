@@ -12,13 +12,13 @@ from bushcli.report.writers.folder import (
     STAGING,
     NotDrawn,
     check_folder,
+    claim,
     occupy,
     owned,
     refuse_others,
     staging,
     write_files,
 )
-from bushcli.runtime.claims import claim
 from bushcli.runtime.names import file_names
 
 RESULT = {"command": "direct", "versions": {}}

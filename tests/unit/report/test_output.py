@@ -29,9 +29,9 @@ def written_direct(answer, channel):
     def make(folder, *channels):
         # A channel without a surface is drawn in a third of the time.
         found = answer(*(channels or (channel("axial", 130.0, 100.0, surface=None),)))
-        result = direct_json(found.response, found.misfits, None, {})
+        result = direct_json(found.response, found.misfits, None)
         given = (found.response, found.misfits, None)
-        return write(folder, result, direct_files(*given), lambda seen: direct_document(*given, seen))
+        return write(folder, result, direct_files(*given), lambda: direct_document(*given))
 
     return make
 
@@ -154,7 +154,7 @@ def test_a_map_of_several_channels_gets_a_name_that_no_channel_has():
 
 def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
     files = fit_files(case(), fit)
-    write(tmp_path / "out", fit_json(case(), fit, {}), files, lambda seen: fit_document(case(), fit, seen))
+    write(tmp_path / "out", fit_json(case(), fit), files, lambda: fit_document(case(), fit))
     lines = (tmp_path / "out" / "planar-fit.csv").read_text().splitlines()
     assert lines[0] == "stretch,recorded_nominal_stress_MPa,fitted_nominal_stress_MPa"
     assert lines[-1] == "3,2,2.4"

@@ -13,12 +13,11 @@ from bushcli.report.document import (
     Block,
     Document,
     Paragraph,
-    Picture,
     Row,
     Section,
     Table,
+    figures,
     note,
-    of_kind,
     paragraphs,
 )
 from bushcli.report.quantity import listed, number, percent
@@ -59,17 +58,21 @@ _TRIALS = (
 )
 
 
-def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Document:
-    """Return the document of a diagnosis.
-
-    Parameters
-    ----------
-    found : Diagnosis
-    pictures : sequence of Picture
-        For the page, which has zoomable plots in place of the pictures of curves.
-    """
+def diagnosis_document(found: Diagnosis) -> Document:
+    """Return the document of a diagnosis."""
     is_faulty = found.verdict == "faulty_data"
-    missing = _missing(found, pictures)
+    missing = _missing(found)
+    left_out = Section(
+        "What was left out",
+        [*paragraphs(effect_lines(found)), effect_table(found), note(_VALUES), figures("priors")],
+        fold="Where the priors come from",
+        folded=[source_table(found)],
+    )
+    curves = Section("Recorded curves", [figures("diagnosed")])
+    if not is_faulty:
+        some = any(one.faulty.any() for one in found.channels)
+        how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if some else "")
+        curves = Section("Recorded and simulated curves", [figures("diagnosed"), note(how)])
     sections = [
         Section(
             "How probable each effect is",
@@ -77,23 +80,23 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
                 *paragraphs(words.ended(words.rival_lines(found))),
                 *paragraphs([_UNIFORM] if found.uniform_odds and found.models else []),
                 probability_table(found),
-                *of_kind(pictures, "probabilities"),
+                figures("probabilities"),
             ],
         ),
         Section("The most probable models", [model_table(found), note(_PROBABILITIES)]),
         *([missing] if words.is_missing(found) else []),
-        _left_out(found, pictures),
+        *([left_out] if found.effects else []),
         Section(
             "Before and after",
             [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
         ),
-        _curves(found, pictures),
-        compared_section([one.compared for one in found.tables], pictures),
+        *([curves] if found.channels or is_faulty else []),
+        compared_section([one.compared for one in found.tables]),
         *([] if words.is_missing(found) else [missing]),
-        _record(found, pictures),
+        _record(found),
         Section(
             "Where in the bushing",
-            [*paragraphs(words.ended(map_lines(found))), *of_kind(pictures, "bushing_map")],
+            [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")],
         ),
         Section(
             "Parameters",
@@ -101,7 +104,7 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
         ),
         Section(
             "Next test",
-            [*paragraphs(words.ended(words.next_test_lines(found))), *of_kind(pictures, "next_test")],
+            [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")],
         ),
         _search(found),
     ]
@@ -124,51 +127,26 @@ def diagnosis_document(found: Diagnosis, pictures: Sequence[Picture] = ()) -> Do
     )
 
 
-def _curves(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
-    """Return the curves with the misfit over time; of faulty data the recorded curves."""
-    curves = of_kind(pictures, "diagnosed")
-    if found.verdict == "faulty_data":
-        return Section("Recorded curves", curves)
-    if not found.channels:
-        return Section("", ())
-    left = any(one.faulty.any() for one in found.channels)
-    how = _HOW + (" Samples shaded from top to bottom are faulty and were left out." if left else "")
-    return Section("Recorded and simulated curves", [*curves, note(how)])
-
-
-def _left_out(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
-    blocks: list[Block] = [*paragraphs(effect_lines(found)), effect_table(found)]
-    blocks += [note(_VALUES), *of_kind(pictures, "priors")]
-    fold, folded = "Where the priors come from", [source_table(found)]
-    return (
-        Section("What was left out", blocks, fold=fold, folded=folded) if found.effects else Section("", ())
-    )
-
-
-def _missing(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+def _missing(found: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
     what = "Recorded minus simulated force of the most probable model, without noise"
     what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
-    shapes = of_kind(pictures, "missing")
-    blocks = [
-        *paragraphs(words.ended(words.missing_lines(found))),
-        *([note(what)] if shapes else []),
-        *shapes,
-    ]
+    shapes: list[Block] = [note(what), figures("missing")] if found.missing and found.missing.profiles else []
+    blocks = [*paragraphs(words.ended(words.missing_lines(found))), *shapes]
     if words.is_missing(found):
         return Section("What is missing", blocks)
     return Section("Misfit that the most probable model leaves", blocks, on="page")
 
 
-def _record(found: Diagnosis, pictures: Sequence[Picture]) -> Section:
+def _record(found: Diagnosis) -> Section:
     """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
     if found.verdict == "faulty_data":
-        return Section("Where in the record", of_kind(pictures, "record_map"))
+        return Section("Where in the record", [figures("record_map")])
     blocks = paragraphs(points(found.places), "terminal" if found.location.mismatch else "both")
     if found.remaining_places and found.effects:
         blocks += paragraphs(["After the most probable model:", *words.ended(points(found.remaining_places))])
     explained = [note(_RECORD)] if found.location.mismatch else []
-    return Section("Where in the record", [*blocks, *explained, *of_kind(pictures, "record_map")])
+    return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
 
 def _search(found: Diagnosis) -> Section:

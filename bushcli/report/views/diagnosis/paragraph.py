@@ -52,7 +52,7 @@ def short_paragraphs(found: Diagnosis) -> list[str]:
     parts = [
         [_opening(found), *(ended(missing_lines(found)[1:]) if unexplained and not found.unsearched else [])],
         [] if explained else ended(found.places[:2]),
-        [*_effects(found), _law(found)] if found.effects else [],
+        _effects(found) if found.effects else [],
         [] if explained else [_gain(found), *ended([form_error_line(found)])],
         ended(missing_lines(found)) if is_missing(found) and not unexplained else [],
         [_rivals(found)],
@@ -132,20 +132,8 @@ def _so_far(found: Diagnosis) -> str:
     return f" Of the {len(trials)} models fitted so far {model_title(best.law, best.effects)} is the most probable."
 
 
-def _law(found: Diagnosis) -> str:
-    """Return a sentence if the law differs from that of the plain model."""
-    if found.material.law != found.plain.law:
-        replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
-        return f"The model also has {replaced}: both changes together reduce the misfit."
-    if found.law_from == "coupons" and not found.law_fixed:
-        return (
-            "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "
-            "the misfit."
-        )
-    return ""
-
-
 def _effects(found: Diagnosis) -> list[str]:
+    """Return sentences on the effects of the most probable model, and on its law if that is not the plain one."""
     parts: list[str] = []
     for one in found.effects:
         values = parameters_text(one, found.measured)
@@ -153,6 +141,14 @@ def _effects(found: Diagnosis) -> list[str]:
         parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
         if not one.plausible:
             parts += ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
+    if found.material.law != found.plain.law:
+        replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
+        parts.append(f"The model also has {replaced}: both changes together reduce the misfit.")
+    elif found.law_from == "coupons" and not found.law_fixed:
+        parts.append(
+            "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "
+            "the misfit."
+        )
     return parts
 
 

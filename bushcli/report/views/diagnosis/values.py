@@ -96,18 +96,13 @@ def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel
                 std = value**2 / abs(first) * quantity.std / abs(quantity.value)
             parts.append(f"{other} = {with_std(value, std)}{tail(of)}")
         if not known:
-            value_shown = shown(f"{effect.name}.{name}", quantity, channels)
-            parts.append(
-                f"{name}: {value_shown.word}" if value_shown.word else f"{name} = {_given(value_shown)}"
-            )
+            one = shown(f"{effect.name}.{name}", quantity, channels)
+            text = one.text
+            if one.std == 0.0 and one.upper > one.lower:
+                # A scanned dimension stands for the range half-way to the next one.
+                text = f"{one.value:.3g}{tail(one.unit)} ({span(one.lower, one.upper)})"
+            parts.append(f"{name}: {one.word}" if one.word else f"{name} = {text}")
     return ", ".join(parts)
-
-
-def _given(value: ShownQuantity) -> str:
-    if value.std == 0.0 and value.upper > value.lower:
-        # A scanned dimension stands for the range half-way to the next one.
-        return f"{value.value:.3g}{tail(value.unit)} ({span(value.lower, value.upper)})"
-    return value.text
 
 
 def tail(of: str) -> str:

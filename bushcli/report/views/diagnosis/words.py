@@ -156,7 +156,10 @@ def missing_physics(found: Diagnosis) -> str:
     """Return what was left out: the certain effects, then the group or the alternative sets."""
     sets = likely(found)
     if len(sets) < 2:
-        return _alone(found)
+        own, of_set = list(map(chance, _named(found).values())), chance(sets[0].probability)
+        if len(own) == 1 and own != [of_set]:
+            return f"{listed(effects_with_chance(found))}, with nothing else ({of_set})"
+        return f"{listed(effect_names(found))} ({of_set})"
     common = set.intersection(*(set(one.effects) for one in sets))
     sure = [
         f"{name} ({chance(p)})"
@@ -184,15 +187,6 @@ def missing_physics(found: Diagnosis) -> str:
     besides = f"; not ruled out: no effect ({chance(none[0].probability)})" if none else ""
     apart = "; these recordings cannot tell them apart" if len(rests) > 1 else ""
     return f"{', or '.join(rests)}{apart}{besides}"
-
-
-def _alone(found: Diagnosis) -> str:
-    """Return the effects of the only likely set, with its probability and their own where these differ."""
-    own = list(map(chance, _named(found).values()))
-    of_set = chance(likely(found)[0].probability)
-    if len(own) == 1 and own != [of_set]:
-        return f"{listed(effects_with_chance(found))}, with nothing else ({of_set})"
-    return f"{listed(effect_names(found))} ({of_set})"
 
 
 def _some(sets: list[str]) -> list[str]:
@@ -286,20 +280,16 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     """Return sentences on the proposed test and the information expected from it, or on why none is proposed."""
     test = found.next_test
     if test is None:
-        return _no_test(found)
+        # Of a search that did not end by itself nothing is said.
+        if not found.rivals or found.searched.ended != "nothing left":
+            return []
+        known = [one for one in (found.models[0].effects, *found.rivals) if UNKNOWN not in one]
+        if len(known) < 2:
+            return ["No test is proposed: of unknown physics nothing can be predicted"]
+        return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
     bits = f"{test.information:.2f} of the {test.possible:.2f} bits of information that are still open"
     gain = f"It is expected to give {bits}"
     return [test.text, gain] if test.possible > 0 else [test.text]
-
-
-def _no_test(found: Diagnosis) -> list[str]:
-    """Return why no test is proposed although there are rivals; nothing where the search did not end by itself."""
-    if not found.rivals or found.searched.ended != "nothing left":
-        return []
-    known = [one for one in (found.models[0].effects, *found.rivals) if UNKNOWN not in one]
-    if len(known) < 2:
-        return ["No test is proposed: of unknown physics nothing can be predicted"]
-    return ["No test is proposed: none of those considered is expected to tell the rivals apart"]
 
 
 def searched_lines(found: Diagnosis) -> list[str]:

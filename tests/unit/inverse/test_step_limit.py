@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from bushcli.inverse.channel import ALLOWED, Patience
+from bushcli.inverse.channel import ALLOWED, StepLimit
 from bushcli.inverse.problem import Bounds, LeastSquaresProblem, coupon_states
 from forms.law import law
 
@@ -19,23 +19,23 @@ def march(failed):
 
 
 def test_there_is_no_limit_before_a_march_has_reached_its_end():
-    patience = Patience()
-    assert patience.limit is None
-    patience.learn(march(0))
-    assert patience.limit == ALLOWED
+    limit = StepLimit()
+    assert limit.steps is None
+    limit.learn(march(0))
+    assert limit.steps == ALLOWED
     for failed in (2, 1):
-        patience.learn(march(failed))
-        assert patience.limit == ALLOWED + 2 * 2
+        limit.learn(march(failed))
+        assert limit.steps == ALLOWED + 2 * 2
 
 
 def test_a_limit_that_was_given_stays():
-    patience = Patience(1)
-    patience.learn(march(4))
-    assert patience.limit == 1
+    limit = StepLimit(1)
+    limit.learn(march(4))
+    assert limit.steps == 1
 
 
 def test_a_search_begins_with_what_an_earlier_one_has_learnt_and_keeps_its_own_to_itself():
-    def problem(*patience):
+    def problem(*limits):
         channel = SimpleNamespace(coupon=True)
         states = coupon_states((0.8, 1.2))
         return LeastSquaresProblem(
@@ -45,14 +45,14 @@ def test_a_search_begins_with_what_an_earlier_one_has_learnt_and_keeps_its_own_t
             {},
             Bounds(np.zeros(1), np.ones(1)),
             states,
-            patience=patience,
+            limits=limits,
         )
 
     first = problem()
-    first.patience[0].learn(march(1))
-    second = problem(*first.patience)
-    assert second.patience[0].limit == ALLOWED + 2
-    second.patience[0].learn(march(5))
-    assert first.patience[0].limit == ALLOWED + 2
+    first.limits[0].learn(march(1))
+    second = problem(*first.limits)
+    assert second.limits[0].steps == ALLOWED + 2
+    second.limits[0].learn(march(5))
+    assert first.limits[0].steps == ALLOWED + 2
     second.lift_limits()
-    assert second.patience[0].limit is None
+    assert second.limits[0].steps is None

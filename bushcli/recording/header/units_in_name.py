@@ -1,0 +1,164 @@
+"""Units in the name of a column outside of brackets: at the end, between its words, or doubtful: ``force_kN_filtered``.
+
+A number without a unit is a range, ``Force ±25``, a factor, or the number of a channel.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from bushcli.recording.header.numbers import loose_numbers
+from bushcli.recording.header.units import COUNTED, find_unit, tabulated_unit
+from bushcli.recording.header.vocabulary import NUMBERED_WORDS, POWER, kinds_of, known_word
+
+#: Before a factor among the units of a column.
+FACTOR = "factor"
+_INCH_FIRST = re.compile(r"\s*in[\s_](?!phase|plane)", re.IGNORECASE)
+#: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
+_COMPOUND = re.compile(r"(?<=[\s_,;:|=./-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
+#: Units at the end: "ft-lb", a foot, and none.
+_HYPHENED = re.compile(r"(?<=[\s_,;:|=])[^\W\d_]+-[^\W\d_]+$")
+_FOOT = re.compile(r"^(.*\w)[\s_,;:.=-]*['′]$")
+_ABSENT = re.compile(r"(?<![^\W_])n\s*/\s*a\.?$", re.IGNORECASE)
+#: A number before a unit, such as the range of a sensor.
+_NUMBER = re.compile(r"\d+(?:[.,/]\d+)?k?")
+
+
+def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+    """Yield the ways to split a name without brackets into the name and its unit, wherever that is, the surest first.
+
+    The last one has an empty text in place of a unit.
+    """
+    for match in _COMPOUND.finditer(text):
+        if _are_units(re.split(r"[·⋅×*/^]", match[0])):
+            yield text[: match.start()] + " " + text[match.end() :], match[0]
+    for match in _HYPHENED.finditer(text):
+        if _are_units(match[0].split("-")):
+            yield text[: match.start()], match[0]
+    yield from ((match[1], "'") for match in _FOOT.finditer(text))
+    yield from ((text.replace(sign, " "), sign) for sign in "%‰" if sign in text)
+    yield from ((text[: match.start()], match[0]) for match in _ABSENT.finditer(text))
+    yield from _units_at_end(text, timed)
+
+
+def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
+    """Yield the same for units at the end: ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm``."""
+    slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
+    if slash and (_is_unit(slash[2]) or not _names_something(slash[2])):
+        yield slash[1].strip(), slash[2]
+    tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
+    for count in (2, 1):
+        unit, before = "".join(tokens[-count:]), tokens[:-count]
+        found = tabulated_unit(unit) if before else None
+        if found is None or (count == 2 and found.measured != "moment"):
+            continue
+        # "Force in lbf" is no moment; "min" is the smallest value, or doubtful.
+        force = count == 2 and tokens[-2] == "in" and "force" in kinds_of(" ".join(before))
+        if force or (unit.lower() == "min" and not (timed and unit == "min")):
+            continue
+        if POWER.fullmatch(before[-1]) or _is_range(before, text):
+            # "Force x10 N" is not in N, and "Load Cell 500 N" gives the range of a sensor.
+            yield " ".join(before[:-1]), " ".join(tokens[-count - 1 :])
+        yield " ".join(token for token in before if token.lower() not in ("in", "/")), unit
+    joined = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
+    if joined and not _names_something(joined[2]):
+        yield joined[1], joined[2]
+    apart = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
+    if apart and _is_unit(apart[2]):
+        yield apart[1], apart[2]
+    yield text, ""
+
+
+def with_second_unit(rest: str, written: list[str], timed: bool) -> tuple[str, list[str]]:
+    """Return a name without the second unit that stands before a first one, and both: ``Travel mm (in)``."""
+    first = tabulated_unit(written[0]) if len(written) == 1 else None
+    # The first m of "Travel m m" is a prefix.
+    apart = first and _prefix_apart(re.findall(r"[^\W_]+", rest), written[0])
+    before, unit = next(_units_at_end(rest, timed)) if first and not apart else (rest, "")
+    second = tabulated_unit(unit) if unit and unit.lower() != "in" else None
+    two = first and second and second.measured == first.measured
+    return (re.sub(r"\s+in\s*$", "", before), [*written, unit]) if two else (rest, written)
+
+
+def inner_units(shown: list[str], rest: str) -> tuple[list[str], list[str]]:
+    """Return the words of a name without the units between them, ``force_kN_filtered``, and these units.
+
+    The "5 kN" of "5 kN cell" is one.
+    """
+    units = [
+        i
+        for i, word in enumerate(shown[1:-1], start=1)
+        if (len(word) > 1 or word == "N") and not known_word(word) and tabulated_unit(word) is not None
+    ]
+    ranges = [i for i in units if _is_range(shown[:i], rest)]
+    written = [f"{shown[i - 1]} {shown[i]}" if i in ranges else shown[i] for i in units]
+    for i in units:
+        apart = _prefix_apart(shown[:i], shown[i]) or _prefix_apart(shown[i + 1 :][:1], shown[i])
+        written += [f"{FACTOR} {apart}"] if apart else []
+    gone = {*units, *(i - 1 for i in ranges)}
+    return [word for i, word in enumerate(shown) if i not in gone], written
+
+
+def numbers_or_doubts(shown: Sequence[str], rest: str, has_unit: bool) -> tuple[list[str], list[str]]:
+    """Return the number in a name that may be a range or a factor, with its unit, or else the doubtful words."""
+    doubtful = [word for word in shown if not known_word(word)]
+    # "t" is a time at the beginning of a name and may be tonnes at its end; V is a direction or volts, "at" a pressure.
+    doubtful += [word for word in shown[1:][-1:] if word in ("t", "V", "at", "At", "AT")]
+    # "Load #" is in pounds or counts loads; "disp_in_raw" may be in inches.
+    doubtful += ["#"] * (re.search(r"[\s,;_]#\s*$", rest) is not None)
+    doubtful += ["in"] * ("_in_" in rest.lower() or _INCH_FIRST.match(rest) is not None)
+    numbers: list[str] = []
+    for word in doubtful:
+        at = shown.index(word) if word in shown else 0
+        glued = re.fullmatch(r"\d+(?:[.,]\d+)?([^\W\d_]+)", word)
+        if _is_range(shown[:at], rest) and any(find_unit(word, kind) for kind in ("force", "length")):
+            numbers.append(f"{shown[at - 1]} {word}")
+        elif glued and tabulated_unit(glued[1]) is not None and not has_unit:
+            numbers.append(word)
+    alone = not has_unit and all(word.isdigit() for word in doubtful)
+    numbers += loose_numbers(rest) if alone and not numbers else []
+    return numbers[:1], [] if numbers or alone else doubtful
+
+
+def prefix_of(rest: str, written: Sequence[str], bracketed: bool) -> str:
+    """Return the prefix that stands apart from the unit of a name, "Force k N"; an upper "Kraft K [N]" is a symbol."""
+    words = re.findall(r"[^\W_]+", rest)
+    symbol = bracketed and words and words[-1].isupper()
+    return _prefix_apart(words, written[0]) if len(written) == 1 and not symbol else ""
+
+
+def _prefix_apart(words: Sequence[str], unit: str) -> str:
+    """Return the prefix that a blank or a sign separates from its unit, ``Force k N``, or an empty text."""
+    last, found = words[-1] if words else "", tabulated_unit(unit)
+    joined = tabulated_unit(last + unit) if last and found else None
+    scaled = found and joined and joined.measured == found.measured and joined.factor != found.factor
+    # M is the symbol of a moment.
+    short = found and len(last) <= 2 and not (last == "M" and found.measured == "moment")
+    return last if last.lower() in COUNTED or (short and (last == "k" or scaled)) else ""
+
+
+def _is_range(words: Sequence[str], text: str) -> bool:
+    """Whether the last of the words before a unit in a text is a number, and a range: not that of a channel.
+
+    A name in which underscores stand around the number, force_2_N, numbers the channels.
+    """
+    numbered = bool(words) and _NUMBER.fullmatch(words[-1]) is not None and f"_{words[-1]}_" not in text
+    return numbered and (len(words) == 1 or words[-2].lower() not in NUMBERED_WORDS)
+
+
+def _are_units(parts: Sequence[str]) -> bool:
+    """Whether the parts of a text are factors of a unit: one of them is known, and none is a word of a name."""
+    known = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
+    words = (part for part, unit in zip(parts, known, strict=True) if not unit and not part.isdigit())
+    return any(known) and not any(map(known_word, words))
+
+
+def _is_unit(text: str) -> bool:
+    """Whether a text is a unit of the table that is not also a word for the smallest value."""
+    return tabulated_unit(text) is not None and text.lower() != "min"
+
+
+def _names_something(text: str) -> bool:
+    """Whether a text contains a word of a name, so that it is not a unit: the "unload force" of "load/unload force"."""
+    return any(known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
