@@ -132,7 +132,7 @@ def drawn(deck: str, number: int) -> Truth:
         span = {
             "fixture_mass": (0.06, 0.4),
             "rig_resonance": (0.2, 0.6),
-            "time_lag": (1.5, 8.0),
+            "time_lag": (0.8, 3.5),
             "rig_compliance": (0.08, 0.3),
         }
         size = float(rng.uniform(*span[str(name)]))
@@ -262,7 +262,8 @@ def tables(truth: Truth, folder: Path, rng: np.random.Generator) -> None:
         lines = [head]
         for f, q, K, a, T in rows:
             size = factor * abs(K) * per * (1 + truth.noise[0] * rng.standard_normal())
-            angle = np.degrees(np.angle(K)) + truth.noise[1] * rng.standard_normal()
+            # A rig's software gives no negative one.
+            angle = max(np.degrees(np.angle(K)) + truth.noise[1] * rng.standard_normal(), 0.0)
             shown = [f"{f:g}", f"{q / per if mode == 'torsional' else q:.4g}", f"{size:.5g}", f"{angle:.3f}"]
             shown += [f"{a / per if mode == 'torsional' else a:.5g}"] if truth.amplitude else []
             shown += [f"{T:g}"] if truth.temperature else []

@@ -280,6 +280,8 @@ class NextTest:
     separates : tuple of (str, str)
         Pairs of rivals that it would distinguish, each a name or names joined by " + "; may be empty.
     text : str
+    frequency, amplitude, temperature : tuple of float
+        Of a table of dynamic stiffness, Hz, mm or rad, degrees C: `points` are its preloads. Empty for a path.
     """
 
     name: str
@@ -292,6 +294,9 @@ class NextTest:
     possible: float
     separates: tuple[tuple[str, str], ...]
     text: str
+    frequency: tuple[float, ...] = ()
+    amplitude: tuple[float, ...] = ()
+    temperature: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

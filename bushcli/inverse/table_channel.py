@@ -46,11 +46,13 @@ class TableChannel(FitChannel):
         table = recording.table
         self._parts: list[tuple[NDArray[np.intp], DynamicChannel]] = []
         for rows, temperature in by_temperature(case, table):
-
-            def stored(model: FiniteElementModel, uneven: bool, at: float | None = temperature) -> Store:
-                return stores(model, (table.name, at, uneven))
-
             part = table.rows(rows)
+            conditions = (part.preload, part.preload_force, part.frequency, part.amplitude)
+            name = (table.name, temperature, *(one.tobytes().hex() for one in conditions))
+
+            def stored(model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name) -> Store:
+                return stores(model, (*name, uneven))
+
             channel = DynamicChannel(part, rubber, case, MPI.COMM_SELF, prepared, temperature, stored)
             self._parts.append((rows, channel))
         self.model, self.active = self._parts[0][1].model, self._parts[0][1].active

@@ -197,7 +197,8 @@ def _grid(
         active = ActiveEffect(
             effect, before | off | shape, rig, "" if present is None else rig_of(present.name), at
         )
-        found += [Candidate(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
+        used = tuple(p.name for p in active.parameters if p in amplitudes)
+        found += [Candidate(active, used, shape, size) for size in sizes]
     return found
 
 

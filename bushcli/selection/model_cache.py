@@ -21,6 +21,8 @@ from bushcli.inverse.channel import MeshCorrection
 from bushcli.inverse.dynamic_channel import Store
 from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
 from bushcli.inverse.task import Task
+from bushcli.recording.dynamic.rows import recorded_table
+from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from bushcli.simulate.measured import Measured
@@ -111,6 +113,33 @@ class ModelCache:
             return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)
+
+    def vibrating(
+        self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Return K* (n,) of the rows of a table that need not have been measured, and its derivatives (n, names).
+
+        Parameters
+        ----------
+        task : Task
+        table : DynamicTable
+            N/mm or N mm/rad, of which the conditions count alone.
+        values : mapping of str to float
+            Of all parameters by name.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+
+        Raises
+        ------
+        NotConverged
+        """
+        recorded = recorded_table(table)
+        channel = TableChannel(recorded, rubber_of(task.material), task.case, self.bodies(task), self._stores)
+        answer = channel.solve(values, names)
+        slopes = [recorded.stiffness(one) for one in answer.slope.T]
+        return recorded.stiffness(answer.force), np.array(slopes, dtype=np.complex128).reshape(
+            -1, len(table)
+        ).T
 
     def _stores(self, model: FiniteElementModel, name: tuple[object, ...]) -> Store:
         """Return the reduced matrices of channels of a body."""

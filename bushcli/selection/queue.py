@@ -100,10 +100,10 @@ class Search:
 
     def run(self) -> Ended:
         """Search until no model is left that matters, or the time limit is reached; return which of the two."""
-        begin = relaxing(self.plain.model, self.problem.recordings, self.catalogue)
-        for model in [one for one in begin if one.structure not in self._tried]:
-            self._tried.add(model.structure)
-            self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
+        for model in relaxing(self, self.plain.model, self.catalogue):
+            if model.structure not in self._tried and time.perf_counter() < self.deadline:
+                self._tried.add(model.structure)
+                self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
         while True:
             for key in self._to_expand():
                 self._expand(key)

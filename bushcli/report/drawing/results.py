@@ -123,7 +123,7 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
     for local in found.maps:
         file = f"{names[local.name]}-bushing-map"
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
-    if found.next_test is not None:
+    if found.next_test is not None and not found.next_test.frequency:
         yield places.next_test_panels(found, found.next_test)
 
 

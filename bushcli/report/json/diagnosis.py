@@ -106,7 +106,8 @@ def _next_test(found: Diagnosis) -> dict[str, Any] | None:
         "rates": [units.per_internal * rate for rate in test.rates],
         "holds": test.holds,
         "unit": units.displacement_unit or "1",
-        **part(test, "minutes separates information possible text"),
+        **part(test, "minutes separates information possible text frequency temperature"),
+        "amplitude": [units.per_internal * one for one in test.amplitude],
     }
 
 
