@@ -34,6 +34,8 @@ TABLE_DEGREE = 6
 # Havriliak-Negami elements over two to three decades (`benchmarks/branches.py`). A relaxation that amplitude thins
 # leaves 0.05 to 0.1 on measured strain sweeps (`benchmarks/payne.md`).
 BRANCHES, AMPLITUDES = 0.25, 0.5
+# Share of the features of a curve that such a misfit changes: their participation ratio (`benchmarks/branches.py`).
+INDEPENDENT = 0.4
 # Error of the noise's estimate over the uncertainty stated with it: 1.5 without missing physics and 1.9 with it, on
 # programs of the development deck (`benchmarks/noise.py`).
 UNDERSTATED = 1.7
@@ -63,6 +65,8 @@ class Features:
         Standard deviation of the logarithm of the noise over its estimate.
     form : float
         Error of form over that in recordings along a path.
+    independent : float
+        Share of the features that an error of form of a table changes independently; 0 for a path.
     """
 
     basis: Array
@@ -74,6 +78,7 @@ class Features:
     spread: Array
     doubt: float
     form: float = 1.0
+    independent: float = 0.0
 
     @property
     def count(self) -> int:
@@ -163,6 +168,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         spread,
         UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
         _form(recording),
+        INDEPENDENT if recording.kind == "dynamic" else 0.0,
     )
 
 

@@ -146,11 +146,15 @@ class Likelihood:
         """Effective number of features m by channel.
 
         The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way
-        in all channels, and a recording that is given in two files says no more about it than in one.
+        in all recordings along a path, and one that is given in two files says no more about it than in one. Of a table
+        it is a share of its features (`Features.independent`).
         """
         counts = np.array([float(one.count) for one in self.features])
-        total = effective_features(sum(one.count for one in self.features))
-        return np.asarray(np.minimum(1.0 + (total - 1.0) * counts / counts.sum(), counts))
+        paths = np.array([not one.independent for one in self.features])
+        total, whole = effective_features(int(counts[paths].sum())), max(float(counts[paths].sum()), 1.0)
+        of_tables = counts * np.array([one.independent for one in self.features])
+        found = np.where(paths, 1.0 + (total - 1.0) * counts / whole, np.maximum(of_tables, 1.0))
+        return np.asarray(np.minimum(found, counts))
 
     @cached_property
     def count_across(self) -> Array:

@@ -293,7 +293,12 @@ class Search:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
         least = self.total + math.log(NEIGHBOURS)
         new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
-        return [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+        found = [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+        if not found and any(one.kind == "dynamic" for one in self.problem.recordings):
+            # Beside tables fits are cheap, and an unknown effect may outweigh all of them but the right one.
+            best = max(self.states, key=lambda key: self.weights(self.states[key])[0])
+            found = [best] if best not in self._expanded else []
+        return found
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""
