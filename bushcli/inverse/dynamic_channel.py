@@ -106,22 +106,15 @@ class _Reached:
             steps[name] = (
                 (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
             )
-        for curve in (one for group in self.curves for one in group):
-            rest, by = (
-                curve.model.stiffness(np.zeros(1), ()),
-                curve.model.slopes_by_parameters(np.zeros(1), ()),
-            )
-            names = curve.model.changes.names
-            change = sum(
-                steps[name][0] * float((by[i] / rest).real[0])
-                for i, name in enumerate(names)
-                if name in steps
-            )
-            # A factor on all moduli alone is exact.
-            factor = sum(
-                steps[name][0] / self.constants[name] for name in steps if steps[name][1] != 1.0
-            ) / max(len(steps), 1)
-            if abs(factor) > math.log(FACTOR) or abs(change - factor) > BESIDE:
+        for model in (one.model for group in self.curves for one in group):
+            rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
+            factor = beside = 0.0
+            for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
+                step = steps.get(name, (0.0, 1.0))[0]
+                # A factor on all moduli alone, as on those of the branches, is exact.
+                own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
+                factor, beside = factor + own, beside + abs(step * float((by[i] / rest)[0]) - own)
+            if abs(factor) > math.log(FACTOR) or beside > BESIDE:
                 return None
         return replace(self, steps=steps)
 

@@ -23,7 +23,7 @@ from bushcli.evidence.prior import scales_of
 from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.table_channel import AnyChannel
 from bushcli.recording import Recording
-from bushcli.recording.dynamic.rows import RecordedTable
+from bushcli.recording.dynamic.rows import SAMPLED, RecordedTable
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
 from bushcli.simulate.dynamic_tables import temperature_levels
@@ -308,7 +308,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, points, names, trial)
+        slope = _solved(channel, points, names, trial, case)
         if slope is None:
             return None
         found.append(slope)
@@ -316,12 +316,16 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
 
 
 def _solved(
-    channel: AnyChannel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Candidate
+    channel: AnyChannel,
+    points: Sequence[Mapping[str, float]],
+    names: Sequence[str],
+    trial: Candidate,
+    case: Case,
 ) -> Array | None:
     """Return the derivative at the first of several points that can be solved."""
     for values in points:
         try:
-            return _derivative(channel, values, names, trial)
+            return _derivative(channel, values, names, trial, case)
         except (NotConverged, NoEquilibrium):
             continue
     return None
@@ -363,9 +367,12 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
 
 
 def _derivative(
-    channel: AnyChannel, values: Mapping[str, float], names: Sequence[str], trial: Candidate
+    channel: AnyChannel, values: Mapping[str, float], names: Sequence[str], trial: Candidate, case: Case
 ) -> Array:
-    """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
+    """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes.
+
+    A resonance changes a stiffness with the square of its period.
+    """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
         return channel.at_samples(channel.solve(at, by, StepLimit(PATIENCE)))
@@ -376,10 +383,12 @@ def _derivative(
         moved, _ = solved({**values, names[0]: values[names[0]] + trial.size}, ())
         return np.column_stack([(moved - force) / trial.size, slope])
     force, slope = solved(values, names)
-    if trial.effect.acts in ("rig", "rubber"):
+    recording = channel.recording
+    if trial.effect.acts in ("rig", "rubber") and (recording.kind == "static" or slope.any()):
         return slope
+    period = recording.span[0] / SAMPLED if recording.kind == "dynamic" else None
     for i, name in enumerate(names):
-        size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
+        size = trial.effect.parameter(trial.amplitudes[i]).fitted(case.geometry, period)[0]
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
             continue
         moved, _ = solved({**values, name: values[name] + size}, ())

@@ -32,6 +32,8 @@ _ROWS, _FREEDOM = 5, 0.6
 _USUAL, _STATED = 0.5, 25.0
 #: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
 SPREAD = 1.5
+# Time between samples of a dynamic rig over the shortest period (judgement).
+SAMPLED = 0.01
 # Rows of a part that is held out: a fifth of a decade to a half, as rigs space frequencies.
 _PART = 4
 
@@ -78,8 +80,8 @@ class RecordedTable(Recording):
 
     @property
     def span(self) -> tuple[float, float]:
-        """A hundredth of the shortest period, as rigs sample it (judgement), and the longest period, s."""
-        return 0.01 / float(self.table.frequency.max()), 1.0 / float(self.table.frequency.min())
+        """A hundredth of the shortest period, as rigs sample it, and the longest period, s."""
+        return SAMPLED / float(self.table.frequency.max()), 1.0 / float(self.table.frequency.min())
 
     @property
     def has_amplitudes(self) -> bool:
