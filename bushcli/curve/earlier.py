@@ -3,8 +3,8 @@
 Rubber with memory remembers the path to the first sample. A recording may begin in the middle of a test: a rig logs
 the third cycle only, or one loop has been cut out of a longer file. Either the first displacement is far from zero; or
 the first cycle closes, although its two branches pass through the first displacement with different forces. Rubber that
-is loaded from rest returns with another force than it began with, unless the second half of the cycle is smaller than
-the first: the zero of the force must then lie well between the two branches.
+is loaded from rest returns with a force that differs from its first one, unless the second half of the cycle is smaller
+than the first: the zero of the force must then lie well between the two branches.
 """
 
 from __future__ import annotations

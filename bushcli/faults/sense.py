@@ -1,4 +1,4 @@
-"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions, noise.
+"""Checks signs, zeros and magnitudes of force and displacement, and whether there is a signal above the noise.
 
 References
 ----------

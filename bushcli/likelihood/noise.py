@@ -173,7 +173,7 @@ def noise_model(
 
 
 def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
-    """The noise by cubics in windows, in windows of half the length if those miss the curve, else by differences."""
+    """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
         found = noise_in_windows(recording, used, size)
@@ -183,7 +183,7 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
 
 
 def _by_differences(differences: float, count: int) -> SignalNoise:
-    """The noise that gives such differences, averaged over the prior of its correlation, which they do not show."""
+    """Return the noise from such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     variance = -np.log([_passed(float(r)) for r in CORRELATIONS])
