@@ -1,4 +1,4 @@
-"""Errors of neighbouring samples that are correlated, from the residuals of a fit.
+"""Correlation between the errors of neighbouring samples, estimated from the residuals of a fit.
 
 A fit takes up part of the errors, the slowly varying part first, so that the residuals of a short recording are less
 correlated than its errors: of 61 samples whose neighbours have a correlation of 0.8, fitted with three parameters, the

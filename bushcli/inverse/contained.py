@@ -1,9 +1,9 @@
 """Begin a model from the optima of models that it contains: its effects, their branches and the law's terms in turn.
 
-A search from one start may end where two branches share one relaxation time, or where one is spent within a sample: a
-model then misfits more than a simpler one that it contains. Here the smallest model is fitted first. Each addition is
-tried at all times, slips or gaps of its grid: with the amplitude off a single solution gives the derivative by it. The
-addition that lowers the misfit most to first order joins the model at the size that the full step gives it.
+A search from one start may end where two branches share one relaxation time, or where one relaxes within a sampling
+interval; the model then misfits more than a simpler one that it contains. Here the smallest model is fitted first. Each
+addition is tried at all times, slips or gaps of its grid: with its amplitude at zero a single solution gives the
+derivative by it. The addition with the largest first-order gain joins the model, at the size of the full step.
 
 References
 ----------
@@ -269,7 +269,7 @@ def _begun(
 
 
 def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array:
-    """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
+    """Return a point, shape (p,), at which two neighbouring branches share an amplitude and have different times.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
     """

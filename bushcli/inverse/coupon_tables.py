@@ -1,4 +1,4 @@
-"""Spectra of the coupons' tables of dynamic moduli that a case has, and how amplitude thins them."""
+"""Relaxation spectra of a case's coupon tables of dynamic moduli, and their decrease with amplitude."""
 
 from __future__ import annotations
 

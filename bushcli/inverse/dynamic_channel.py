@@ -29,18 +29,10 @@ from bushcli.inverse.problem import differences
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic import (
-    PROMISED,
-    DynamicCurve,
-    Vibrations,
-    branches_of,
-    doubts,
-    effects_left_out,
-    thinned_of,
-    unfit,
-)
+from bushcli.simulate.dynamic import doubts, effects_left_out, unfit
 from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
 from bushcli.simulate.extent import Extent, of_table
+from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
@@ -64,7 +56,7 @@ CACHED = 32
 
 @dataclass(frozen=True)
 class _Preloads:
-    """The preloads of some rows that are alike travels or forces: rows (m,), and which preload each has."""
+    """Preloads of rows that give them in the same way, as travels or as forces: rows (m,), the preload of each."""
 
     rows: NDArray[np.intp]
     number: NDArray[np.intp]
@@ -223,7 +215,7 @@ class DynamicChannel(FitChannel):
         return [*branches, *(() if thinned is None else thinned.branches())]
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit) -> _Reached:
-        """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         moving = tuple(name for name in names if name in own)

@@ -261,7 +261,7 @@ class _Searches:
             raise InputError(Problem(self.task.case.path.name, what, "", expected))
 
     def _outside(self) -> tuple[Condition, ...]:
-        """Return which channels that are held out lie outside of what was fitted."""
+        """Return conditions for held-out channels that lie outside the range of the fitted ones."""
         case = self.task.case
         warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
         extents = {

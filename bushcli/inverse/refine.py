@@ -224,7 +224,7 @@ def refine_start(
 def _asked(
     pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
 ) -> list[Any]:
-    """Return the answers in the order of the questions; nan where the process has died."""
+    """Return the answers in the order of the questions; nan for a question whose process died."""
     answers: dict[int, Any] = {}
     questions = [(task, i, argument) for i, argument in enumerate(given)]
     for (_, number, _), answer in pool.answers(work, questions, cache):

@@ -1,4 +1,4 @@
-"""Relaxation that amplitude thins, identified from a table of dynamic moduli over amplitude.
+"""Constants of the Payne effect, identified from a table of dynamic moduli over amplitude.
 
 E* = E_inf + E_1 s(omega, gamma), s the first harmonic of `cases.sine.ThinnedSpectrum` with moduli that sum to 1. E_inf
 and E_1 are eliminated (variable projection); the other constants are searched for from several random starts, because
