@@ -152,10 +152,10 @@ def test_a_part_that_took_the_place_of_another_effect_is_tried_again_beside_it()
     states = coupon_states((0.8, 1.2))
     problem = LeastSquaresProblem([Vibration()], law("neo_hookean"), names, {"tau2": 2.2}, bounds, states)
     every = [
-        ContainedPart(("g1", "tau1"), {"g1": 1e-6}, {"tau1": (2.2, 3.05)}, "first", {}),
+        ContainedPart(("g1", "tau1"), {"g1": 1e-6}, {"tau1": (2.21, 3.05)}, "first", {}),
         ContainedPart(("g2",), {"g2": 1e-6}, {}, "second", {}),
     ]
-    found = from_contained(problem, np.array([0.3, 0.1, 2.2, 0.1]), every=every)
+    found = from_contained(problem, np.array([0.3, 0.1, 2.21, 0.1]), every=every)
     assert problem.parameters(found.x) == pytest.approx(
         {"C10": 0.3, "g1": 0.6, "tau1": 3.0, "g2": 1.0, "tau2": 2.2}, rel=1e-4
     )
