@@ -110,21 +110,6 @@ class Builder:
         )
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
         active = self._effects(data, load_cases, tests, (*recordings, *tables), coupons, shape)
-        if (
-            material
-            and not material.parameters
-            and not any(map(data.get, ("coupons", "recordings", "specimens")))
-        ):
-            what = (
-                "material.parameters are not given, and there are neither coupons nor recordings to identify "
-                f"{material.law} from"
-            )
-            names = ", ".join(material.parameter_names)
-            self.findings.append(
-                Finding(
-                    ("material", "parameters"), what, expected=f"{names}; or [[coupons]] or [[recordings]]"
-                )
-            )
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
@@ -238,6 +223,13 @@ class Builder:
             return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
+        if not material.parameters and not any(map(data.get, ("coupons", "recordings", "specimens"))):
+            what = (
+                "material.parameters are not given, and there are neither coupons nor recordings to identify "
+            )
+            expected = f"{', '.join(material.parameter_names)}; or [[coupons]] or [[recordings]]"
+            keys = ("material", "parameters")
+            self.findings.append(Finding(keys, f"{what}{material.law} from", expected=expected))
         return material
 
     def _mode(

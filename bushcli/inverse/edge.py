@@ -104,8 +104,8 @@ class _Linearised:
     def cost(self, s: Array) -> tuple[float, Array]:
         """Half the sum of squares, of the misfit to first order and of the exact penalty; and its derivative."""
         rest = self._misfit + self._slope @ s
-        found, by = self.stability(s)
-        return 0.5 * float(rest @ rest + found[0]), self._slope.T @ rest + 0.5 * by[0]
+        values, by = self.stability(s)
+        return 0.5 * float(rest @ rest + values[0]), self._slope.T @ rest + 0.5 * by[0]
 
     def stability(self, s: Array) -> tuple[Array, Array]:
         """Sum of squares of the penalty, then the margin in each state; and their derivative."""

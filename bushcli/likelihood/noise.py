@@ -35,7 +35,7 @@ from bushcli.likelihood.windows import (
     SignalNoise,
     noise_in_windows,
 )
-from bushcli.recording import Recording, branches, displacement_noise, force_noise
+from bushcli.recording import Recording, branches, force_noise
 
 Array = NDArray[np.float64]
 
@@ -159,7 +159,7 @@ def noise_model(
     """
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
     found, sound = _found(recording, used), recording.bridged(used)
-    sigma = float(np.hypot(found.sigma, abs(sound.secant_stiffness()) * displacement_noise(sound)))
+    sigma = float(np.hypot(found.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
     freedom = max(found.freedom, 1.0)
     unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))

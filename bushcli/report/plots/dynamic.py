@@ -18,7 +18,7 @@ from bushcli.report.views.dynamic import (
 )
 
 if TYPE_CHECKING:
-    from bushcli.simulate.dynamic import DynamicCurve
+    from bushcli.simulate.vibrations import DynamicCurve
 
 # Frequencies that span more than this factor are drawn on a logarithmic axis.
 WIDE = 20.0

@@ -18,7 +18,8 @@ from cases.six import MOTIONS
 
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+    from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.vibrations import DynamicCurve
 
 # Rows of a printed table; the page, the CSV file and the JSON have all.
 _ROWS = 10
