@@ -155,7 +155,8 @@ def solution_table(response: Response) -> Table:
     return table_of(title, response.channels, _SOLUTION)
 
 
-def _steps(channel: Simulated) -> str:
+def steps_in_words(channel: Simulated) -> str:
+    """Return the number of steps tried, and of those cut back."""
     rejected = sum(not attempt.accepted for attempt in channel.attempts)
     return str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
 
@@ -163,7 +164,7 @@ def _steps(channel: Simulated) -> str:
 _SOLUTION: Columns[Simulated] = (
     ("channel", lambda one: one.name),
     ("unknowns", lambda one: str(one.unknowns)),
-    ("steps", _steps),
+    ("steps", steps_in_words),
     ("Newton", lambda one: str(one.newton)),
     ("stretches*", lambda one: f"{one.strained.range[0]:.2f} to {one.strained.range[1]:.2f}"),
     (
