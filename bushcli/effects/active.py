@@ -295,9 +295,10 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
             # All times grow by one factor: what a clock gains by motion, over the relaxation times, is the same.
             times = {p.name: one.values[p.name] for p in one.parameters if p.unit == "s"}
             factor = NEVER / min((time for time in times.values() if time > 0.0), default=1.0)
-            found.append(
-                replace(one, values={**one.values, **{k: factor * time for k, time in times.items()}})
-            )
+            values = {**one.values, **{k: factor * time for k, time in times.items()}}
+            if one.effect.slowed is not None:
+                values |= one.effect.slowed(one.values, factor)
+            found.append(replace(one, values=values))
     return tuple(found)
 
 

@@ -235,6 +235,9 @@ class Effect:
         cannot. The feature of a "clock" has a clock as its first branch, and after it those that follow it. The first
         parameter of a "set" is the share of the largest displacements that stays, those of a "warming" are the share of
         the force that is lost and the time constant.
+    slowed : callable, optional
+        From the values of its parameters by name and a factor on all times: those other than times that keep its
+        moduli the same.
     on_card : callable, optional
         Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
         hold it.
@@ -291,6 +294,7 @@ class Effect:
     fades: bool = False
     is_factor: bool = False
     in_force_law: ForceLawPart | None = None
+    slowed: Callable[[Mapping[str, float], float], Mapping[str, float]] | None = None
     on_card: Callable[[Mapping[str, float]], CardPart] | None = None
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
