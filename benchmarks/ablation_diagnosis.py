@@ -21,7 +21,7 @@ from bushcli.case import load_case
 from bushcli.diagnosis import diagnose as diagnosing
 from bushcli.diagnosis.aftermath import Extras
 from bushcli.evidence import promise
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import FollowedChannel, SweptChannel
 from bushcli.selection import fit, queue
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.learned import NONE, PredictionErrors
@@ -59,7 +59,7 @@ def patches() -> dict[str, list[Any]]:
         "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
         "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
         "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],
-        "marches are given up": [patch.object(fit, "PATIENCE", None)],
+        "marches are given up": [patch.object(fit, "FAILED_STEPS", None)],
         "what a fit may find in addition": [patch.object(queue.Search, "_queue", hopeless)],
         "one effect more beside a poor one": [patch.object(queue, "with_one_more", lambda *given: [])],
         "one branch more beside a poor one": [patch.object(queue, "more_branches", lambda *given: [])],
@@ -71,14 +71,19 @@ def patches() -> dict[str, list[Any]]:
 
 def diagnosed(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
     """Return verdict, probabilities, misfit (%, summed over channels), marches and processor seconds."""
-    marches, solve = 0, Channel.solve
+    marches = 0
 
-    def counted(*given: Any, **named: Any) -> Any:
-        nonlocal marches
-        marches += 1
-        return solve(*given, **named)
+    def counted(solve: Any) -> Any:
+        def solved(*given: Any, **named: Any) -> Any:
+            nonlocal marches
+            marches += 1
+            return solve(*given, **named)
 
-    with patch.object(Channel, "solve", counted):
+        return solved
+
+    with ExitStack() as stack:
+        for kind in (FollowedChannel, SweptChannel):
+            stack.enter_context(patch.object(kind, "solve", counted(kind.solve)))
         begin = time.process_time()
         found = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
         seconds = time.process_time() - begin

@@ -153,7 +153,7 @@ class Builder:
     def _list(
         self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
     ) -> Iterator[tuple[T, Keys]]:
-        """Yield the tables of a list; of recordings those of a kind."""
+        """Yield the tables of a list; for recordings, only those of one kind."""
         for raw, keys in self._entries(data, name):
             if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
                 continue
@@ -431,7 +431,7 @@ def _at(one: S, own: float | None, of_case: float | None) -> S:
 
 
 def _known(source: Source) -> float | None:
-    """Return the temperature of a recording, nan where its file has it."""
+    """Return the temperature that the case gives for a recording; nan where a column of its file gives it."""
     return source.temperature if source.temperature_column is None else math.nan
 
 

@@ -100,7 +100,7 @@ def build(
 def _channels(
     effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[DeclaredChannel]
 ) -> Iterator[Finding]:
-    """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
+    """Check that the effect acts on its channels, that these share units, and that they have time if it needs it."""
     acts = [mode for mode in modes() if effect.acts_on(mode, None)]
     expected = ", ".join(acts)
     if len(effect.kinds) == 1:

@@ -1,4 +1,4 @@
-"""Findings: errors of a case by key, and pydantic's errors translated into findings."""
+"""Findings: the errors in a case, by key, and the translation of pydantic's errors into them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bounds on what a case may ask for, so that every answer comes in a stated time: size, depth, number of entries."""
+"""Limits of a case file (size, depth, number of entries), so that every case is answered in a bounded time."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
 
 
 def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
-    """Set the value in place and return the shallowest key that did not exist before, or all keys."""
+    """Set the value in place; return the outermost key that this created, or the whole key if all of it existed."""
     table: Any = data
     created: Keys | None = None
     path: Keys = ()

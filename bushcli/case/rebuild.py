@@ -95,7 +95,7 @@ def found_case(path: Path, folder: Path) -> Path:
 
 
 def _given(value: Any) -> Any:
-    """Return a value without the keys that are not given: a case file has no null."""
+    """Return a value without keys that are null, because TOML has no null."""
     if isinstance(value, dict):
         return {key: _given(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):

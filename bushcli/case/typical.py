@@ -1,4 +1,4 @@
-"""What the numbers of a rubber bushing usually are: a number outside is asked about, never refused.
+"""Usual ranges of a rubber bushing's numbers: a number outside its range gives a condition, never an error.
 
 Most wrong numbers are in another unit (kPa, m, ms), or are another quantity, such as a hardness in Shore A in place of
 a modulus. Each can be true of some specimen, so that a result with it carries a condition instead of an error.
@@ -43,6 +43,8 @@ OVERALL, THICKNESS = (5.0, 500.0), (0.5, 150.0)
 STRAIN = (1e-3, 3.0)
 #: Shear strain rate, or rate of the stretch of a coupon, 1/s.
 RATE = (1e-4, 10.0)
+#: Share of the largest displacement below which the whole path of a recording is the noise of a hold; judgement.
+_HELD = 0.01
 # Shore A: numbers that are hardnesses where a modulus is far too large.
 _SHORE = (20.0, 95.0)
 
@@ -149,7 +151,7 @@ def _of_the_path(
             f"give the travel in {unit} and [geometry] in mm; check the columns and units of a recording",
         )
     rate = 0.0
-    if time is not None:
+    if time is not None and np.ptp(q) >= _HELD * np.abs(q).max(initial=0.0):
         # The median speed of the moving samples: holds and noise do not count.
         steps = np.diff(time)
         speed = np.abs(np.diff(q))[steps > 0.0] / steps[steps > 0.0]

@@ -1,4 +1,4 @@
-"""The command that puts results beside each other: compare."""
+"""The `compare` command, which compares results with each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command that finds a geometry for target rates: design."""
+"""The `design` command, which finds a geometry for target rates."""
 
 from __future__ import annotations
 

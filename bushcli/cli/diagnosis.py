@@ -1,4 +1,4 @@
-"""The command that finds the physics which a model leaves out: diagnose."""
+"""The `diagnose` command, which finds the physics that a model leaves out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command that writes files for other programs: export."""
+"""The `export` command, which writes files for other programs."""
 
 from __future__ import annotations
 

@@ -166,6 +166,12 @@ class Curve:
         """Standard deviation of the noise of the displacement, mm or rad."""
         return displacement_noise(self.displacement, self.time)
 
+    @property
+    def noise_of_motion(self) -> float:
+        """Force that the noise of the displacement makes at the secant stiffness, in its unit; 0 in a hold."""
+        noise = self.displacement_noise
+        return abs(self.secant_stiffness()) * noise if noise > 0.0 else 0.0
+
     @cached_property
     def force_noise(self) -> float:
         """Standard deviation of the noise of the force, in its unit; an upper bound where sampling is coarse.

@@ -141,7 +141,10 @@ class Promise:
         return step, 0.5 * (float(value @ value) - left) / problem.unit**2
 
     def _change(self, x: Array, step: Array, gain: float) -> float:
-        """Return by how much a step (p,) that gains so many nats may change the model's share of the posterior."""
+        """Return by how much a step (p,) that gains so many nats may change the model's share of the posterior.
+
+        Far from the minimum it is the whole share, because what the model has there says nothing.
+        """
         if self._needed is None:
             return math.inf
         problem, needed = self._problem, self._needed
@@ -158,8 +161,8 @@ class Promise:
                 for rows, at in ((misfit, x), (after, x + step))
             )
         )
-        # A prior may be steeper than the step takes it for: near the minimum the evidence now counts if it is higher.
-        most = then if gain > ROUGH else max(now, then)
-        most += SLACK * min(gain / ROUGH, 1.0) + SHARE_SLACK * gain
+        # A prior may be steeper than the step takes it for: the evidence now counts if it is higher.
+        most = max(now, then) + SLACK * min(gain / ROUGH, 1.0) + SHARE_SLACK * gain
         # The exponential overflows at 709.
-        return NEGLIGIBLE * (math.exp(min(most, 700.0)) - math.exp(min(now, 699.0)))
+        had = 0.0 if gain > ROUGH else math.exp(min(now, 699.0))
+        return NEGLIGIBLE * (math.exp(min(most, 700.0)) - had)

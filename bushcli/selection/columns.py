@@ -36,7 +36,7 @@ FLAT = 1e-3
 # Factor on the default number of steps of a march: enough for a first estimate, as is a coarse mesh.
 HALF = 0.5
 # Failed steps after which a march is given up: another point of the grid is as good.
-PATIENCE = 2
+FAILED_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -316,7 +316,7 @@ def _derivative(
     """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
-        return channel.at_samples(channel.solve(at, by, StepLimit(PATIENCE)))
+        return channel.at_samples(channel.solve(at, by, StepLimit(FAILED_STEPS)))
 
     if trial.size is not None and trial.effect.acts == "rig":
         at = {**values, names[0]: values[names[0]] + trial.size}

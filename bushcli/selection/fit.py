@@ -60,7 +60,7 @@ WORSE = 0.2
 RETREATS = (0.5, 0.2, 0.05)
 # Failed steps after which the march of a trial is given up: of 64 marches of fits in which a step had failed, none
 # reached its end (practice p04 and one of the development deck). The start from a model that it contains has no limit.
-PATIENCE = 1
+FAILED_STEPS = 1
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def pose(
     case: Case,
     model: Model,
     measured: FittedSamples,
-    patience: int | None = PATIENCE,
+    failed_steps: int | None = FAILED_STEPS,
     variances: Callable[[tuple[Features, ...]], tuple[float, ...]] | None = None,
 ) -> tuple[Task, Posterior]:
     """Return the least-squares problem of a model.
@@ -197,7 +197,7 @@ def pose(
     case : Case
     model : Model
     measured : FittedSamples
-    patience : int, optional
+    failed_steps : int, optional
         Failed steps after which a march is given up; no limit where None.
     variances : callable, optional
         Features of the channels -> their variances with which the fit begins, dimensionless; those of the likelihood if
@@ -217,7 +217,7 @@ def pose(
         tuple(map(float, likelihood.variances())) if variances is None else variances(likelihood.features),
         known_parameters(case, task.effects, shear, sound),
         replace(STOPPING, failures=FAILURES) if solid else STOPPING,
-        [StepLimit(patience) for _ in channels],
+        [StepLimit(failed_steps) for _ in channels],
     )
     return task, problem
 

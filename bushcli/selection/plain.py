@@ -67,7 +67,7 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
         Samples that count.
     """
     samples = FittedSamples(used, (0.0,) * len(used))
-    task, problem = pose(cache, case, model, samples, patience=None, variances=_variances)
+    task, problem = pose(cache, case, model, samples, failed_steps=None, variances=_variances)
     start = task.vectors()[0]
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()

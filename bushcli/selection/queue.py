@@ -234,7 +234,7 @@ class Search:
         return best.model.start
 
     def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
-        """Enter fits with what they needed to matter; those that were not made (`Queued`) wait again."""
+        """Enter finished fits with the evidence each needed to matter; models not fitted (`Queued`) wait again."""
         entered = []
         for one, needed, fitted in answers:
             if isinstance(fitted, Queued):

@@ -278,7 +278,7 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
 
 
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
-    """Return whether the assembled part exerts a force at rest, from which a rig would have moved its zero."""
+    """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
     q, force = channel.curve.displacement, channel.curve.force
     stiffness = channel.curve.initial_stiffness()
     if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:

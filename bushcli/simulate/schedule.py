@@ -133,7 +133,8 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
         Factor on the number of steps: 2 for twice as many.
     """
     clock = np.arange(len(displacement), dtype=float) if time is None else np.asarray(time, dtype=float)
-    span = float(np.ptp(displacement))
+    # Of a hold alone the displacement at which it is held.
+    span = float(np.ptp(displacement)) or float(np.abs(displacement).max())
     tolerance = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, displacement, tolerance)
     values = _fitted(clock, displacement, corners)

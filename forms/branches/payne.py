@@ -1,4 +1,4 @@
-"""A spectrum of Maxwell branches on a clock of time and path: relaxation that amplitude thins (Payne effect).
+"""A spectrum of Maxwell branches whose clock advances with time and strain path: the Payne effect.
 
 While filled rubber moves, it relaxes faster than at rest, the more so the larger the motion has been. In a step
 
@@ -118,7 +118,7 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
 def _passed(
     step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """What passes on the clock, how far the strain leaves the range so far, and its distance from the centre."""
+    """Return the clock's advance, by how much the strain leaves its range so far, its distance from the centre."""
     Xi, radius = _faded(step, fading)
     way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(distance - radius, 0)

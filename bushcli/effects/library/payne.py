@@ -1,4 +1,4 @@
-"""Payne effect: filled rubber relaxes the faster, the more it moves and the larger its motion has been.
+"""Payne effect: filled rubber relaxes faster the more it moves, and the larger its motion has been.
 
 A spectrum of Maxwell branches beside the law, with relaxation times from tau 10^-decades to tau (s, at rest), whose
 modulus per decade is g time^slope times the law's initial shear modulus, time in s. Its clock runs with time and with

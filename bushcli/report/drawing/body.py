@@ -1,4 +1,4 @@
-"""The bushing itself: its mesh, and its deformed shape coloured by the largest principal stretch, in true scale.
+"""Draws the bushing in true scale: its mesh, and its deformed shape coloured by the largest principal stretch.
 
 A half-plane is drawn as a section, a twisted half-plane as a body of revolution with a quarter left open, a solid from
 the side on which it is cut.

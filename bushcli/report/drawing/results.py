@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.response import Response
     from cases.stretches import Surface
     from geometry.shape import Shape
     from geometry.view import View
@@ -63,7 +63,12 @@ def direct_pictures(
     for channel in response.channels:
         if channel.surface is None:
             continue
-        title, file = _deformed_title(channel, channel.surface), names[channel.name]
+        shown, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
+        reached = f"{at:.3g} s"
+        if not channel.in_time:
+            value = f"{float(f'{shown.at(at):.3g}'):g}"
+            reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
+        title = f"{capital(channel.name)}: deformed at {reached}"
         figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
         yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
         if any(_same(channel.surface, other) for other in meshes):
@@ -120,16 +125,6 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
     if found.next_test is not None:
         yield places.next_test_panels(found, found.next_test)
-
-
-def _deformed_title(channel: Simulated, surface: Surface) -> str:
-    name = capital(channel.name)
-    if channel.in_time:
-        return f"{name}: deformed at {surface.displacement:.3g} s"
-    shown = quantities(channel.mode)
-    reached = f"{float(f'{shown.at(surface.displacement):.3g}'):g}"
-    unit = f" {shown.displacement_unit}" if shown.displacement_unit else ""
-    return f"{name}: deformed at {'' if unit else 'stretch '}{reached}{unit}"
 
 
 def _note(surface: Surface, deformed: bool = False) -> str:

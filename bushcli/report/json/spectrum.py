@@ -12,30 +12,25 @@ from bushcli.runtime.condition import Condition
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
-    from bushcli.inverse.spectrum import SpectrumFit
-    from bushcli.inverse.thinned import ThinnedFit
 
 
 def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, Any]]:
     """Return spectra as JSON-ready data: moduli in MPa, times in s, g over the equilibrium modulus."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    tables: list[dict[str, Any]] = cleaned(
-        [
-            part(one.table, "name mode quantity")
-            | ({"thinned": _thinned(one.fits)} if isinstance(one, TableSweep) else _spectrum(one.fit))
-            for one in found
-        ]
-    )
-    return tables
-
-
-def _thinned(fits: Iterable[ThinnedFit]) -> list[dict[str, Any]]:
-    return [
-        part(fit, "temperature rows equilibrium modulus constants")
-        | {"misfit": part(fit, "storage_percent loss_percent")}
-        for fit in fits
-    ]
+    shown = []
+    for one in found:
+        table = part(one.table, "name mode quantity")
+        if isinstance(one, TableSweep):
+            table["thinned"] = [
+                part(fit, "temperature rows equilibrium modulus constants")
+                | {"misfit": part(fit, "storage_percent loss_percent")}
+                for fit in one.fits
+            ]
+        else:
+            table |= _spectrum(one)
+        shown.append(cleaned(table))
+    return shown
 
 
 def tables_json(
@@ -54,8 +49,8 @@ def tables_json(
     return cleaned(head("fit", case, problems) | {"dynamic": spectra_json(found)})
 
 
-def _spectrum(fit: SpectrumFit) -> dict[str, Any]:
-    spectrum, pot = fit.spectrum, fit.spring_pot
+def _spectrum(one: TableSpectrum) -> dict[str, Any]:
+    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     return {
         "rows": fit.rows,
         "equilibrium": spectrum.equilibrium,

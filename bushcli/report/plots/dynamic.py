@@ -29,16 +29,7 @@ COLOURS = 10
 
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
-    """Return the plots of each load case: lines from the reduced model, dots at the frequencies that were asked for.
-
-    Each preload has a colour.
-
-    Parameters
-    ----------
-    curves : sequence of DynamicCurve
-    names : mapping of str to str
-        Load case -> name of its files.
-    """
+    """Return the plots of each load case, of which the names of the files are given; a preload has a colour."""
     return [dynamic_panel([one for one in curves if one.name == name], file) for name, file in names.items()]
 
 

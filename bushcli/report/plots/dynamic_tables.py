@@ -18,14 +18,7 @@ Array = NDArray[np.float64]
 
 
 def table_panels(one: ComparedTable, file: str) -> Panels:
-    """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|.
-
-    Parameters
-    ----------
-    one : ComparedTable
-    file : str
-        Name of the table's files.
-    """
+    """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|."""
     table, unit = one.table, table_units(one.table)[2]
     how = "predicted" if one.held_out else "simulated"
     of_frequency = table.over_frequency
