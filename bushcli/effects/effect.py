@@ -80,6 +80,8 @@ class EffectParameter:
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     exponential : str
         Name of exp(value) in results, for a value that is the logarithm of what people think of.
+    per_time : str
+        Name of the parameter that is the power of a time, in s, by which the value is multiplied.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added, such as a bulk modulus for a compliance.
     of_channel : bool
@@ -120,6 +122,7 @@ class EffectParameter:
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
     exponential: str = ""
+    per_time: str = ""
     adds_to: str = ""
     of_channel: bool = False
     of_mesh: bool = False
@@ -235,9 +238,6 @@ class Effect:
         cannot. The feature of a "clock" has a clock as its first branch, and after it those that follow it. The first
         parameter of a "set" is the share of the largest displacements that stays, those of a "warming" are the share of
         the force that is lost and the time constant.
-    slowed : callable, optional
-        From the values of its parameters by name and a factor on all times: those other than times that keep its
-        moduli the same.
     on_card : callable, optional
         Returns what it adds to a material card, from the values of its parameters by name; None where a card cannot
         hold it.
@@ -294,7 +294,6 @@ class Effect:
     fades: bool = False
     is_factor: bool = False
     in_force_law: ForceLawPart | None = None
-    slowed: Callable[[Mapping[str, float], float], Mapping[str, float]] | None = None
     on_card: Callable[[Mapping[str, float]], CardPart] | None = None
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})

@@ -58,11 +58,6 @@ def _thinned(values: Mapping[str, float]) -> ThinnedSpectrum:
     return ThinnedSpectrum(moduli, times, values["path"], offset, exponent)
 
 
-def _slowed(values: Mapping[str, float], factor: float) -> dict[str, float]:
-    """Return g with which the branches keep their moduli if all times grow by a factor."""
-    return {"g": values["g"] * factor ** -values["slope"]}
-
-
 def feature() -> Feature:
     """Return the spectrum on its clock."""
     from cases.feature import Feature
@@ -87,6 +82,7 @@ EFFECT = Effect(
             0.0,
             100.0,
             off=0.0,
+            per_time="slope",
             prior=Prior(
                 "half_t",
                 0.3,
@@ -189,7 +185,6 @@ EFFECT = Effect(
     families=("dissipation",),
     fades=True,
     in_force_law="clock",
-    slowed=_slowed,
     needs="reversals at two amplitudes, and two rates or a hold",
     rivals=("friction", "viscoelasticity"),
     source="Lion and Kardelky (2004), The Payne effect in finite viscoelasticity, doi:10.1016/j.ijplas.2003.07.001",
