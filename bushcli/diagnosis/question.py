@@ -127,7 +127,7 @@ def _checked(
     hold_out: Sequence[str],
     tables: TableCache,
 ) -> tuple[Recording, ...]:
-    """The recordings of the case, after all names have been checked."""
+    """Return the recordings of the case, after all names have been checked."""
     if not case.recordings:
         wanted = case.expected("[[recordings]] with mode and file")
         raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
@@ -164,14 +164,14 @@ def _checked(
 def _without(
     case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
 ) -> tuple[Case, tuple[Recording, ...]]:
-    """The case without effects and without the channels that are held out, and its recordings."""
+    """Return the case without effects and held-out channels, and its recordings."""
     kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
     bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
     return bare, tuple(recording for _, recording in kept_)
 
 
 def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
-    """The effects to be considered, of those that the specimen can have."""
+    """Return the effects to be considered, among those that the specimen can have."""
     specimen = "coupon" if case.geometry.specimen == "coupon" else "bushing"
     return [
         effect

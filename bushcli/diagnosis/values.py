@@ -171,8 +171,10 @@ def named(models: Sequence[Weighed], search: Search, material: Material) -> tupl
 def _said(active: ActiveEffect, own: Mapping[str, Quantity], search: Search) -> tuple[str, str]:
     """Return title and summary of an effect; a gain that the mesh may have made is said as a constant factor."""
     title, summary = active.effect.title or active.effect.name, active.effect.summary
+    if not (active.effect.is_factor and active.effect.of_channel):
+        return title, summary
     error = own[active.effect.amplitudes[0].name].value
-    if not (active.effect.is_factor and active.effect.of_channel) or abs(error) > UNREMARKABLE:
+    if abs(error) > UNREMARKABLE:
         return title, summary
     recordings = search.problem.recordings
     (mode, *_) = (one.mode for one in recordings if active.channels is None or one.name in active.channels)

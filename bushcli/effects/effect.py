@@ -72,9 +72,10 @@ class EffectParameter:
     in_curves : float
         Lowest value of a fit to curves alone.
     scale : {"", "duration", "amplitude"}
-        What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
+        What ``scan`` and ``sizes`` are relative to: the duration of the recording, or its largest displacement; where
+        empty nothing, for ``sizes`` the rubber's thickness.
     sizes : tuple of float
-        Finite amplitudes, over the rubber's thickness, to be tried where the curve takes another form as they grow.
+        Finite amplitudes to be tried where the curve takes another form as they grow.
     reciprocal : (str, str) or None
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     exponential : str

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,9 @@ OTHER_LAW, FREED_LAW = 0.03, 0.003
 # Standard deviation of a law's parameter: the change that alone would change the forces by this share of themselves.
 # Half and twice this value change probabilities by less than 0.002 (`benchmarks/constants.md`).
 LAW_SHARE = 1.0
+# A recording shows the unloaded bushing if the force is near zero at a displacement near zero, by this share of the
+# largest ones: 3 standard deviations of a zero that was set by hand.
+NEAR_ZERO = 0.1
 
 
 def effect_odds(name: str, uniform: bool = False) -> float:
@@ -131,6 +134,13 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
     }
 
 
+def _shows_rest(recording: Recording) -> bool:
+    """Whether a recording passes near zero force at, or on both sides of, a displacement near zero."""
+    q, force = (x / max(float(np.abs(x).max()), 1e-300) for x in (recording.displacement, recording.force))
+    at = q[np.abs(force) <= NEAR_ZERO]
+    return bool(len(at) and at.min() <= NEAR_ZERO and at.max() >= -NEAR_ZERO)
+
+
 @dataclass(frozen=True)
 class ParameterPrior:
     """The prior of one identified parameter.
@@ -174,7 +184,10 @@ def known_parameters(
         there = [recording for recording in recordings if one.acts_on(recording.name, recording.mode)]
         scales = scales_of(case, shear, there)
         for parameter in one.parameters:
-            if parameter.prior is not None:
+            prior = parameter.prior
+            if prior is not None:
+                if prior.unrested and not any(map(_shows_rest, there)):
+                    prior = replace(prior, low=prior.unrested)
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
-                found[one.full_name(parameter)] = ParameterPrior(parameter.prior, scales, one_sided)
+                found[one.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
     return found

@@ -1,4 +1,4 @@
-"""Whether a recording can be that of rubber at all: its units, exchanged columns and channels.
+"""Checks whether a recording can be that of rubber: wrong units, exchanged columns, exchanged channels.
 
 The stiffness that was recorded while the specimen moved and the closed forms of `bushcli.faults.scale` give a shear
 modulus. How common moduli are gives the probability that a column was read in another unit: a modulus that rubber
@@ -308,7 +308,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
 
 
 def _frequency(low: float, high: float) -> float:
-    """Return how common the most common shear modulus of an interval (MPa) is: a density over the logarithm."""
+    """Return the density, over the logarithm, of the most common shear modulus within an interval (MPa)."""
     return max(
         sum(
             share / spread * math.exp(-0.5 * (math.log(modulus / median) / spread) ** 2)

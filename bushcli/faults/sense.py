@@ -1,4 +1,4 @@
-"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions, noise.
+"""Checks signs, zeros and magnitudes of force and displacement, and whether there is a signal above the noise.
 
 References
 ----------
@@ -40,18 +40,23 @@ _FAR = 3.0
 
 
 def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises."""
-    used = ~bad & moving(recording)
+    """Yield a fault where the force falls while the displacement rises, or has the other sign in a hold from rest."""
+    moved = moving(recording)
+    used = ~bad & (moved if moved.any() else True)
     q, force = recording.displacement[used], recording.force[used]
-    if not _moves(q, force):
-        return
-    correlation = float(np.corrcoef(q, force)[0, 1])
-    if correlation < _FALLING and slope(q, force) < 0:
+    said = ""
+    if not moved.any():
+        held = len(q) > 0 and float(q.mean() * force.mean()) < 0.0
+        said = "the force at which the displacement is held has the other sign" if held else ""
+    elif _moves(q, force):
+        correlation = float(np.corrcoef(q, force)[0, 1])
+        if correlation < _FALLING and slope(q, force) < 0:
+            said = f"the force falls while the displacement rises (correlation {correlation:.2f})"
+    if said:
         yield DataFault(
             recording.name,
             "sign",
-            f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
-            "wrong sign",
+            f"{said}: one of them has the wrong sign",
             'reverse the sign of the force: reverse = ["force"] in the table of this recording',
             True,
             np.zeros(len(recording.force), dtype=bool),

@@ -26,7 +26,6 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
-    displacement_noise,
     force_noise,
 )
 from bushcli.simulate.extent import Extent, of_path
@@ -292,7 +291,7 @@ class SweptChannel(Channel):
         branch: str = "",
     ) -> None:
         # The noise of the displacement is converted by the mean stiffness.
-        of_displacement = abs(recording.secant_stiffness()) * displacement_noise(recording)
+        of_displacement = recording.noise_of_motion
         noise = float(np.hypot(force_noise(recording), of_displacement))
         super().__init__(recording, model, noise, weighting, bad, branch)
         # Solved curves by parameter values and names of the derivatives.

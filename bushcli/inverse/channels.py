@@ -171,16 +171,16 @@ def dynamic_channels(
 
     return [
         DynamicChannel(part, rubber, case, comm, temperature=temperature)
-        for one in read
-        for part, temperature in by_temperature(case, one)
+        for table in read
+        for part, temperature in by_temperature(case, table)
     ]
 
 
 def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[DynamicTable]:
     """Return the tables of dynamic stiffness of the bushing."""
-    sources = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    sources = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
     if not sources:
         return []
     from bushcli.recording.dynamic.read import read_dynamic
 
-    return [read_dynamic(one, tables) for one in sources]
+    return [read_dynamic(source, tables) for source in sources]

@@ -57,21 +57,21 @@ def compared_tables(
     With the intervals of the simulation, and K* at `start` where that has been solved. What cannot be solved is left
     out.
     """
-    found: list[ComparedTable] = []
+    tables: list[ComparedTable] = []
     conditions: list[Condition] = []
     before = problem.answers(start) if problem.knows(start) else None
     deviations = uncertainty(problem, x).deviations if channels else None
     for channel in channels:
         fitted = channel in problem.channels
         try:
-            one = channel.compared(problem.parameters(x), problem.names, deviations)
+            table = channel.compared(problem.parameters(x), problem.names, deviations)
             conditions += channel.conditions(problem.parameters(x))
         except NotConverged:
             continue
         if before and fitted:
-            one = replace(one, started=channel.simulated(before[problem.channels.index(channel)]))
-        found.append(replace(one, held_out=not fitted))
-    return tuple(found), tuple(conditions)
+            table = replace(table, started=channel.simulated(before[problem.channels.index(channel)]))
+        tables.append(replace(table, held_out=not fitted))
+    return tuple(tables), tuple(conditions)
 
 
 def _compared(

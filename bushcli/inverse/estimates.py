@@ -34,12 +34,13 @@ def estimates(
     uncertainty = certainty.uncertainty(problem, x)
     covariance = uncertainty.covariance
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    intervals = {found.name: interval(found) for found in profiles}
-    limits = {found.name: found.limits for found in profiles}
-    found = {}
+    intervals = {profile.name: interval(profile) for profile in profiles}
+    limits = {profile.name: profile.limits for profile in profiles}
+    logarithmic = np.broadcast_to(problem.bounds.logarithmic, x.shape)
+    by_name = {}
     for i, name in enumerate(task.names):
         value, lower, upper = float(x[i]), float(problem.bounds.lower[i]), float(problem.bounds.upper[i])
-        found[name] = Estimate(
+        by_name[name] = Estimate(
             value,
             float(spread[i]),
             lower,
@@ -48,10 +49,11 @@ def estimates(
             intervals.get(name),
             limits.get(name, ("misfit", "misfit")),
             uncertainty.quantile,
+            bool(logarithmic[i]),
         )
     # A parameter that the curves leave open has no correlation.
     scale = np.where(np.isfinite(spread), np.maximum(spread, 1e-150), 1.0)
-    return found, np.where(np.isfinite(covariance), covariance, 0.0) / np.outer(scale, scale)
+    return by_name, np.where(np.isfinite(covariance), covariance, 0.0) / np.outer(scale, scale)
 
 
 def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
@@ -66,7 +68,7 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
 def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:
     """Return the effects with their identified values."""
     values = problem.parameters(x)
-    return tuple(one.with_values(values) for one in task.effects)
+    return tuple(active.with_values(values) for active in task.effects)
 
 
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:

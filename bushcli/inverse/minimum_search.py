@@ -54,15 +54,15 @@ def search(
 
     for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
-        found = minimise(problem, point, loss, WALL, None if last else explained, ends)
-        iterations, point = iterations + found.iterations, found.x
-        if found.hopeless:
-            return replace(found, start=start, iterations=iterations)
+        end = minimise(problem, point, loss, WALL, None if last else explained, ends)
+        iterations, point = iterations + end.iterations, end.x
+        if end.hopeless:
+            return replace(end, start=start, iterations=iterations)
         if last or (len(problem.states) == states and not explained(point)):
             break
-    if loss == "linear" and (found.rejected or found.at_edge):
-        found = along_the_edge(problem, found)
-    return replace(found, start=start, iterations=iterations)
+    if loss == "linear" and (end.rejected or end.at_edge):
+        end = along_the_edge(problem, end)
+    return replace(end, start=start, iterations=iterations)
 
 
 def watch(problem: LeastSquaresProblem, x: Array) -> bool:

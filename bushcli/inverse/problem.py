@@ -297,7 +297,9 @@ class LeastSquaresProblem:
             Numbers of its solved curves, and of its evaluations that failed.
         """
         before = self.sweeps
-        self.evaluations += [replace(one, number=before + one.number) for one in evaluations]
+        self.evaluations += [
+            replace(evaluation, number=before + evaluation.number) for evaluation in evaluations
+        ]
         self.forward_solves += forward_solves
         self.failed_solves += failed_solves
 
@@ -331,7 +333,7 @@ class LeastSquaresProblem:
                 solved = self._solve(x)
                 if self.journal is not None:
                     self.journal.add(x, solved)
-            if not all(one.is_finite for one in solved):
+            if not all(answer.is_finite for answer in solved):
                 solved = []
             self._known[key] = solved if solved else None
             self.forward_solves += len(solved) if solved else 1
@@ -355,12 +357,12 @@ class LeastSquaresProblem:
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        found = Evaluation(
+        evaluation = Evaluation(
             self.sweeps + 1, self.parameters(x), cost, best, self._stage, self._start, iteration
         )
-        self.evaluations.append(found)
+        self.evaluations.append(evaluation)
         if self.progress is not None:
-            self.progress(found)
+            self.progress(evaluation)
 
     def _stability(self, x: Array) -> tuple[Array, Array]:
         """Return rows that are zero where the law is stable with a margin and grow linearly beyond; and derivatives."""

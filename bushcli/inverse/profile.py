@@ -82,33 +82,30 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
     stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
-    effects) they are those that are poorly determined themselves; compliance and density are never profiled. None if
-    the curves leave several combinations open (three terms of Ogden on one curve): the other parameters can then
-    follow any change of one, and the interval of a single parameter is meaningless.
+    effects) they are those that are poorly determined themselves, but not those that are searched in their logarithm,
+    whose standard error serves there, nor those whose standard error exceeds their value, which the curves leave open:
+    their profiles take ten times the search. Compliance and density are never profiled. None if the curves leave
+    several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change of
+    one, and the interval of a single parameter is meaningless.
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
     own = problem.law_parameters(x)
-    poor = [
-        bool(s > POOR * abs(v))
-        for s, v in zip(np.sqrt(np.abs(np.diag(uncertainty.covariance))), x, strict=True)
-    ]
-    held = best.beside_failure or best.at_edge
-    bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
-    names = problem.names
-    return [
-        i
-        for i, name in enumerate(names)
-        if (bent if name in own else poor[i] and name not in ("compliance", "density"))
-    ]
+    deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
+    of_law = np.array([name in own for name in problem.names])
+    poor = deviations > POOR * np.abs(x)
+    bent = best.beside_failure or best.at_edge or bool(poor[of_law].any())
+    of_effect = poor & (deviations <= np.abs(x)) & ~problem.bounds.logarithmic
+    of_effect &= np.array([name not in ("compliance", "density") for name in problem.names])
+    return [int(i) for i in np.flatnonzero(np.where(of_law, bent, of_effect))]
 
 
 def profiles_of(
     problem: LeastSquaresProblem,
     best: Minimum,
     uncertainty: Uncertainty,
-    found: dict[int, Profile],
+    profiles: dict[int, Profile],
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
@@ -119,13 +116,13 @@ def profiles_of(
     while again:
         known = len(problem.states)
         for index in again:
-            found[index], better = profile(problem, best.x, index, uncertainty)
+            profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
         again = [
             index
             for index in again
-            if len(problem.states) > known and {"stability", "unsolvable"} & {*found[index].limits}
+            if len(problem.states) > known and {"stability", "unsolvable"} & {*profiles[index].limits}
         ]
     return None
 
@@ -148,14 +145,14 @@ def profile(
     along = _Along(problem, x, index, unit)
     (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
     points = [*reversed(below), _Point(float(x[index]), 0.0, x, 0.0), *above]
-    found = Profile(
+    result = Profile(
         problem.names[index],
         np.array([point.value for point in points]),
         np.array([np.sign(point.root) * point.root**2 for point in points]),
         (down, up),
     )
     lowest = min(points, key=lambda point: point.root)
-    return found, lowest.x if lowest.root < -BETTER else None
+    return result, lowest.x if lowest.root < -BETTER else None
 
 
 class _Along:
@@ -184,15 +181,15 @@ class _Along:
             if value == points[-1].value:
                 return points[1:], "bound"
             evaluations = len(self.problem.evaluations)
-            found = self._refitted(points, value)
-            if isinstance(found, _Point):
-                points.append(found)
-                if found.root**2 >= RISE_95:
+            refitted = self._refitted(points, value)
+            if isinstance(refitted, _Point):
+                points.append(refitted)
+                if refitted.root**2 >= RISE_95:
                     return self._closed(points)
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
-            wall, reason, halvings = value, found, halvings + (1.0 if solved else FREE)
+            wall, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
                 return points[1:], reason
         return points[1:], "open" if reason is None else reason
@@ -219,10 +216,10 @@ class _Along:
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
                 break
-            found = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
-            if not isinstance(found, _Point):
+            between = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
+            if not isinstance(between, _Point):
                 break
-            points[-1:] = [found, outer] if found.root**2 < RISE_95 else [found]
+            points[-1:] = [between, outer] if between.root**2 < RISE_95 else [between]
         last = points[-1]
         return points[1:], "stability" if last.instability > 0.5 * last.root**2 else "misfit"
 
@@ -231,38 +228,38 @@ class _Along:
         last = points[-1]
         start = self.problem.bounds.inside(last.x)
         start[self.index] = value
-        found = self.refit.minimum(last.x, start)
-        if isinstance(found, str):
-            return found
-        if not is_stable_there(self.problem, found):
+        other = self.refit.minimum(last.x, start)
+        if isinstance(other, str):
+            return other
+        if not is_stable_there(self.problem, other):
             # States in which the best point is unstable are not added, because they would change its cost.
-            states = self.problem.reached(found)
+            states = self.problem.reached(other)
             if is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.watch(states)
-            found = self.refit.minimum(last.x, start)
-            if isinstance(found, str):
-                return found
-            if not is_stable_there(self.problem, found):
+            other = self.refit.minimum(last.x, start)
+            if isinstance(other, str):
+                return other
+            if not is_stable_there(self.problem, other):
                 return "stability"
-        rise = (self.problem.cost(found) - self.best) / self.unit
+        rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(
-            value, float(np.sign(rise) * np.sqrt(abs(rise))), found, self.refit.rise_by_instability(found)
+            value, float(np.sign(rise) * np.sqrt(abs(rise))), other, self.refit.rise_by_instability(other)
         )
 
 
-def interval(found: Profile) -> tuple[float, float] | None:
+def interval(curve: Profile) -> tuple[float, float] | None:
     """95 % interval: its ends are where the profile crosses the limit, or stops at a bound, instability or a failure.
 
     An end that the profile did not reach is infinite; None where neither was reached.
     """
-    good = np.isfinite(found.rise)
-    values, rise = found.values[good], found.rise[good]
+    good = np.isfinite(curve.rise)
+    values, rise = curve.values[good], curve.rise[good]
     if len(values) < 2:
         return None
     middle = int(np.argmin(np.abs(rise)))
-    down = _end(values[: middle + 1][::-1], rise[: middle + 1][::-1], found.limits[0])
-    up = _end(values[middle:], rise[middle:], found.limits[1])
+    down = _end(values[: middle + 1][::-1], rise[: middle + 1][::-1], curve.limits[0])
+    up = _end(values[middle:], rise[middle:], curve.limits[1])
     if down is None and up is None:
         return None
     return float("-inf") if down is None else down, float("inf") if up is None else up

@@ -46,6 +46,8 @@ class Estimate:
         What ends the interval below and above, see `Profile`.
     quantile : float
         Number of standard errors to each side of the value that hold 95 %, by Student's distribution.
+    logarithmic : bool
+        Whether it was searched in its logarithm, in which the misfit is closer to a parabola.
     """
 
     value: float
@@ -56,16 +58,22 @@ class Estimate:
     interval: tuple[float, float] | None = None
     limits: tuple[Limit, Limit] = ("misfit", "misfit")
     quantile: float = NORMAL
+    logarithmic: bool = False
 
     @property
     def range95(self) -> tuple[float, float] | None:
         """The 95 % interval: by profile likelihood, else by the standard error; None where neither means anything.
 
-        A standard error means something where it is small: it is that of a model that is linear in the parameter.
+        A standard error means something where it is small: it is that of a model that is linear in the parameter, or
+        in its logarithm.
         """
-        if self.interval is not None or not 0.0 < self.std <= POOR * abs(self.value):
+        most = abs(self.value) * (1.0 if self.logarithmic else POOR)
+        if self.interval is not None or not 0.0 < self.std <= most:
             return self.interval
         low, high = self.value - self.quantile * self.std, self.value + self.quantile * self.std
+        if self.logarithmic:
+            factor = float(np.exp(self.quantile * self.std / self.value))
+            low, high = self.value / factor, self.value * factor
         return max(low, self.lower), min(high, self.upper)
 
 

@@ -130,9 +130,9 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
     wanted = np.concatenate([c.measured * w for c, w in zip(problem.channels, weights, strict=True)])
     factor = float(force @ wanted / (force @ force))
-    found = []
+    points = []
     if factor > 0:
-        found.append(np.where(free, trial * factor, trial))
+        points.append(np.where(free, trial * factor, trial))
     if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
         size = np.linalg.norm(slope, axis=0)
@@ -141,8 +141,8 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         )
         whole = trial.copy()
         whole[free] = best.x / size
-        found.append(whole)
-    tried = [problem.bounds.inside(point) for point in found]
+        points.append(whole)
+    tried = [problem.bounds.inside(point) for point in points]
     costs = [problem.cost(point) for point in tried]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
     return tried[min(reached)[1]] if reached else trial
@@ -174,11 +174,11 @@ def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Arr
         size[size == 0] = 1.0
         low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]]) * size
         high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]]) * size
-        found = lsq_linear(slope / size, -value, (low, high))
+        linear = lsq_linear(slope / size, -value, (low, high))
         before = float(value @ value)
-        if before - 2.0 * found.cost <= enough * before:
+        if before - 2.0 * linear.cost <= enough * before:
             break
-        step = ways @ (found.x / size)
+        step = ways @ (linear.x / size)
         tried = (problem.bounds.inside(x + share * step) for share in SHORTENED)
         better = next((point for point in tried if problem.cost(point) < problem.cost(x)), None)
         if better is None:

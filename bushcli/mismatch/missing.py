@@ -216,7 +216,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
 
 
 def _described(basis: Array, mean: Array) -> float:
-    """Share of the missing force's square that columns (n, k) describe."""
+    """Return the share of the missing force's sum of squares that columns (n, k) explain."""
     rest = mean - basis @ np.linalg.lstsq(basis, mean, rcond=None)[0]
     return 1.0 - float(rest @ rest) / float(mean @ mean)
 

@@ -118,7 +118,7 @@ def false_alarm(z: float, count: Array, freedom: float) -> float:
 
 @lru_cache(maxsize=32)
 def _null(shape: tuple[int, ...], counts: bytes) -> tuple[float, float]:
-    """Place and scale of the Gumbel distribution of the largest z^2 of noise."""
+    """Return location and scale of the Gumbel distribution of the largest z^2 that noise gives."""
     count = np.frombuffer(counts, dtype=np.int64).reshape(shape).astype(float)
     generator = np.random.default_rng(_SEED)
     largest = np.zeros(_REPLICATES)

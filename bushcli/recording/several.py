@@ -1,4 +1,4 @@
-"""Many recordings one below the other in one table, in which a column says to which of them a row belongs."""
+"""Several recordings in one table, with a column that says to which recording a row belongs."""
 
 from __future__ import annotations
 

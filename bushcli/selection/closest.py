@@ -1,10 +1,11 @@
-"""Fit the answer to its end: the values, and as many branches, with which its effects come closest to the recordings.
+"""Refit the answer: the values, and the number of branches, with which its effects come closest to the recordings.
 
-The likelihood with the error of form chooses between effects, and it ends a fit where better values gain nothing:
-whatever formulas may err by is not worth a further branch to it. So the model of the answer is fitted once more from
-where the search left it, weighted as by `bushcli inverse`. Priors count as beside independent samples of noise as large
-as what the model leaves: they decide only what the recordings leave open. Branches of its effects are added while they
-predict better what is held out: each cycle and each hold in turn, to first order.
+The likelihood with the error of form chooses between effects. It ends a fit as soon as better values gain nothing, and
+adds no branch to remove a misfit that the formulas' error may explain. The model of the answer is therefore fitted once
+more from where the search left it, with the weights of `bushcli inverse`. The priors are weighed against independent
+samples of noise as large as the remaining misfit, so that they decide only what the recordings leave open. Branches of
+its effects are added while they improve the prediction of held-out data: each cycle and each hold in turn, to first
+order.
 
 References
 ----------

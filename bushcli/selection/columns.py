@@ -154,7 +154,7 @@ def _grid(
     moved = [{MOTIONS[one.six.number]} if one.six else modes()[one.mode].motions for one in recordings]
     chosen = _parameters(effect, present, frozenset().union(*moved))
     scales = scales_of(case, shear, recordings)
-    amplitudes = tuple(p for p in chosen if p.off is not None)
+    amplitudes = [p for p in chosen if p.off is not None]
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
@@ -169,10 +169,6 @@ def _grid(
         return [v for v in parameter.grid(sizes_of) if not _taken(parameter, v, present)]
 
     found = []
-    sizes: list[float | None] = [None]
-    wall = case.geometry.wall if amplitudes[0].sizes else None
-    if wall is not None:
-        sizes = [share * wall.thickness for share in amplitudes[0].sizes]
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
@@ -180,7 +176,10 @@ def _grid(
         active = ActiveEffect(
             effect, before | off | shape, rig, "" if present is None else rig_of(present.name)
         )
-        found += [Candidate(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
+        used = [p for p in amplitudes if p in active.parameters]
+        unit = scales["travel"] if used[0].scale else scales["thickness"]
+        sizes: list[float | None] = [share * unit for share in used[0].sizes]
+        found += [Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]]
     return found
 
 
@@ -250,7 +249,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
         if not trial.active.acts_on(recording.name, recording.mode):
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, points, names, trial)
+        slope = _solved(channel, points, names, trial, () if base.fixed else tuple(base.start))
         if slope is None:
             return None
         found.append(slope)
@@ -258,12 +257,16 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
 
 
 def _solved(
-    channel: Channel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Candidate
+    channel: Channel,
+    points: Sequence[Mapping[str, float]],
+    names: Sequence[str],
+    trial: Candidate,
+    law: Sequence[str],
 ) -> Array | None:
     """Return the derivative at the first of several points that can be solved."""
     for values in points:
         try:
-            return _derivative(channel, values, names, trial)
+            return _derivative(channel, values, names, trial, law)
         except (NotConverged, NoEquilibrium):
             continue
     return None
@@ -304,13 +307,28 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
 
 
 def _derivative(
-    channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Candidate
+    channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Candidate, law: Sequence[str]
 ) -> Array:
-    """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
+    """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes.
+
+    A rig that moves the bushing to another part of its curve changes what the law's parameters `law` do: the difference
+    is that with the parameters that fit the channel best there.
+    """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
         return channel.at_samples(channel.solve(at, by, StepLimit(FAILED_STEPS)))
 
+    if trial.size is not None and trial.effect.acts == "rig":
+        at = {**values, names[0]: values[names[0]] + trial.size}
+        force, slope = solved(values, [*names[1:], *law])
+        moved, by_law = solved(at, law)
+        weight = 1.0 / channel.scale
+        scaled = np.array([values[name] for name in law])
+        step = np.linalg.lstsq(
+            by_law * np.outer(weight, scaled), weight * (channel.measured - moved), rcond=None
+        )[0]
+        further = (by_law - slope[:, len(names) - 1 :]) @ (scaled * step)
+        return np.column_stack([(moved - force + further) / trial.size, slope[:, : len(names) - 1]])
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.
         force, slope = solved(values, names[1:])

@@ -125,7 +125,7 @@ class Derivatives:
         }
 
     def _parts(self, asked: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
-        """Return the trials in the rig of one channel that are another trial in all, each with the key of that one."""
+        """Return trials in the rig of one channel that are part of a trial in all rigs, with the key of the latter."""
         shared = {
             (trial.effect.name, *trial.shape.items(), trial.size): name
             for name, trial in asked.items()

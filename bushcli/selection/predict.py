@@ -191,7 +191,7 @@ class Beside:
         return self._tangent.left(self._tangent.rest)
 
     def _split(self, rows: Array) -> list[Array]:
-        """Features by channel from weighted rows."""
+        """Return the features of each channel, cut from the weighted rows of all."""
         found, begin = [], 0
         problem = self.state.problem
         for one, v in zip(problem.likelihood.features, self.variances, strict=True):
@@ -238,13 +238,13 @@ class Beside:
         return self._value(())[0].coarse
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Evidence to first order, and the amplitudes."""
+        """Return the evidence to first order, and the amplitudes."""
         return self._settled(point, *self._solved(point))
 
     def _settled(
         self, point: tuple[Addition, ...], found: Evidence, amplitude: Array
     ) -> tuple[Evidence, Array]:
-        """Evidence and amplitudes after solutions by turns with new variances, as in a fit."""
+        """Return evidence and amplitudes after alternating between the solution and its variances, as a fit does."""
         for _ in range(TURNS):
             scale = found.judged.scale
             if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:

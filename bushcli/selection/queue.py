@@ -234,7 +234,7 @@ class Search:
         return best.model.start
 
     def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
-        """Enter fits with what they needed to matter; those that were not made (`Queued`) wait again."""
+        """Enter finished fits with the evidence each needed to matter; models not fitted (`Queued`) wait again."""
         entered = []
         for one, needed, fitted in answers:
             if isinstance(fitted, Queued):
@@ -279,7 +279,8 @@ class Search:
                 self._queue(one, state, slack_of(BORROWED * one.reach))
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
-        self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
+        row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
+        self.rows.append(replace(row, solves=state.fitted.solves))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log

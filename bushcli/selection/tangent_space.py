@@ -1,4 +1,4 @@
-"""The changes that a fitted model's parameters can make within their bounds and the stability of its law."""
+"""Changes of the curves that a fitted model's parameters can make within their bounds and its law's stability."""
 
 from __future__ import annotations
 

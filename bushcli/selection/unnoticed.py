@@ -1,4 +1,4 @@
-"""Effects that may be there unnoticed: in any usual size they change these recordings by too little to be found.
+"""Effects that may be present but undetected: at any usual size they change these recordings too little.
 
 An effect is found if it raises the evidence by more than its prior odds take away. To first order an effect of a given
 size raises the logarithm of the evidence by half the sum of squares of its change of the features, as far as the fitted

@@ -1,8 +1,8 @@
-"""What a coupon's column means by its name, true stress, logarithmic strain, volume ratio, and what its numbers say.
+"""Meaning of a coupon's column (true stress, logarithmic strain, volume ratio), from its name and its numbers.
 
-A column keeps the meaning of its name, whether it was found or is chosen by name or number, unless the case file states
-another one. What a name leaves open and what cannot be converted is asked; numbers that contradict the name or the unit
-are refused.
+A column means what its name says, whether it was found or is chosen by name or number, unless the case file states
+another meaning. If the name leaves the meaning open, or the column cannot be converted, the user is asked; numbers that
+contradict the name or the unit are refused.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ def direct_document(response: Response, misfits: Mapping[str, Misfit], fit: Fit 
         Section(
             "Channels",
             [
-                _compared(response, misfits) if misfits else _simulated(response),
+                comparison_table(response, misfits) if misfits else stiffness_table(response),
                 *paragraphs([error], kind="note"),
             ],
         ),
@@ -106,7 +106,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     return with_hysteresis(known, response_histories(response, misfits))
 
 
-def _simulated(response: Response) -> Table:
+def stiffness_table(response: Response) -> Table:
+    """Return the stiffness of each channel that was not compared with a recording."""
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
@@ -119,7 +120,7 @@ def _simulated(response: Response) -> Table:
     return Table("Simulated stiffness", heads, tuple(rows), left=2)
 
 
-def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
     """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel."""
     heads = ("channel", "stiffness", "simulated", "measured", "sim/meas", "rms", "peak", "noise")
     rows: list[Row] = []
@@ -195,12 +196,13 @@ def six_tables(response: Response) -> Iterator[Table]:
     """Yield the tables of a prediction's paths and stiffness matrices."""
     for channel in response.channels:
         if channel.six is not None and len(channel.six.time):
-            yield _path_table(channel.name, channel.six)
+            yield path_table(channel.name, channel.six)
         for state, (displacement, matrix) in (channel.stiffness or {}).items():
-            yield _matrix_table(channel, state, displacement, matrix)
+            yield matrix_table(channel, state, displacement, matrix)
 
 
-def _path_table(name: str, six: SixCurve) -> Table:
+def path_table(name: str, six: SixCurve) -> Table:
+    """Return motions and reactions at some times of a path."""
     chosen = np.unique(np.linspace(0, len(six.time) - 1, min(_ROWS, len(six.time))).round().astype(int))
     motion = shown_motion(six)
     moving = [k for k in range(6) if k in six.free or np.any(motion[:, k])]
@@ -218,7 +220,8 @@ def _path_table(name: str, six: SixCurve) -> Table:
     return Table(title, tuple(heads), tuple(rows), left=0)
 
 
-def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+    """Return one stiffness matrix of a channel."""
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
     rows = []

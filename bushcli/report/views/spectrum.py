@@ -46,10 +46,11 @@ def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Sectio
     """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return [_sweep(one) if isinstance(one, TableSweep) else _section(one) for one in found]
+    return [sweep_section(one) if isinstance(one, TableSweep) else spectrum_section(one) for one in found]
 
 
-def _sweep(one: TableSweep) -> Section:
+def sweep_section(one: TableSweep) -> Section:
+    """Return the fit of a table of amplitudes at each temperature."""
     symbol = one.table.quantity
     heads = (
         "temperature [°C]",
@@ -75,7 +76,8 @@ def _sweep(one: TableSweep) -> Section:
     )
 
 
-def _section(one: TableSpectrum) -> Section:
+def spectrum_section(one: TableSpectrum) -> Section:
+    """Return the relaxation spectrum of a table, with the shifts by temperature."""
     fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     symbol = one.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")

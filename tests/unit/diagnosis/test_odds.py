@@ -60,8 +60,8 @@ def test_odds_multiply_and_the_plain_law_has_none():
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
-    one = log_odds((active("offset", ("axial",)),), False, False, False, ["axial", "radial", "torsional"])
-    assert one == pytest.approx(math.log(effect_odds("offset") / 3))
+    one = log_odds((active("gain", ("axial",)),), False, False, False, ["axial", "radial", "torsional"])
+    assert one == pytest.approx(math.log(effect_odds("gain") / 3))
     assert log_odds(
         (active("mullins"),), False, False, False, ["axial", "radial", "torsional"]
     ) == pytest.approx(math.log(effect_odds("mullins")))

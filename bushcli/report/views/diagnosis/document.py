@@ -13,7 +13,6 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
     Document,
-    Paragraph,
     Row,
     Section,
     Table,
@@ -61,7 +60,7 @@ _TRIALS = (
 def diagnosis_document(found: Diagnosis) -> Document:
     """Return the document of a diagnosis."""
     is_faulty = found.verdict == "faulty_data"
-    missing = _missing(found)
+    missing = missing_section(found)
     left_out = Section(
         "What was left out",
         [*paragraphs(effect_lines(found)), effect_table(found), note(_VALUES), figures("priors")],
@@ -92,20 +91,20 @@ def diagnosis_document(found: Diagnosis) -> Document:
         ),
         curves,
         *([] if words.is_missing(found) else [missing]),
-        _record(found),
+        record_section(found),
         Section(
             "Where in the bushing",
             [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")],
         ),
         Section(
             "Parameters",
-            [parameter_table(found), *([] if is_faulty else [Paragraph(_law_values(found), on="terminal")])],
+            [parameter_table(found), *paragraphs([] if is_faulty else [law_line(found)], "terminal")],
         ),
         Section(
             "Next test",
             [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")],
         ),
-        _search(found),
+        search_section(found),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
     faults = [] if is_faulty else fault_lines(found.faults)
@@ -126,7 +125,7 @@ def diagnosis_document(found: Diagnosis) -> Document:
     )
 
 
-def _missing(found: Diagnosis) -> Section:
+def missing_section(found: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
     what = "Recorded minus simulated force of the most probable model, without noise"
     what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
@@ -137,7 +136,7 @@ def _missing(found: Diagnosis) -> Section:
     return Section("Misfit that the most probable model leaves", blocks, on="page")
 
 
-def _record(found: Diagnosis) -> Section:
+def record_section(found: Diagnosis) -> Section:
     """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
     if found.verdict == "faulty_data":
         return Section("Where in the record", [figures("record_map")])
@@ -151,7 +150,8 @@ def _record(found: Diagnosis) -> Section:
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
 
-def _search(found: Diagnosis) -> Section:
+def search_section(found: Diagnosis) -> Section:
+    """Return how many models were fitted, and what these recordings cannot show."""
     failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
     solved = f"{found.forward_solves} simulations of one channel, {failed}, {found.seconds:.0f} s"
     blocks = [
@@ -202,7 +202,8 @@ def untestable_lines(found: Diagnosis) -> list[str]:
     ]
 
 
-def _law_values(found: Diagnosis) -> str:
+def law_line(found: Diagnosis) -> str:
+    """Return the law of the most probable model with its values."""
     own = {name: quantity for name, quantity in found.parameters.items() if "." not in name}
     if own and not found.law_fixed:
         values = ", ".join(f"{name} {shown(name, q, found.channels).text}" for name, q in own.items())
@@ -331,9 +332,9 @@ def trial_table(found: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
     rows: list[Row] = []
     for order, one in enumerate(found.searched.trials, start=1):
-        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit))
+        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit), str(one.solves))
         rows.append((str(order), words.model_title(one.law, one.effects), one.text, *values))
-    heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
+    heads = ("", "model", "remark", "predicted", "found", "misfit/noise", "simulations")
     name = "Models in the order of the search (ln of evidence times odds)"
     return Table(name, heads, tuple(rows), left=3)
 
