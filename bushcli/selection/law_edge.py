@@ -25,8 +25,8 @@ from bushcli.inverse.problem import (
     penalty,
     smallest_moduli,
 )
-from bushcli.selection.room import Cuts
 from bushcli.selection.state import State
+from bushcli.selection.tangent_space import Cuts
 from cases.stability import moduli
 from forms.law import Law
 

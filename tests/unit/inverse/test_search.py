@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.evidence.promise import Promise
+from bushcli.evidence.stopping_rule import StoppingRule
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
@@ -112,7 +112,7 @@ def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_
     lowest = best_on(problem, normal, level)
     start = lowest + 4.0 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 0.01 * normal
     asked = []
-    for ends in (None, Promise(problem, [0.0, 0.0], None).ends):
+    for ends in (None, StoppingRule(problem, [0.0, 0.0], None).ends):
         problem.asked = []
         found = search(problem, start, ends=ends)
         assert found.x == pytest.approx(lowest, abs=0.1 * np.sqrt(covariance[1, 1]))
