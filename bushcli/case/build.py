@@ -393,7 +393,7 @@ class Builder:
             effects.DeclaredChannel(
                 name,
                 load.mode,
-                ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
+                ("load_cases", i) if load.path and load.rate is None else (),
                 temperature=load.temperature,
             )
             for i, (name, load) in enumerate(named)

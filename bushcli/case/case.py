@@ -90,7 +90,7 @@ class LoadCase:
     mode : str
     path : tuple of float
         Points that the generalised displacement goes through on straight lines, the rest position 0 first:
-        mm or rad, stretch - 1 for a coupon. Empty when ``source`` gives the program.
+        mm or rad, stretch - 1 for a coupon. Empty when ``source`` or ``six`` gives the program.
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
     steps : int
@@ -143,7 +143,7 @@ class DynamicTest:
     six : SixPath, optional
         Path to a pose, which is then the preload.
     motion : int
-        Number of the motion that vibrates there (`cases.six.MOTIONS`).
+        Number of the motion that vibrates there (`cases.six.MOTIONS`); 0 of a single motion.
     temperature : float, optional
         Degrees C.
     """
@@ -356,8 +356,7 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
 
 def _vibrations(test: DynamicTest) -> dict[str, Any]:
     unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
-    turned = test.six is not None and test.motion >= 3
-    peak = math.degrees(1.0) if turned else unit
+    peak = math.degrees(1.0) if test.motion >= 3 else unit
     shown: dict[str, Any] = {
         "amplitude": [float(f"{peak * one:.12g}") for one in test.amplitude] or None,
         "frequency": list(test.frequency),

@@ -113,7 +113,7 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
         found.append((f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units))
     looked_at: dict[str, tuple[str, Array, Array | None]] = {}
     for (name, _), one in zip(case.channels, case.load_cases, strict=False):
-        if one.six is not None or one.source is not None or one.by_force or not one.path:
+        if one.by_force or not one.path:
             continue
         q = np.asarray(one.path, dtype=float)
         time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate

@@ -129,6 +129,8 @@ class Simulated:
     step_error : float or None
         Estimated error of following the recorded path in steps (rms), percent of the force range; None where the force
         does not depend on the path.
+    in_time : bool
+        `reach`, `target` and the surface's displacement are times on a path of six motions, s.
     along : bool
         The curve is the force at the recording's samples, one by one.
     unwritten : str
@@ -164,6 +166,7 @@ class Simulated:
     surface: Surface | None = field(default=None, repr=False)
     mesh_error: float | None = None
     step_error: float | None = None
+    in_time: bool = False
     along: bool = False
     unwritten: str = ""
     six: SixCurve | None = None
@@ -174,11 +177,6 @@ class Simulated:
     before: Earlier | None = None
     by_force: bool = False
     largest: tuple[float, float] | None = None
-
-    @property
-    def in_time(self) -> bool:
-        """Whether `reach`, `target` and the surface's displacement are times on a path of six motions, s."""
-        return self.six is not None or (self.recording is not None and self.recording.six is not None)
 
     @property
     def newton(self) -> int:

@@ -213,7 +213,7 @@ class Vibrations:
         tolerance = CHOSEN_WITH_SLOPES if self._names else CHOSEN
         basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
         found = basis.reduced()
-        number = test.motion if test.six is not None else 0
+        number = test.motion
         uneven_too = bool(test.amplitude) and self._thinned is not None
         even = bool(self._names) and not uneven_too
         slopes = changes(basis, solver, self._names, self.drive) if even else Changes()
