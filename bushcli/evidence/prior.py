@@ -129,7 +129,8 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
 
 def _shows_rest(recording: Recording) -> bool:
     """Whether a recording passes near zero force at, or on both sides of, a displacement near zero."""
-    q, force = (x / max(float(np.abs(x).max()), 1e-300) for x in (recording.displacement, recording.force))
+    whole = recording.record
+    q, force = (x / max(float(np.abs(x).max()), 1e-300) for x in (whole.displacement, whole.force))
     at = q[np.abs(force) <= NEAR_ZERO]
     return bool(len(at) and at.min() <= NEAR_ZERO and at.max() >= -NEAR_ZERO)
 

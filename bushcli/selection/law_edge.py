@@ -17,11 +17,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.problem import differences
-from bushcli.inverse.stability import (
+from bushcli.inverse.problem import (
     ACTIVE,
     STABILITY_EDGE,
     STABILITY_MARGIN,
+    differences,
     penalty,
     smallest_moduli,
 )

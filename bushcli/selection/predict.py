@@ -125,11 +125,16 @@ class Beside:
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
-            pieces = _splines(recording.displacement)
+            q = recording.displacement
+            low, high = float(q.min()), float(q.max())
+            splines = np.ones((len(q), 1))
+            if high > low:
+                knots = np.concatenate([[low] * 3, np.linspace(low, high, PIECES + 1), [high] * 3])
+                splines = BSpline.design_matrix(q, knots, 3).toarray()
             # Of a table a law changes the stiffness at each preload, by a factor.
             simulated = self.state.fitted.simulated[i][:, None]
-            own = one.of(pieces if recording.kind == "static" else simulated * pieces)
-            if recording.kind == "dynamic" and np.ptp(recording.displacement) == 0.0:
+            own = one.of(splines if recording.kind == "static" else simulated * splines)
+            if recording.kind == "dynamic" and high == low:
                 # About one preload all laws are one modulus.
                 own = own[:, :0]
             blocks.append(
@@ -338,12 +343,3 @@ class Beside:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))
         return model
-
-
-def _splines(q: Array) -> Array:
-    """Cubic B-splines at the displacements q (n,), shape (n, PIECES + 3)."""
-    low, high = float(q.min()), float(q.max())
-    if high <= low:
-        return np.ones((len(q), 1))
-    knots = np.concatenate([[low] * 3, np.linspace(low, high, PIECES + 1), [high] * 3])
-    return np.asarray(BSpline.design_matrix(q, knots, 3).toarray())
