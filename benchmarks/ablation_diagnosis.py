@@ -54,7 +54,7 @@ def patches() -> dict[str, list[Any]]:
         ],
         "fits that cannot matter are given up": [patch.object(queue, "needed_of", lambda *given: None)],
         "end before a minimum is confirmed": [patch.object(stopping_rule, "NOTHING", 0.0)],
-        "variances before the minimum": [patch.object(stopping_rule, "ROUGH", 0.0)],
+        "variances before the minimum": [patch.object(stopping_rule, "ROUGH", 1e-9)],
         "held back by stability, along the edge": [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
         "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
         "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
