@@ -28,7 +28,7 @@ from geometry.shape import Refinement, shapes
 
 INNER, OUTER, LENGTH = 12.0, 22.0, 40.0
 PAYNE = {
-    "g": 3.0,
+    "g": 0.75,
     "tau": 3000.0,
     "decades": 5.0,
     "slope": -0.15,

@@ -66,7 +66,7 @@ CONSTANTS = (
     Constant("selection.predict", "PIECES", ("4", "9")),
     Constant("selection.fit", "VALLEY", ("(8, 1e-2)", "(8, 2.5e-3)")),
     Constant("selection.fit", "TURNS", ("2", "6")),
-    Constant("selection.fit", "SETTLED", ("1.15", "1.6")),
+    Constant("evidence.density", "SETTLED", ("1.15", "1.6")),
     Constant("selection.fit", "MOST_EVALUATIONS", ("20", "80")),
     Constant("selection.fit", "RETREATS", ("(0.3, 0.1)", "(0.7, 0.5, 0.3, 0.1)")),
 )

@@ -17,7 +17,8 @@ import numpy as np
 
 from bushcli.case import load_case
 from bushcli.inverse import Fit, Task, identify
-from bushcli.simulate.dynamic import DynamicCurve, vibrate
+from bushcli.simulate.dynamic import vibrate
+from bushcli.simulate.vibrations import DynamicCurve
 
 CASE = """
 [geometry]

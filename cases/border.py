@@ -185,6 +185,6 @@ class Border:
 
 
 def _coordinates(model: FiniteElementModel, twists: Array, rate: Array) -> Array:
-    """The twist (6,) that gives the constrained unknowns their rate; collective."""
+    """Return the twist (6,) that moves the constrained unknowns at their rate; collective."""
     normal = np.asarray(summed(model.comm, twists @ twists.T))
     return np.asarray(np.linalg.lstsq(normal, np.asarray(summed(model.comm, twists @ rate)), rcond=None)[0])

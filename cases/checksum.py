@@ -1,9 +1,9 @@
-"""Whether a compiled kernel is as the compiler left it: its length by its own header, its content by a checksum.
+"""Checks that a compiled kernel is undamaged: its length against its own header, its content against a checksum.
 
-Loading a damaged library ends the process, or worse, computes something else. The checksum stands in a file beside the
-library since its compilation; a library without one, from an earlier version, counts as sound if it is whole. CRC-32
-finds every error of up to 32 neighbouring bits, and others but for one in 4e9; it takes 0.1 ms for a kernel (SHA-256:
-0.2 ms).
+Loading a damaged library crashes the process, or gives wrong results. The checksum is written to a file beside the
+library when it is compiled; a library without that file, from an earlier version, is accepted if its length is right.
+CRC-32 detects every error of up to 32 neighbouring bits, and all but one in 4e9 of the others; it takes 0.1 ms for a
+kernel (SHA-256: 0.2 ms).
 """
 
 from __future__ import annotations

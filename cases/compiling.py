@@ -1,4 +1,4 @@
-"""Compilation of a function of a point (`forms.point`): its UFL is built, and the form compiler makes a library of it.
+"""Compiles a function of a point (`forms.point`): builds its UFL expression, from which FFCx makes a shared library.
 
 Separate from `cases.kernels`, which calls the library, because a function that is already compiled needs neither UFL
 nor the form compiler.
@@ -41,7 +41,7 @@ def compiled_function(function: PointFunction) -> tuple[tuple[str, ...], int, An
 
 @cache
 def _places(batch: int) -> Array:
-    """Return points of an interval, of which only the number matters."""
+    """Return points of an interval; only their number matters."""
     return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
 
 

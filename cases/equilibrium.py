@@ -114,7 +114,7 @@ class Equilibrium:
         return self._newton(corrections, guessed=True)
 
     def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
-        """Bring the model's state into equilibrium, with contact included or left out (`SurfaceForms.resting`)."""
+        """Bring the model's state into equilibrium, with contact or without it (`SurfaceForms.resting`)."""
         self.q, self.rate = q, self.model.rate(q)
         for renew in (self._fatigue is None or self._fatigue > TIRED, True):
             self._begin(guess)
@@ -243,7 +243,7 @@ class Equilibrium:
             self.border.release()
 
     def _broyden(self, renew: bool) -> tuple[bool, int]:
-        """Correct the state in `x`, with a new tangent or the last one; return whether it balances, and iterations."""
+        """Correct the state in `x` with a new or the last tangent; return whether it converged, and the iterations."""
         steps: list[tuple[PETSc.Vec, float]] = []
         norms = [self._residual()]
         try:

@@ -1,4 +1,4 @@
-"""Displacement, pressure and largest principal stretch along the march, in files that ParaView opens."""
+"""Writes displacement, pressure and largest principal stretch along the march to files for ParaView."""
 
 from __future__ import annotations
 

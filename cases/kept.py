@@ -1,4 +1,4 @@
-"""Cache of a body's last results, which a search needs again where only effects of the rig have changed."""
+"""Cache of a body's last results, which a search uses again when only parameters of the rig have changed."""
 
 from __future__ import annotations
 

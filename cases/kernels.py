@@ -103,12 +103,16 @@ class Kernel:
             records.note(function, Path(self._module.__file__), size, names)
         else:
             names, size, self._module = found[0].names, found[0].size, found[1]
-        self.size, self._names, self._batch = size, names, function.batch
+        self.size, self._names, self.batch = size, names, function.batch
         self._widths = [function.blocks[name] for name in names]
         # The form compiler puts one expression into a library.
         (entry,) = (name for name in dir(self._module.lib) if name.startswith("expression_"))
         compiled = getattr(self._module.lib, entry)
-        self._function = int(self._module.ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
+        self.function = int(self._module.ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
+        ffi, singles = loops().ffi, map(PointFunction.is_single, names)
+        #: Widths of the inputs, and whether each is one for all points of a batch, for the loops.
+        self.widths = ffi.new("long[]", self._widths or [0])
+        self.singles = ffi.new("long[]", list(map(int, singles)) or [0])
 
     def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
         """Return a call that adds the results at all points to the first columns of ``out``, shape (n, >= size).
@@ -128,11 +132,7 @@ class Kernel:
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
-        given = [
-            (a, w, PointFunction.is_single(n))
-            for n, a, w in zip(self._names, arrays, self._widths, strict=True)
-        ]
-        return Call(self._function, self.size, self._batch, given, out, out.shape[1] if clear else 0)
+        return Call(self, arrays, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
@@ -144,34 +144,34 @@ class Kernel:
 class Call:
     """A kernel with its arrays: input blocks and output."""
 
-    def __init__(
-        self,
-        function: int,
-        size: int,
-        batch: int,
-        inputs: Sequence[tuple[Array, int, bool]],
-        out: Array,
-        clear: int,
-    ) -> None:
+    def __init__(self, kernel: Kernel, inputs: Sequence[Array], out: Array, clear: int) -> None:
         ffi = loops().ffi
         # They have to live as long as this call.
-        self._kept = (*(array for array, _, _ in inputs), out)
+        self._kept = (kernel, *inputs, out)
+        # Directions without a change share one array.
+        addresses = {key: _address(array) for key, array in {id(array): array for array in inputs}.items()}
+        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in inputs]
         blocks = (
             len(inputs),
-            ffi.new("uintptr_t[]", [_address(array) for array, _, _ in inputs] or [0]),
-            ffi.new("long[]", [width for _, width, _ in inputs] or [0]),
-            ffi.new(
-                "long[]", [array.strides[0] // 8 if array.ndim == 2 else 0 for array, _, _ in inputs] or [0]
-            ),
+            ffi.new("uintptr_t[]", [addresses[id(array)] for array in inputs] or [0]),
+            kernel.widths,
+            ffi.new("long[]", strides or [0]),
         )
         rows = (ffi.cast("double *", _address(out)), out.strides[0] // 8, clear)
         self._given: tuple[Any, ...]
-        if batch == 1:
-            self._evaluate, self._given = loops().lib.evaluate, (function, len(out), *blocks, *rows)
+        if kernel.batch == 1:
+            self._evaluate, self._given = loops().lib.evaluate, (kernel.function, len(out), *blocks, *rows)
         else:
-            single = ffi.new("long[]", [int(single) for _, _, single in inputs] or [0])
             self._evaluate = loops().lib.evaluate_batches
-            self._given = (function, len(out), batch, *blocks, single, size, *rows)
+            self._given = (
+                kernel.function,
+                len(out),
+                kernel.batch,
+                *blocks,
+                kernel.singles,
+                kernel.size,
+                *rows,
+            )
 
     def __call__(self) -> None:
         """Evaluate the kernel."""

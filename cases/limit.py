@@ -1,4 +1,4 @@
-"""When Newton's method gives up an equilibrium: after too many iterations, or early if the residual does not fall."""
+"""When Newton's method gives up: after too many iterations, or earlier if the residual does not decrease."""
 
 from __future__ import annotations
 

@@ -240,7 +240,7 @@ class RubberAtPoints:
         return calls.total
 
     def _wind(self) -> None:
-        """Give the branches on the clock what passes on it up to `strain`."""
+        """Advance the clock of the branches by the path from the start of the step to `strain`."""
         (end, after), *_ = ((end, after) for branch, end, after in self._ends if branch is self._clock)
         end()
         for branch in self.branches:

@@ -61,7 +61,7 @@ class Pattern:
         self._take(*self._base)
 
     def _take(self, start: Index, column: Index) -> None:
-        """Take over couplings: first entry of each row, and columns."""
+        """Store the couplings: index of each row's first entry, and the columns."""
         self._start, self._column = start, column
         self.values = np.zeros(len(self._column) + 1)
         owned = self._constrained[self._constrained < self._rows.size_local]

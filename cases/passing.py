@@ -1,4 +1,4 @@
-"""Whether surfaces pass through each other on a mesh that several processes share, where contact is not modelled.
+"""Checks whether surfaces pass through each other on a mesh shared by several processes, if contact is not modelled.
 
 Pairs of facets of different processes have no place in a distributed matrix. The first process therefore makes the
 whole mesh once more, takes over the displacements of all processes, and searches for surfaces that penetrate each other

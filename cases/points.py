@@ -241,7 +241,7 @@ class Points:
 
 @dataclass(frozen=True)
 class _PointGroup:
-    """The struct that the loops read, and the arrays in it, which have to live as long."""
+    """The struct that the C loops read, with its arrays, which must live as long as it does."""
 
     struct: Any
     kept: Sequence[Any]

@@ -1,4 +1,4 @@
-"""Extrapolation along a path, of equilibria or of their rates: the polynomial through the last ones.
+"""Extrapolates equilibria, or their rates, along a path: the polynomial through the last ones.
 
 Where derivatives by parameters are computed, dx/dq is known at the points too, and its polynomial is integrated. On a
 radial recording with viscoelasticity or friction a march then needs 4 to 8 % fewer iterations.

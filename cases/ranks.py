@@ -1,4 +1,4 @@
-"""Sums over ranks, at no cost where there is only one: MPI takes 10 microseconds to send a pickled number to itself."""
+"""Sums over MPI ranks, skipped for a single rank: MPI takes 10 microseconds to send a pickled number to itself."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ class Rates:
 
     @staticmethod
     def _preconditioned(at: ConvergedState, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
-        """The tangent applied to a vector over all local unknowns, and the factorisation at hand applied to that."""
+        """Apply the tangent to a vector of all local unknowns, and the present factorisation to the product."""
         at.model.system.apply_tangent(b, vector)
         b.array_w[at.model.system.owned_constrained] = 0.0
         at.ksp.solve(b, step)

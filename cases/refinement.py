@@ -1,4 +1,4 @@
-"""Solutions of the tangent's equations for several loads, with a factorisation that is not the tangent's.
+"""Solves the tangent's equations for several loads with a factorisation of an earlier or symmetrised tangent.
 
 After a short step the factorisation at hand is nearly that of the new tangent; and of a tangent that is not symmetric
 only the symmetric part is factorised. GMRES, preconditioned by it, then finds

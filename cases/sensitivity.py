@@ -255,7 +255,7 @@ class Sensitivity:
 
     @staticmethod
     def _skewed(solver: Equilibrium, loads: Array, guess: Array) -> Array:
-        """Improve solutions with the tangent's symmetric part, just factorised, to those with the tangent."""
+        """Refine solutions obtained with the tangent's symmetric part until they satisfy the tangent itself."""
         at = ConvergedState(solver.model, solver.factor, solver.q, solver.rate, solver.tolerance)
         found = refined(at, loads, guess, MOST_OF_SKEW)
         if found is None:
@@ -263,7 +263,7 @@ class Sensitivity:
         return found
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
-        """Solve for both by refining those that the last steps lead to; None unless the step was short."""
+        """Solve for both by refining an extrapolation of the last steps; None unless the step was short."""
         if not self._last.q or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less
         guess = self._last.extrapolate(solver.q)

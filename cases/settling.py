@@ -1,10 +1,10 @@
 """Snap-through: rubber that has no equilibrium nearby flows to the next one, as if it were viscous.
 
-A concave surface that is compressed beyond Biot's limit creases all at once: the path of equilibria turns back there,
-and Newton's method finds nothing ahead, however short the step. Rubber in a test rig does not wait: it jumps, and comes
-to rest where its energy has a minimum again. So does the model, with the sleeve held: each state of the flow is in
-balance with a drag, c S (x - the state before), with S the stiffness of the displacements at rest (none in the
-pressures). The drag falls as the flow goes on, and the state that is accepted balances without any.
+A concave surface that is compressed beyond Biot's limit creases suddenly: the path of equilibria turns back there, and
+Newton's method finds no equilibrium ahead, however short the step. Rubber in a test rig jumps, and comes to rest at the
+next minimum of its energy. The model does the same with the sleeve held: each state of the flow is balanced by a drag,
+c S (x - the previous state), with S the stiffness of the undeformed body (no drag acts on the pressures). The drag is
+reduced as the flow goes on, and the accepted state is in equilibrium without it.
 
 References
 ----------

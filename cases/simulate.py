@@ -1,4 +1,4 @@
-"""From a shape and a mode to the curve: mesh, model and march in one call."""
+"""Simulates the curve of a shape in a mode: mesh, model and march in one call."""
 
 from __future__ import annotations
 

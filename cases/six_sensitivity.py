@@ -86,7 +86,7 @@ class SixSensitivity(Sensitivity):
     def _whole(
         self, solver: Equilibrium, found: Tangent, moved: Array, forces: Array
     ) -> tuple[Tangent, Array]:
-        """Improve responses to twists and to forces, found with the tangent's symmetric part, to those of the whole."""
+        """Refine responses found with the tangent's symmetric part until they satisfy the whole tangent."""
         model, six = self.model, len(found.answers)
         loads = np.vstack([np.zeros_like(found.answers), completed(model, forces)])
         better = self._skewed(solver, loads, np.vstack([found.answers, moved]))

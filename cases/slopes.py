@@ -260,7 +260,7 @@ class Slopes:
         return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
 
     def _P(self, part: MaterialCells) -> Array:
-        """Energy's derivatives by the gradients."""
+        """Return the derivatives of the energy by the displacement gradients."""
         if id(part) not in self._kept:
             self._kept[id(part)] = part.answer().copy()
         return self._kept[id(part)]
@@ -275,7 +275,7 @@ class Slopes:
 
 
 def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
-    """Changes of what a branch depends on, by the names of its inputs."""
+    """Return the changes of a branch's inputs, by their names."""
     found = {"parameters": parameters}
     if memory is not None:
         found["memory"] = memory
@@ -288,7 +288,8 @@ def _pace(changes: list[dict[str, Array]], passed: Sequence[Array | None]) -> No
     """Put the changes of what passes on a clock, (points,) each, in the place of a step's duration."""
     for change, row in zip(changes, passed, strict=True):
         if row is not None:
-            parameters = np.tile(change["parameters"], (len(row), 1))
+            parameters = np.empty((len(row), change["parameters"].shape[-1]))
+            parameters[:] = change["parameters"]
             parameters[:, -1] = row
             change["parameters"] = parameters
 

@@ -1,4 +1,4 @@
-"""Equilibrium with contact from a guess that lies behind a surface: with a soft contact first.
+"""Finds an equilibrium with contact when the initial guess penetrates a surface: first with a softer contact.
 
 Behind a surface each iteration of Newton's method changes what is in contact, and the stiffer the contact, the more.
 Where it fails, the step is repeated with a share of the contact's stiffness, and from the state that is found with more

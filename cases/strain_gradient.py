@@ -50,7 +50,7 @@ DEGREE = 2
 
 @dataclass(frozen=True)
 class _Bent:
-    """Cells with an energy at a state.
+    """The cells of a model that have the energy of strain gradients, evaluated at a state.
 
     Attributes
     ----------

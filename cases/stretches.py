@@ -219,7 +219,7 @@ def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
 
 
 def _seen_from_outside(x: Array, faces: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Return indices of cells (n, 1, 1) and of their faces' corners (n, faces, 4), counter-clockwise from outside.
+    """Return indices of cells (n, 1, 1) and of their faces' corners (n, faces, 4), counter-clockwise seen from outside.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def _corners(model: FiniteElementModel, region: str, corners: Array) -> tuple[Ar
 
 
 def _outside(reference: Array) -> NDArray[np.bool_]:
-    """Faces that occur once: those between two cells occur twice."""
+    """Return the faces that occur once: a face between two cells occurs twice."""
     # Each corner of a triangle counts once, whichever is repeated.
     repeated = np.all(reference[:, 2] == reference[:, 3], axis=1)
     mean = np.where(repeated[:, None], reference[:, :3].mean(axis=1), reference.mean(axis=1))

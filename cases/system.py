@@ -187,7 +187,7 @@ class System:
         matrix.assemble()
 
     def _add_rubber(self, pattern: Pattern) -> None:
-        """Set a pattern's values to the stiffness of body and strain gradients at the state of `stiffen`."""
+        """Set the pattern's values to the stiffness of body and strain gradients at the state of `stiffen`."""
         pattern.values[:] = 0.0
         self._body.add_stiffness(pattern.places[: len(self._body.parts)], pattern.values)
         if self._surfaces.gradient is not None:

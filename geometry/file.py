@@ -1,4 +1,4 @@
-"""The file of a geometry: it must be a regular file, and not so large that reading it takes minutes."""
+"""Checks a geometry file before it is read: a regular file, and small enough to be read within minutes."""
 
 from __future__ import annotations
 

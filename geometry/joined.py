@@ -1,4 +1,4 @@
-"""Whether all bodies of a part are held, rubber joins the two bonds, and the bonds are apart."""
+"""Checks that all bodies of a part are held, that rubber joins the two bonds, and that the bonds do not touch."""
 
 from __future__ import annotations
 

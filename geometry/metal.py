@@ -1,4 +1,4 @@
-"""Metal of plates and sleeves."""
+"""Elastic constants of plates and sleeves, as a case file gives them."""
 
 from __future__ import annotations
 

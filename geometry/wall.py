@@ -1,4 +1,4 @@
-"""The rubber between two coaxial sleeves, which is all that effects of the assembly need of a bushing of any form."""
+"""The rubber between two coaxial sleeves: all that effects of assembly need to know of a bushing's shape."""
 
 from __future__ import annotations
 

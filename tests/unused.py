@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
 # Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
 CONFIDENCE = 60
-PART = re.compile(r'\bpart\([\w.]+, "([\w ]+)"\)')
+PART = re.compile(r'\b(?:part\([\w.]+, |_fields\()"([\w ]+)"\)')
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
 _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "fx", "fy", "fz", "mz")
@@ -34,8 +34,8 @@ ALLOWED = {
     ("bushcli/export/fmu/slave", "modelName"): "PythonFMU",
     ("bushcli/export/fmu/slave", "exit_initialization_mode"): "PythonFMU",
     ("bushcli/export/fmu/slave", "do_step"): "PythonFMU",
-    ("bushcli/report/writers/page.py", "filters"): "Jinja",
     ("bushcli/report/document.py", "fold"): "the template of the page",
+    ("bushcli/report/writers/page.py", "filters"): "Jinja",
     ("benchmarks/compare_checkouts.py", "method"): "html.parser",
     ("bushcli/runtime/canonical.py", "persistent_id"): "pickle.Pickler",
     ("geometry/shapes/", "class"): "the list of shapes, which is made from the files in the folder",
@@ -71,7 +71,7 @@ def unused(root: Path, read: Iterable[str]) -> list[Unused]:
     """Names that files and folders under ``root`` define and do not use."""
     vulture = Vulture(ignore_decorators=VALIDATORS)
     vulture.scavenge([root / path for path in read])
-    # What `bushcli.report.json.common.part` takes from a value, under the same name.
+    # What `part` in `report/json/common.py`, and `_fields` beside it, take from a value under the same name.
     parts = [
         part
         for file in (root / "bushcli/report/json").glob("*.py")

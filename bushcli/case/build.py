@@ -110,21 +110,6 @@ class Builder:
         )
         tables = self._dynamic(data, shape, material, [one.label for one in (*recordings, *coupons)])
         active = self._effects(data, load_cases, tests, (*recordings, *tables), coupons, shape)
-        if (
-            material
-            and not material.parameters
-            and not any(map(data.get, ("coupons", "recordings", "specimens")))
-        ):
-            what = (
-                "material.parameters are not given, and there are neither coupons nor recordings to identify "
-                f"{material.law} from"
-            )
-            names = ", ".join(material.parameter_names)
-            self.findings.append(
-                Finding(
-                    ("material", "parameters"), what, expected=f"{names}; or [[coupons]] or [[recordings]]"
-                )
-            )
         if self.findings or shape is None or mesh is None or material is None:
             return None
         options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
@@ -168,7 +153,7 @@ class Builder:
     def _list(
         self, data: dict[str, Any], name: str, model: type[T], kind: str | None = None
     ) -> Iterator[tuple[T, Keys]]:
-        """Yield the tables of a list; of recordings those of a kind."""
+        """Yield the tables of a list; for recordings, only those of one kind."""
         for raw, keys in self._entries(data, name):
             if (isinstance(raw, dict) and raw.get("kind") == KIND) != (kind == KIND):
                 continue
@@ -238,6 +223,13 @@ class Builder:
             return replace(from_hardness(table.law, table.hardness, table.bulk_modulus), density=density)
         material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms, density)
         self.findings += checks.parameters(material)
+        if not material.parameters and not any(map(data.get, ("coupons", "recordings", "specimens"))):
+            what = (
+                "material.parameters are not given, and there are neither coupons nor recordings to identify "
+            )
+            expected = f"{', '.join(material.parameter_names)}; or [[coupons]] or [[recordings]]"
+            keys = ("material", "parameters")
+            self.findings.append(Finding(keys, f"{what}{material.law} from", expected=expected))
         return material
 
     def _mode(
@@ -401,7 +393,7 @@ class Builder:
             effects.DeclaredChannel(
                 name,
                 load.mode,
-                ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
+                ("load_cases", i) if load.path and load.rate is None else (),
                 temperature=load.temperature,
             )
             for i, (name, load) in enumerate(named)
@@ -439,7 +431,7 @@ def _at(one: S, own: float | None, of_case: float | None) -> S:
 
 
 def _known(source: Source) -> float | None:
-    """Return the temperature of a recording, nan where its file has it."""
+    """Return the temperature that the case gives for a recording; nan where a column of its file gives it."""
     return source.temperature if source.temperature_column is None else math.nan
 
 

@@ -90,7 +90,7 @@ class LoadCase:
     mode : str
     path : tuple of float
         Points that the generalised displacement goes through on straight lines, the rest position 0 first:
-        mm or rad, stretch - 1 for a coupon. Empty when ``source`` gives the program.
+        mm or rad, stretch - 1 for a coupon. Empty when ``source`` or ``six`` gives the program.
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
     steps : int
@@ -143,7 +143,7 @@ class DynamicTest:
     six : SixPath, optional
         Path to a pose, which is then the preload.
     motion : int
-        Number of the motion that vibrates there (`cases.six.MOTIONS`).
+        Number of the motion that vibrates there (`cases.six.MOTIONS`); 0 of a single motion.
     temperature : float, optional
         Degrees C.
     """
@@ -288,11 +288,21 @@ def resolved(case: Case) -> dict[str, Any]:
     stands for.
     """
     folder = case.path.parent
+    geometry = {"shape": type(case.geometry).name} | case.geometry.model_dump(mode="json", by_alias=True)
+    if geometry.get("file"):
+        geometry["file"] = _relative(Path(geometry["file"]), folder)
+    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
+    channels, effects = (*case.channels, *tests), []
+    for one in case.effects:
+        turned = any(modes()[mode].rotational for name, mode in channels if one.acts_on(name, mode, None))
+        values = {k: written(one.effect.parameter(k), value, turned) for k, value in one.values.items()}
+        on = None if one.channels is None else list(one.channels)
+        effects.append({"name": one.effect.name, "parameters": values, "channels": on})
     shown: dict[str, Any] = {
         "title": case.title,
         "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
-        "geometry": _geometry(case.geometry, folder),
+        "geometry": geometry,
         "mesh": {
             "elements_across": case.mesh.elements_across,
             "elements_along": case.mesh.elements_along,
@@ -314,7 +324,7 @@ def resolved(case: Case) -> dict[str, Any]:
         ],
         "recordings": [_source(source, folder) for source in case.recordings] + _dynamic(case, "bushing"),
         "coupons": [_source(source, folder) for source in case.coupons] + _dynamic(case, "coupon"),
-        "effects": [_effect(active, case) for active in case.effects],
+        "effects": effects,
     }
     if case.temperature is not None:
         shown["temperature"] = case.temperature
@@ -323,11 +333,6 @@ def resolved(case: Case) -> dict[str, Any]:
     if case.toleranced:
         shown["toleranced"] = {key: vars(one) for key, one in case.toleranced.items()}
     return shown
-
-
-def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:
-    shown = {"shape": type(shape).name} | shape.model_dump(mode="json", by_alias=True)
-    return shown | ({"file": _relative(Path(shown["file"]), folder)} if shown.get("file") else {})
 
 
 def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
@@ -351,8 +356,7 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
 
 def _vibrations(test: DynamicTest) -> dict[str, Any]:
     unit = math.degrees(1.0) if modes()[test.mode].rotational else 1.0
-    turned = test.six is not None and test.motion >= 3
-    peak = math.degrees(1.0) if turned else unit
+    peak = math.degrees(1.0) if test.motion >= 3 else unit
     shown: dict[str, Any] = {
         "amplitude": [float(f"{peak * one:.12g}") for one in test.amplitude] or None,
         "frequency": list(test.frequency),
@@ -384,48 +388,11 @@ def _six(path: SixPath) -> dict[str, Any]:
     return shown | ({"free": free} if free else {})
 
 
-def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
-    tests = zip(load_case_names(case.vibrations, ()), (test.mode for test in case.vibrations), strict=True)
-    channels = (*case.channels, *tests)
-    turned = any(modes()[mode].rotational for name, mode in channels if active.acts_on(name, mode, None))
-    return {
-        "name": active.effect.name,
-        "parameters": {
-            name: written(active.effect.parameter(name), value, turned)
-            for name, value in active.values.items()
-        },
-        "channels": None if active.channels is None else list(active.channels),
-    }
-
-
 def _source(source: Source, folder: Path) -> dict[str, Any]:
-    return {
-        "mode": source.mode,
-        "file": _relative(source.file, folder),
-        "name": source.label,
-        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
-        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
-        "delimiter": source.delimiter,
-        "decimal": source.decimal,
-        "reverse": None if source.reverse is None else list(source.reverse),
-        "cycles": list(source.cycles) if source.cycles else None,
-        "accept": [*source.accept, *source.accepted_faults] or None,
-    } | _further(source)
-
-
-def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
-    return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
-
-
-def _given(key: str, value: str | int | None) -> dict[Any, Any]:
-    return {} if value is None else {key: value}
-
-
-def _further(source: Source) -> dict[str, Any]:
-    """Return the rarer keys of a source, as far as they are given."""
     turned = source.mode in modes() and modes()[source.mode].rotational
     rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
-    shown = {
+    six = source.six
+    rarer = {
         "branch": source.branch,
         "largest_stretch": source.largest_stretch,
         "group": source.group,
@@ -439,11 +406,29 @@ def _further(source: Source) -> dict[str, Any]:
         "area": source.specimen.area,
         "stress": source.specimen.stress,
         "strain": source.specimen.strain,
-        "path": None
-        if source.six is None
-        else {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]},
+        "path": six and {"motions": dict(six.motions), "free": [MOTIONS[k] for k in six.free]},
     }
-    return {key: value for key, value in shown.items() if value is not None}
+    return {
+        "mode": source.mode,
+        "file": _relative(source.file, folder),
+        "name": source.label,
+        "columns": dict(source.columns) | _given("temperature", source.temperature_column),
+        "units": dict(source.units) | _given("temperature", source.temperature_unit or None),
+        "delimiter": source.delimiter,
+        "decimal": source.decimal,
+        "reverse": None if source.reverse is None else list(source.reverse),
+        "cycles": list(source.cycles) if source.cycles else None,
+        "accept": [*source.accept, *source.accepted_faults] or None,
+        **{key: value for key, value in rarer.items() if value is not None},
+    }
+
+
+def _dynamic(case: Case, specimen: str) -> list[dict[str, Any]]:
+    return [shown_source(one) for one in case.dynamic if modes()[one.mode].specimen == specimen]
+
+
+def _given(key: str, value: str | int | None) -> dict[Any, Any]:
+    return {} if value is None else {key: value}
 
 
 def _relative(file: Path, folder: Path) -> str:

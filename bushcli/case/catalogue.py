@@ -13,109 +13,58 @@ from geometry.shape import shapes
 
 def as_json(kind: str) -> list[dict[str, Any]]:
     """Return the entries of a kind ("laws", "shapes", "modes", "effects") as JSON-ready data."""
-    return {"laws": _laws, "shapes": _shapes, "modes": _modes, "effects": _effects}[kind]()
-
-
-def as_text(kind: str) -> str:
-    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as text to be read."""
-    blocks = []
-    for entry in as_json(kind):
-        lines = [f"{entry['name']}  {entry['summary']}"]
-        if "acts" in entry:
-            lines[0] = f"{entry['name']}  {entry['title']}. {entry['summary']}"
-            lines[0] += f"  ({entry['acts']}: {', '.join(entry['modes'])})"
-        if "displacement" in entry:
-            lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
-        for item in entry.get("parameters", entry.get("dimensions", [])):
-            lines.append("    " + "  ".join(_words(item)))
-        if "needs" in entry:
-            lines.append(f"    needs: {entry['needs']}")
-            lines.append(f"    rivals: {', '.join(entry['rivals'])}")
-        if "source" in entry:
-            lines.append(f"    source: {entry['source']}")
-        blocks.append("\n".join(lines))
-    return "\n".join(blocks)
-
-
-def _words(item: dict[str, Any]) -> list[str]:
-    """Return the description of a parameter or a dimension as a list of words."""
-    words = [str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)]
-    if item.get("choices"):
-        words.append(f"one of {', '.join(item['choices'])}")
-    if item.get("off") is not None:
-        words.append(f"off = {item['off']:g}")
-    if item.get("reciprocal"):
-        other = item["reciprocal"]
-        words.append(
-            f"or {other['name']} = 1/{item['name']}" + ("" if other["unit"] == "1" else f", {other['unit']}")
-        )
-    return words
-
-
-def _laws() -> list[dict[str, Any]]:
-    return [
-        {
-            "name": law.name,
-            "summary": law.summary,
-            "parameters": [
-                {
-                    "name": p.name,
-                    "unit": p.unit,
-                    "meaning": p.meaning + (" (optional)" if p.optional else ""),
-                    "bounds": f"[{p.lower:g}, {p.upper:g}]",
-                }
-                for p in law.parameters
-            ],
-            "source": law.source,
-        }
-        for law in laws().values()
-    ]
-
-
-def _shapes() -> list[dict[str, Any]]:
-    result = []
-    for shape in shapes().values():
-        dimensions = [
+    if kind == "laws":
+        return [
             {
-                "name": name,
-                "default": "" if field.is_required() else _default(field.default),
-                "meaning": field.description or "",
+                "name": law.name,
+                "summary": law.summary,
+                "parameters": [
+                    {
+                        "name": p.name,
+                        "unit": p.unit,
+                        "meaning": p.meaning + (" (optional)" if p.optional else ""),
+                        "bounds": f"[{p.lower:g}, {p.upper:g}]",
+                    }
+                    for p in law.parameters
+                ],
+                "source": law.source,
             }
-            for name, field in shape.model_fields.items()
+            for law in laws().values()
         ]
-        result.append({"name": shape.name, "summary": shape.summary, "dimensions": dimensions})
-    return result
-
-
-def _default(value: Any) -> str:
-    if value is None:
-        return "optional"
-    return f"default {value:g}" if isinstance(value, float) else f"default {value}"
-
-
-def _modes() -> list[dict[str, Any]]:
-    return [
-        {
-            "name": mode.name,
-            "summary": mode.summary,
-            "specimen": mode.specimen,
-            "displacement": "amount of shear"
-            if mode.sheared
-            else "stretch"
-            if mode.specimen == "coupon"
-            else "deg"
-            if mode.rotational
-            else "mm",
-            "force": "MPa" if mode.specimen == "coupon" else "N mm" if mode.rotational else "N",
-            "symmetry_planes": sorted(mode.solid.mirrors),
-            "axisymmetric": mode.section is not None,
-            "needs_compressibility": mode.needs_compressibility,
-        }
-        for mode in modes().values()
-    ]
-
-
-def _effects() -> list[dict[str, Any]]:
+    if kind == "shapes":
+        result = []
+        for shape in shapes().values():
+            dimensions = []
+            for name, field in shape.model_fields.items():
+                default = (
+                    f"default {field.default:g}"
+                    if isinstance(field.default, float)
+                    else f"default {field.default}"
+                )
+                default = "" if field.is_required() else "optional" if field.default is None else default
+                dimensions.append({"name": name, "default": default, "meaning": field.description or ""})
+            result.append({"name": shape.name, "summary": shape.summary, "dimensions": dimensions})
+        return result
+    if kind == "modes":
+        return [
+            {
+                "name": mode.name,
+                "summary": mode.summary,
+                "specimen": mode.specimen,
+                "displacement": "amount of shear"
+                if mode.sheared
+                else "stretch"
+                if mode.specimen == "coupon"
+                else "deg"
+                if mode.rotational
+                else "mm",
+                "force": "MPa" if mode.specimen == "coupon" else "N mm" if mode.rotational else "N",
+                "symmetry_planes": sorted(mode.solid.mirrors),
+                "axisymmetric": mode.section is not None,
+                "needs_compressibility": mode.needs_compressibility,
+            }
+            for mode in modes().values()
+        ]
     return [
         {
             "name": effect.name,
@@ -145,3 +94,35 @@ def _effects() -> list[dict[str, Any]]:
         }
         for effect in effects().values()
     ]
+
+
+def as_text(kind: str) -> str:
+    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as text to be read."""
+    blocks = []
+    for entry in as_json(kind):
+        lines = [f"{entry['name']}  {entry['summary']}"]
+        if "acts" in entry:
+            lines[0] = f"{entry['name']}  {entry['title']}. {entry['summary']}"
+            lines[0] += f"  ({entry['acts']}: {', '.join(entry['modes'])})"
+        if "displacement" in entry:
+            lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
+        for item in entry.get("parameters", entry.get("dimensions", [])):
+            words = [
+                str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)
+            ]
+            if item.get("choices"):
+                words.append(f"one of {', '.join(item['choices'])}")
+            if item.get("off") is not None:
+                words.append(f"off = {item['off']:g}")
+            if item.get("reciprocal"):
+                other = item["reciprocal"]
+                unit_of = "" if other["unit"] == "1" else f", {other['unit']}"
+                words.append(f"or {other['name']} = 1/{item['name']}{unit_of}")
+            lines.append("    " + "  ".join(words))
+        if "needs" in entry:
+            lines.append(f"    needs: {entry['needs']}")
+            lines.append(f"    rivals: {', '.join(entry['rivals'])}")
+        if "source" in entry:
+            lines.append(f"    source: {entry['source']}")
+        blocks.append("\n".join(lines))
+    return "\n".join(blocks)

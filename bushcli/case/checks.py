@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from annotated_types import Ge, Gt
 
@@ -14,7 +14,7 @@ from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.typical import SHEAR_WORDS
 from bushcli.errors import nearest
 from cases.mode import modes
-from forms.law import Law, Parameter, laws
+from forms.law import Parameter, laws
 from geometry.shape import Shape, Sleeve
 from geometry.size import LARGEST
 
@@ -44,8 +44,15 @@ def density(value: float) -> Iterator[Finding]:
 def parameters(material: Material) -> Iterator[Finding]:
     """Check that the law's parameters are known, complete, within bounds and give a stiff rubber at rest."""
     law = laws()[material.law]
-    if material.terms is not None:
-        yield from _terms(material)
+    terms, keys = parameter_terms(material.law), ("material", "terms")
+    if material.terms is not None and len(terms) == 1:
+        yield Finding(keys, f"material.terms: law {material.law} has no terms to choose")
+    elif material.terms is not None and material.terms > len(terms):
+        what = f"material.terms = {material.terms} is too many"
+        yield Finding(keys, what, expected=f"{material.law} has 1 to {len(terms)}")
+    elif material.terms is not None and material.parameters:
+        what = "material.terms is for a law without parameters, but material.parameters are given"
+        yield Finding(keys, what, expected="give one of them")
     if not material.parameters:
         return
     sound = True
@@ -60,7 +67,9 @@ def parameters(material: Material) -> Iterator[Finding]:
             sound = False
             what = f"{dotted((*_PARAMETERS, name))} = {shown(value)} is out of bounds"
             yield Finding((*_PARAMETERS, name), what, expected=_bounds(known))
-    for name in _lacking(law, material.parameters):
+    # Required ones, and the rest of each term of which one is given.
+    started = [group for group in terms[1:] if any(name in material.parameters for name in group)]
+    for name in (name for group in (terms[0], *started) for name in group if name not in material.parameters):
         sound = False
         known = law.parameter(name)
         what = f"{dotted((*_PARAMETERS, name))} is missing"
@@ -125,18 +134,6 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         yield Finding(("geometry", name), what, expected=f"dimensions are in mm, at most {LARGEST:g}")
 
 
-def _terms(material: Material) -> Iterator[Finding]:
-    terms = parameter_terms(material.law)
-    if len(terms) == 1:
-        yield Finding(("material", "terms"), f"material.terms: law {material.law} has no terms to choose")
-    elif material.terms is not None and material.terms > len(terms):
-        what = f"material.terms = {material.terms} is too many"
-        yield Finding(("material", "terms"), what, expected=f"{material.law} has 1 to {len(terms)}")
-    elif material.parameters:
-        what = "material.terms is for a law without parameters, but material.parameters are given"
-        yield Finding(("material", "terms"), what, expected="give one of them")
-
-
 def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[Finding]:
     """Check a hardness that is given for the law's parameters, and that nothing better is given beside it.
 
@@ -157,13 +154,6 @@ def hardness(shore_a: float, others: Sequence[str], coupons: bool) -> Iterator[F
     if known:
         what = f"material.hardness and {' and '.join(known)} are given: a hardness says less than they do"
         yield Finding(keys, what, expected="leave material.hardness out")
-
-
-def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:
-    """Return the parameters that must be added: required ones, and the rest of each term of which one is given."""
-    first, *further = parameter_terms(law.name)
-    started = [group for group in further if any(name in given for name in group)]
-    return [name for group in (first, *started) for name in group if name not in given]
 
 
 def _bounds(parameter: Parameter) -> str:

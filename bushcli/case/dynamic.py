@@ -103,7 +103,24 @@ def sources(
         while table.name is None and name in names:
             number += 1
             name = f"{table.mode}_{number}"
-        made.append(_source(table, tuple(found), name))
+        unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
+        given: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
+        for key in _TURNED:
+            value = getattr(table, key)
+            given[key] = None if value is None else unit * value
+        made.append(
+            DynamicSource(
+                mode=table.mode,
+                files=tuple(found),
+                name=name,
+                pattern=table.file,
+                columns=dict(table.columns or {}),
+                units=dict(table.units or {}),
+                delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+                accepted_faults=tuple(table.accept or ()),
+                **given,
+            )
+        )
     return tuple(made)
 
 
@@ -132,26 +149,6 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
         what = f"{dotted((*keys, 'quantity'))} belongs to a material test, but mode {mode.name} to a bushing"
         findings.append(Finding((*keys, "quantity"), what))
     return findings
-
-
-def _source(table: DynamicRecordingTable, files: tuple[Path, ...], name: str) -> DynamicSource:
-    unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
-    given: dict[str, Any] = {key: getattr(table, key) for key in _AS_GIVEN}
-    for key in _TURNED:
-        value = getattr(table, key)
-        given[key] = None if value is None else unit * value
-    delimiter = table.delimiter
-    return DynamicSource(
-        mode=table.mode,
-        files=files,
-        name=name,
-        pattern=table.file,
-        columns=dict(table.columns or {}),
-        units=dict(table.units or {}),
-        delimiter=_DELIMITERS.get(delimiter or "", delimiter),
-        accepted_faults=tuple(table.accept or ()),
-        **given,
-    )
 
 
 def shown_source(source: DynamicSource) -> dict[str, Any]:

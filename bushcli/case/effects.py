@@ -70,7 +70,10 @@ def build(
             continue
         twins = [other for other in active if other.effect.name == effect.name]
         names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
-        if twins and not _is_of_another_rig(effect, names, twins):
+        # A second use belongs to another rig if it has channels of its own, and so has every other one.
+        taken = {name for other in twins for name in other.channels or ()}
+        apart = effect.of_rig and names and all(other.channels is not None for other in twins)
+        if twins and not (apart and not set(names or ()) & taken):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
             wanted = (
                 "list different channels in the two entries: channels = [...]"
@@ -94,18 +97,10 @@ def build(
     return list(uniquely_named(active)), findings
 
 
-def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
-    """Whether a second use of an effect has channels of its own, so that it belongs to another rig."""
-    known = [one.channels for one in twins]
-    if not effect.of_rig or not channels or any(one is None for one in known):
-        return False
-    return not set(channels) & {name for one in known for name in one or ()}
-
-
 def _channels(
     effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[DeclaredChannel]
 ) -> Iterator[Finding]:
-    """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
+    """Check that the effect acts on its channels, that these share units, and that they have time if it needs it."""
     acts = [mode for mode in modes() if effect.acts_on(mode, None)]
     expected = ", ".join(acts)
     if len(effect.kinds) == 1:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 from bushcli.errors import InputError, Problem
@@ -67,22 +66,17 @@ def write_case(directory: Path, text: str) -> Path:
     content = text.encode()
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        with target.open("xb") as file, _taken_back(target):
-            file.write(content)
-            file.flush()
+        with target.open("xb") as file:
+            try:
+                file.write(content)
+                file.flush()
+            except BaseException:
+                # The next run would refuse to replace a file that could not be written completely.
+                with suppress(OSError):
+                    target.unlink()
+                raise
     except FileExistsError:
         raise InputError(Problem(str(target), "exists already and is not overwritten")) from None
     except OSError as error:
         raise InputError(Problem(str(target), f"cannot be written: {error.strerror}")) from None
     return target
-
-
-@contextmanager
-def _taken_back(file: Path) -> Iterator[None]:
-    """Delete a file that could not be written completely: the next run would refuse to replace it."""
-    try:
-        yield
-    except BaseException:
-        with suppress(OSError):
-            file.unlink()
-        raise

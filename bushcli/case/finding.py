@@ -1,4 +1,4 @@
-"""Findings: errors of a case by key, and pydantic's errors translated into findings."""
+"""Findings: the errors in a case, by key, and the translation of pydantic's errors into them."""
 
 from __future__ import annotations
 
@@ -118,7 +118,12 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         # A validator of the whole table names its keys in its message; that of a single key does not.
         return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {shown(item['input'])}: {words}")
     if kind == "literal_error":
-        choices = [choice for choice in _literals(model, loc) if isinstance(choice, str)]
+        # The key of an entry of a list is that of the list; `class`, which Python does not permit, is an alias.
+        place = loc[:-1] if isinstance(loc[-1], int) else loc
+        fields = _model_at(model, place[:-1]).model_fields
+        field = next((f for name, f in fields.items() if place[-1] in (name, f.alias)), None)
+        literals = [t for t in _types(field and field.annotation) if typing.get_origin(t) is typing.Literal]
+        choices = [choice for t in literals for choice in typing.get_args(t) if isinstance(choice, str)]
         near = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
         return Finding(
             keys, f"{key} = {shown(item['input'])} is not allowed", near, ", ".join(map(shown, choices))
@@ -174,23 +179,6 @@ def _model_at(model: type[BaseModel], loc: Keys) -> type[BaseModel]:
                 model,
             )
     return model
-
-
-def _literals(model: type[BaseModel], loc: Keys) -> list[object]:
-    if loc and isinstance(loc[-1], int):
-        # An entry of a list.
-        loc = loc[:-1]
-    fields = _model_at(model, loc[:-1]).model_fields if loc else {}
-    # A key such as `class`, which Python does not permit as a name, is the alias of its field.
-    field = next((f for name, f in fields.items() if loc[-1] in (name, f.alias)), None)
-    if field is None:
-        return []
-    return [
-        v
-        for t in _types(field.annotation)
-        if typing.get_origin(t) is typing.Literal
-        for v in typing.get_args(t)
-    ]
 
 
 def _types(annotation: Any) -> list[Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import repeat
 from pathlib import Path
@@ -85,16 +86,31 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     problems: list[Problem] = []
     tables = TableCache()
     for file in dict.fromkeys(files):
+        name = _written(file, folder)
+        if printable(name) != name:
+            what = "has a control character, or bytes that are not UTF-8, in its path: a case file cannot name it"
+            problems.append(Problem(str(file), what, "", "rename it"))
+            continue
         try:
-            _refuse_name(file, folder)
             entries.append(_entry(file, tables))
         except RecordingError as error:
-            problems += map(_without_case, error.problems)
+            for problem in error.problems:
+                expected = problem.expected
+                if "case file" in expected:
+                    # Where to put the line that the remedy asks for.
+                    expected += "; there is none yet: `bushcli init DIR` writes an example whose file and "
+                    expected += "mode you replace"
+                problems.append(replace(problem, expected=expected))
     if problems:
         raise CaseError(*problems)
     bushing = [entry for entry in entries if modes()[entry.source.mode].specimen == "bushing"]
     coupons = [entry for entry in entries if entry not in bushing]
-    reach = max((_reach(entry) for entry in bushing), default=8.0)
+    # A length in mm, in proportion to the travel of the recordings.
+    travels = [
+        8.0 if modes()[one.source.mode].rotational else float(abs(one.recording.displacement).max())
+        for one in bushing
+    ]
+    reach = max((min(max(travel, 2.0), 50.0) for travel in travels), default=8.0)
     head = _HEAD.format(
         title=_quoted(printable(folder.resolve().name) or "bushing"),
         # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
@@ -107,22 +123,6 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
 
 
-def _without_case(problem: Problem) -> Problem:
-    """Return a problem that says where to put the line of the case file that its remedy asks for."""
-    if "case file" not in problem.expected:
-        return problem
-    added = "there is none yet: `bushcli init DIR` writes an example whose file and mode you replace"
-    return replace(problem, expected=f"{problem.expected}; {added}")
-
-
-def _refuse_name(file: Path, folder: Path) -> None:
-    """Refuse a file whose name, or that of its folder, a case file cannot contain."""
-    name = _written(file, folder)
-    if printable(name) != name:
-        what = "has a control character, or bytes that are not UTF-8, in its path: a case file cannot name it"
-        raise RecordingError(Problem(str(file), what, "", "rename it"))
-
-
 def _written(file: Path, folder: Path) -> str:
     """Return the name of a file as the case file has it: relative to its own folder."""
     return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
@@ -133,12 +133,6 @@ def _names(entries: Sequence[_Entry]) -> list[str]:
     found = [entry.source.mode for entry in entries]
     stems = numbered([entry.source.file.stem for entry in entries])
     return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
-
-
-def _reach(entry: _Entry) -> float:
-    """Return a length in mm, in proportion to the travel of a recording."""
-    largest = float(abs(entry.recording.displacement).max())
-    return 8.0 if modes()[entry.source.mode].rotational else min(max(largest, 2.0), 50.0)
 
 
 def _entry(file: Path, tables: TableCache) -> _Entry:
@@ -154,9 +148,19 @@ def _entry(file: Path, tables: TableCache) -> _Entry:
             try:
                 recording = read_recording(source, tables=tables)
             except RecordingError as error:
-                errors.append((not _fits(source, tables), error))
+                fitting: Sequence[Table] = ()
+                with suppress(RecordingError):
+                    fitting = _fitting(source, tables)
+                errors.append((not fitting, error))
                 continue
-            possible = named if len(named) > 1 else kind if len(kind) > 1 else _alike(kind[0])
+            own = modes()[kind[0]]
+            # Those of the same specimen, with the same kind of displacement.
+            alike = [
+                one.name
+                for one in modes().values()
+                if one.words and (one.specimen, one.rotational) == (own.specimen, own.rotational)
+            ]
+            possible = named if len(named) > 1 else kind if len(kind) > 1 else alike
             others = ", ".join(mode for mode in possible if mode != guessed)
             what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
             if guessed is not None and others:
@@ -196,7 +200,15 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
     its name says otherwise.
     """
-    kinds = {specimen: _kinds(specimen) for specimen in ("coupon", "bushing")}
+    # Modes that read the same columns, in groups, the usual mode of each group first.
+    groups: dict[tuple[str, bool, bool, bool], list[Mode]] = {}
+    for mode in modes().values():
+        if mode.words:
+            kind = (mode.specimen, mode.rotational, mode.needs_compressibility, mode.sheared)
+            groups.setdefault(kind, []).append(mode)
+    kinds: dict[str, list[tuple[str, ...]]] = {"coupon": [], "bushing": []}
+    for (specimen, *_), group in groups.items():
+        kinds[specimen].append(tuple(mode.name for mode in sorted(group, key=lambda mode: not mode.is_usual)))
     order = [(kind, False) for kind in (*kinds["coupon"], *kinds["bushing"])]
     order += [(kind, True) for kind in kinds["coupon"]]
     named = {mode for specimen in ("bushing", "coupon") for mode in modes_of_name(file.stem, specimen)}
@@ -204,25 +216,6 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
         entry for entry in order if named & set(entry[0]) or any(modes()[name].is_usual for name in entry[0])
     ]
     return sorted(order, key=lambda entry: not named & set(entry[0]))
-
-
-def _kinds(specimen: str) -> list[tuple[str, ...]]:
-    """Return the modes of a specimen that read the same columns, in groups, the usual mode of each group first."""
-    groups: dict[tuple[bool, bool, bool], list[Mode]] = {}
-    for mode in modes().values():
-        if mode.specimen == specimen and mode.words:
-            groups.setdefault((mode.rotational, mode.needs_compressibility, mode.sheared), []).append(mode)
-    ordered = [sorted(group, key=lambda mode: not mode.is_usual) for group in groups.values()]
-    return [tuple(mode.name for mode in group) for group in ordered]
-
-
-def _alike(mode: str) -> tuple[str, ...]:
-    """Return the modes of the same specimen, with the same kind of displacement."""
-    own = modes()[mode]
-    every = (one for one in modes().values() if one.words)
-    return tuple(
-        one.name for one in every if (one.specimen, one.rotational) == (own.specimen, own.rotational)
-    )
 
 
 def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -240,25 +233,20 @@ def _ways(source: Source, machine: bool, tables: TableCache) -> Iterator[tuple[S
     chosen, choices = _with_choices(source, tables)
     if choices:
         yield chosen, (*remarks, *choices)
-    unnamed = _without_header(source)
-    if unnamed is not None:
+    mode = modes()[source.mode]
+    units: dict[Quantity, str] = {"time": "s"}
+    for quantity in _QUANTITIES[1:]:
+        units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+    plain = None if format_of(source.file) else read_table(source.file)
+    if plain is not None and len(plain.names) in (2, 3) and not any(plain.names) and not any(plain.units):
+        # Two or three columns in the most common order.
+        names: tuple[Quantity, ...] = _QUANTITIES[3 - len(plain.names) :]
+        columns: dict[Quantity, str | int] = {name: i for i, name in enumerate(names, start=1)}
         what = "<-- columns, units: the file has no header; time, travel and force in this order?"
-        yield unnamed, (*remarks, what)
+        yield replace(source, columns=columns, units={name: units[name] for name in names}), (*remarks, what)
     if format_of(source.file) == "zs2":
-        mode = modes()[source.mode]
-        units: dict[Quantity, str] = {"time": "s"}
-        for quantity in _QUANTITIES[1:]:
-            units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
         what = "<-- units: the file does not state them; compare with what the test program shows"
         yield replace(chosen, units=units), (*remarks, *choices, what)
-
-
-def _fits(source: Source, tables: TableCache) -> bool:
-    """Whether a file has the columns that a way of reading it needs."""
-    try:
-        return bool(_fitting(source, tables))
-    except RecordingError:
-        return False
 
 
 def _fitting(source: Source, tables: TableCache) -> list[Table]:
@@ -285,38 +273,17 @@ def _with_choices(source: Source, tables: TableCache) -> tuple[Source, tuple[str
         wanted = WantedColumn.of(source, mode, quantity)
         several = candidates(table, wanted) or by_unit(table, wanted)
         if len(several) > 1:
-            # A channel that stands still is not the one.
-            columns[quantity] = next((i for i in several if _varies(table, i)), several[0]) + 1
+            columns[quantity] = several[0] + 1
+            for i in several:
+                # A channel that stands still is not the one.
+                with suppress(RecordingError):
+                    values = table.numbers(i)
+                    if values.min() < values.max():
+                        columns[quantity] = i + 1
+                        break
             others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
-
-
-def _varies(table: Table, column: int) -> bool:
-    try:
-        values = table.numbers(column)
-    except RecordingError:
-        return False
-    return bool(values.min() < values.max())
-
-
-def _without_header(source: Source) -> Source | None:
-    """Return a source with two or three columns in the most common order, if a text file does not name them."""
-    if format_of(source.file):
-        return None
-    table = read_table(source.file)
-    number = len(table.names)
-    if any(table.names) or any(table.units) or number not in (2, 3):
-        return None
-    names: tuple[Quantity, ...] = _QUANTITIES[3 - number :]
-    columns: dict[Quantity, str | int] = {name: i for i, name in enumerate(names, start=1)}
-    mode = modes()[source.mode]
-    units = {
-        name: _USUAL[source.measured(name, mode.specimen, mode.rotational)]
-        for name in names
-        if name != "time"
-    }
-    return replace(source, columns=columns, units=units | ({"time": "s"} if number == 3 else {}))
 
 
 def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:

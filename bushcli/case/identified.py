@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -132,7 +132,9 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
         for table in [tables] if isinstance(tables, dict) else tables:
             for key in keys:
                 if key in table:
-                    table[key] = _moved(case.path.parent / str(table[key]), folder)
+                    # Relative to the folder, so that both can move together.
+                    file = (case.path.parent / str(table[key])).resolve()
+                    table[key] = Path(os.path.relpath(file, folder.resolve())).as_posix()
     if result["command"] == "batch":
         # The mean of the parts, which the law was identified from, in the folder of the result.
         data["recordings"] = means
@@ -140,15 +142,13 @@ def identified_case(case: Case, result: Mapping[str, Any], folder: Path) -> str 
     return f"{said}\n{toml_text(data)}"
 
 
-def _moved(file: Path, folder: Path) -> str:
-    """Return the name of a file as it is found from a folder: relative, so that both can move together."""
-    return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-
-
 def toml_text(data: Mapping[str, Any]) -> str:
     """Return the text of a case file with these tables."""
     order = sorted(data, key=lambda key: _ORDER.index(key) if key in _ORDER else len(_ORDER))
-    plain = [key for key in order if not _is_table(data[key])]
+    lists = {key: value if isinstance(value, list) else [value] for key, value in data.items()}
+    plain = [
+        key for key in order if not lists[key] or not all(isinstance(one, Mapping) for one in lists[key])
+    ]
     lines = [f"{key} = {inline(data[key])}" for key in plain if data[key] is not None and data[key] != []]
     for key in order:
         if key in plain:
@@ -157,11 +157,6 @@ def toml_text(data: Mapping[str, Any]) -> str:
             lines += ["", f"[{key}]" if isinstance(data[key], Mapping) else f"[[{key}]]"]
             lines += [f"{_key(name)} = {inline(value)}" for name, value in table.items() if value is not None]
     return "\n".join(lines) + "\n"
-
-
-def _is_table(value: Any) -> bool:
-    tables: Sequence[Any] = value if isinstance(value, list) else [value]
-    return bool(tables) and all(isinstance(one, Mapping) for one in tables)
 
 
 def inline(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Bounds on what a case may ask for, so that every answer comes in a stated time: size, depth, number of entries."""
+"""Limits of a case file (size, depth, number of entries), so that every case is answered in a bounded time."""
 
 from __future__ import annotations
 
@@ -78,11 +78,26 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
             what = f"mesh.elements_{key} has no meaning for this shape: its mesh has no elements in that direction"
             own = "".join(f"; elements_{one} refines the mesh" for one in shape.counted)
             yield Finding(("mesh", f"elements_{key}"), what, expected="leave it out" + own)
-    if not shape.structured:
-        yield from _free_mesh_size(shape, mesh, names)
-        return
     for name in sorted(names):
-        dimension = 2 if modes()[name].section is not None and shape.axisymmetric else 3
+        mode = modes()[name]
+        dimension = 2 if mode.section is not None and shape.axisymmetric else 3
+        if not shape.structured:
+            mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
+            about = shape.cells(dimension, mirrors, mesh.refinement)
+            most = LARGEST_MESH[dimension] if shape.axisymmetric else MOST_TETRAHEDRA
+            if about <= most:
+                continue
+            what = f"the mesh for mode {name} would have about {about:.2g} elements"
+            remedy = "set fewer elements_across in [mesh], such as --set mesh.elements_across=2"
+            if shape.cells(dimension, mirrors, replace(mesh.refinement, across=2)) > most:
+                remedy = "not even elements_across = 2 in [mesh] makes it small enough; for such thin rubber give a "
+                remedy += 'body of revolution as shape = "section"'
+            expected = (
+                f"at most {most}: {remedy}; or check that all dimensions are in mm (a dimension in another unit makes "
+                "the part long and thin) and that the part has no tiny edges and faces"
+            )
+            yield Finding(("mesh",), what, expected=expected)
+            return
         axes = shape.blocks(dimension, frozenset(), mesh.refinement).axes
         counts = [sum(interval.elements for interval in axis) for axis in axes]
         total = 1
@@ -95,31 +110,6 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
             expected = (
                 f"at most {LARGEST_MESH[dimension]}: give smaller numbers of elements in [mesh], or check that the "
                 "dimensions of [geometry] are in mm; the default has elements twice as long as thick"
-            )
-            yield Finding(("mesh",), what, expected=expected)
-            return
-
-
-def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> Iterator[Finding]:
-    for name in sorted(names):
-        mode = modes()[name]
-        dimension = 2 if mode.section is not None and shape.axisymmetric else 3
-        mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
-        about = shape.cells(dimension, mirrors, mesh.refinement)
-        most = LARGEST_MESH[dimension] if shape.axisymmetric else MOST_TETRAHEDRA
-        if about > most:
-            what = f"the mesh for mode {name} would have about {about:.2g} elements"
-            fewer = replace(mesh.refinement, across=2)
-            coarse = shape.cells(dimension, mirrors, fewer) <= most
-            remedy = (
-                "set fewer elements_across in [mesh], such as --set mesh.elements_across=2"
-                if coarse
-                else "not even elements_across = 2 in [mesh] makes it small enough; for such thin rubber give a body "
-                'of revolution as shape = "section"'
-            )
-            expected = (
-                f"at most {most}: {remedy}; or check that all dimensions are in mm (a dimension in another unit makes "
-                "the part long and thin) and that the part has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)
             return

@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -152,34 +153,27 @@ def _read(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise CaseError(Problem(str(path), f"cannot be read: {error.strerror or error}")) from None
     except tomllib.TOMLDecodeError as error:
-        if path.suffix.lower() != ".toml" and not _is_like_toml(text):
+        # A table's head or a key somewhere: a case file with a mistake, rather than another format.
+        like_toml = re.search(r"^\s*(\[+[\w.]+\]+|\w+\s*=)", text, re.MULTILINE)
+        if path.suffix.lower() != ".toml" and not like_toml:
             raise CaseError(Problem(str(path), "is not a case file", "", _wanted())) from None
         raise CaseError(_syntax(path, text, str(error))) from None
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
     except (ValueError, RecursionError) as error:
-        raise CaseError(Problem(str(path), _unreadable(error, text))) from None
-
-
-def _unreadable(error: Exception, text: str) -> str:
-    """Return why a file cannot be read: its name has a null byte, or the reader of TOML gives up."""
-    if not text:
-        return f"cannot be read: {error}"
-    if isinstance(error, RecursionError):
-        return "has too many brackets inside each other"
-    digits = re.search(r"value has (\d+) digits", str(error))
-    return f"has a number of {digits[1]} digits" if digits else f"is not valid TOML: {error}"
+        # The name of the file has a null byte, or the reader of TOML gives up.
+        digits = re.search(r"value has (\d+) digits", str(error))
+        what = f"has a number of {digits[1]} digits" if digits else f"is not valid TOML: {error}"
+        if isinstance(error, RecursionError):
+            what = "has too many brackets inside each other"
+        what = what if text else f"cannot be read: {error}"
+        raise CaseError(Problem(str(path), what)) from None
 
 
 def _wanted() -> str:
     """Return what a command reads in place of a file of another format."""
     parts = [suffix for shape in shapes().values() for suffix in shape.suffixes]
     return f"a case file in TOML; bushcli mesh also reads {', '.join(parts)} files"
-
-
-def _is_like_toml(text: str) -> bool:
-    """Whether a text has a table's head or a key somewhere: a case file with a mistake, rather than another format."""
-    return re.search(r"^\s*(\[+[\w.]+\]+|\w+\s*=)", text, re.MULTILINE) is not None
 
 
 def _syntax(path: Path, text: str, message: str) -> Problem:
@@ -192,9 +186,14 @@ def _syntax(path: Path, text: str, message: str) -> Problem:
     context = lines[line - 1].strip() if line <= len(lines) else ""
     where = f"{path}:{line}:{column}"
     what = f"is not valid TOML: {words or message}"
-    better = _corrected(context)
-    if better:
-        return Problem(where, what, expected=f"in: {context[:80]}; write {better[:80]}")
+    # The line as TOML has it where only its signs are wrong, or a number has the unit of all case files.
+    plain = context.translate(_PLAIN)
+    pointed = _COMMA.sub(r"\1\3.\2\4", plain)
+    without_unit = _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", plain))
+    for better in (plain, pointed, without_unit, pointed.replace("\\", "/")):
+        with suppress(tomllib.TOMLDecodeError):
+            if tomllib.loads(better) and better != context:
+                return Problem(where, what, expected=f"in: {context[:80]}; write {better[:80]}")
     return Problem(where, what, expected=f"in: {context[:80]}" if context else "")
 
 
@@ -207,24 +206,6 @@ _PLAIN = {ord(sign): plain for signs, plain in (
 #: files give such numbers.
 _COMMA = re.compile(r"(?<=[=\[\s])([-+]?\d+),(\d+)(?=\s*(?:#.*)?$)|(=\s*[-+]?\d+),(\d+)(?=\s*[,}])")
 _WITH_UNIT = re.compile(r"(=\s*[-+]?\d+(?:[.,]\d+)?)\s*(?:mm|MPa|N|s|deg|\u00b0)(?=\s*(?:#.*)?$)")
-
-
-def _corrected(line: str) -> str:
-    """Return a line as TOML has it where only its signs are wrong, or a number has the unit of all case files."""
-    plain = line.translate(_PLAIN)
-    pointed = _COMMA.sub(r"\1\3.\2\4", plain)
-    for better in (
-        plain,
-        pointed,
-        _COMMA.sub(r"\1\3.\2\4", _WITH_UNIT.sub(r"\1", plain)),
-        pointed.replace("\\", "/"),
-    ):
-        try:
-            if tomllib.loads(better) and better != line:
-                return better
-        except tomllib.TOMLDecodeError:
-            continue
-    return ""
 
 
 def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Override]) -> list[Problem]:

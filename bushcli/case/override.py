@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -70,7 +71,11 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     data, done = deepcopy(data), []
     for text in texts:
         name, equals, value = text.partition("=")
-        keys = _keys(name.strip())
+        segments = [_SEGMENT.match(segment.strip()) for segment in name.strip().split(".")]
+        keys: Keys = ()
+        if all(segments):
+            for match in filter(None, segments):
+                keys += (match[1], *(int(index) for index in re.findall(r"\d+", match[2])))
         if len(keys) > DEEPEST:
             raise CaseError(
                 Problem(_where(text), f"has a key of {len(keys)} parts", expected=f"at most {DEEPEST}")
@@ -78,7 +83,12 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
         if not equals or not keys:
             raise CaseError(Problem(_where(text), "is not KEY=VALUE", expected="e.g. geometry.length=38"))
         keys, added = _by_name(data, keys, text)
-        created = _put(data, keys, _value(value.strip()), _where(text))
+        given: Any = value.strip()
+        with suppress(ValueError, RecursionError):
+            table = tomllib.loads(f"value = {given}")
+            # A line break in the text could smuggle in further keys.
+            given = table["value"] if len(table) == 1 else given
+        created = _put(data, keys, given, _where(text))
         done.append(Override(text, keys, added or created))
     return data, done
 
@@ -122,28 +132,8 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     return ("effects", len(entries), *rest), added
 
 
-def _keys(name: str) -> Keys:
-    keys: list[str | int] = []
-    for segment in name.split("."):
-        match = _SEGMENT.match(segment.strip())
-        if match is None:
-            return ()
-        keys.append(match[1])
-        keys.extend(int(index) for index in re.findall(r"\d+", match[2]))
-    return tuple(keys)
-
-
-def _value(text: str) -> Any:
-    try:
-        table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
-        return text
-    # A line break in the text could smuggle in further keys.
-    return table["value"] if len(table) == 1 else text
-
-
 def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
-    """Set the value in place and return the shallowest key that did not exist before, or all keys."""
+    """Set the value in place; return the outermost key that this created, or the whole key if all of it existed."""
     table: Any = data
     created: Keys | None = None
     path: Keys = ()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 from bushcli.case.build import Builder
 from bushcli.case.case import Case
-from bushcli.errors import CaseError, Problem
+from bushcli.case.limits import LARGEST_RESULT
+from bushcli.errors import CaseError, InputError, Problem
+from bushcli.runtime.bounded import TooLarge, read_bounded
 
 
 class _Rebuilder(Builder):
@@ -45,6 +48,36 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     return case
 
 
+def read_result(file: Path, given: Path | None = None) -> dict[str, Any]:
+    """Return the result of a command on a case.
+
+    Parameters
+    ----------
+    file : Path
+        The result, result.json.
+    given : Path, optional
+        Folder that the user named, for the message where the result is missing.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or a command on a case did not write it.
+    """
+    try:
+        result = json.loads(read_bounded(file, LARGEST_RESULT))
+    except FileNotFoundError:
+        what = "is a folder without result.json"
+        expected = "a case file, or a folder written with -o"
+        raise InputError(Problem(str(given or file), what, "", expected)) from None
+    except (OSError, ValueError, RecursionError, TooLarge) as error:
+        reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
+        raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
+    if not isinstance(result, dict) or not isinstance(result.get("case"), dict):
+        what = "is not the result of a command on a case"
+        raise InputError(Problem(str(file), what, "", "a folder that a command on a case wrote with -o"))
+    return result
+
+
 def found_case(path: Path, folder: Path) -> Path:
     """Return where a result's case file is: as named from the working folder, else from a folder above the result.
 
@@ -62,7 +95,7 @@ def found_case(path: Path, folder: Path) -> Path:
 
 
 def _given(value: Any) -> Any:
-    """Return a value without the keys that are not given: a case file has no null."""
+    """Return a value without keys that are null, because TOML has no null."""
     if isinstance(value, dict):
         return {key: _given(item) for key, item in value.items() if item is not None}
     if isinstance(value, list):

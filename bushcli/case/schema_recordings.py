@@ -1,4 +1,4 @@
-"""The tables of recordings and coupon tests; apart from the others, because most cases that are simulated have none."""
+"""Schema of the tables of recordings and coupon tests, which most simulated cases do not have."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import islice
+from itertools import count, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -153,7 +153,9 @@ class SourceBuilder:
                 mode = self._mode(keys, table, file, usual)
                 known = mode is not None and self.known(keys, mode, specimen)
                 name = table.name or (file.stem if pattern or parts else mode or file.stem)
-                source = self._source(table, keys, file, mode or "", known, _unused(name, taken))
+                numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
+                unused = next(one for one in numbered if one not in taken)
+                source = self._source(table, keys, file, mode or "", known, unused)
                 found, wrong = (
                     motion_path.channels(source, table, keys, taken, self.tables)
                     if known and is_file(file)
@@ -234,7 +236,12 @@ class SourceBuilder:
             area = 0.25 * math.pi * table.diameter**2
         raw = {"stress": ("a force", area), "strain": ("a travel", table.gauge_length)}
         for key, (measured, size) in raw.items():
-            value, possible = getattr(table, key), _forms(key, mode)
+            value, known = getattr(table, key), modes().get(mode)
+            possible: tuple[str, ...] = ("engineering", "true")
+            if known is not None and known.needs_compressibility:
+                possible = ("engineering", *(("true", "pressure") if key == "stress" else ("volume",)))
+            elif known is not None and known.sheared:
+                possible = ("engineering",)
             what = ""
             if value is not None and value not in possible:
                 what = f"has no meaning in a {mode} test"
@@ -270,7 +277,12 @@ class SourceBuilder:
             return [], True
         try:
             hits = sorted(
-                islice((p for p in self.folder.glob(name) if p.is_file()), MOST_ENTRIES + 1), key=_natural
+                islice((p for p in self.folder.glob(name) if p.is_file()), MOST_ENTRIES + 1),
+                # run_2 comes before run_10.
+                key=lambda path: [
+                    (0, int(part), "") if part.isdecimal() else (1, 0, part)
+                    for part in re.split(r"(\d{1,18})", str(path))
+                ],
             )
         except (OSError, ValueError, NotImplementedError):
             hits = []
@@ -280,14 +292,6 @@ class SourceBuilder:
             self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
             return [], True
         return hits, True
-
-
-def _forms(key: str, mode: str) -> tuple[str, ...]:
-    """Return the values that `stress` or `strain` of a coupon can have in a mode."""
-    known = modes().get(mode)
-    if known is not None and known.needs_compressibility:
-        return ("engineering", "true", "pressure") if key == "stress" else ("engineering", "volume")
-    return ("engineering",) if known is not None and known.sheared else ("engineering", "true")
 
 
 _OF_SPECIMEN = ("gauge_length", "area", "width", "thickness", "diameter", "stress", "strain")
@@ -336,17 +340,3 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
     findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
     return None
-
-
-def _natural(path: Path) -> list[tuple[int, int, str]]:
-    """Return a key that sorts run_2 before run_10."""
-    parts = re.split(r"(\d{1,18})", str(path))
-    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts]
-
-
-def _unused(name: str, taken: Sequence[str]) -> str:
-    """Return the name, followed by a number if the name is taken."""
-    number = 1
-    while (candidate := name if number == 1 else f"{name}_{number}") in taken:
-        number += 1
-    return candidate

@@ -1,4 +1,4 @@
-"""What the numbers of a rubber bushing usually are: a number outside is asked about, never refused.
+"""Usual ranges of a rubber bushing's numbers: a number outside its range gives a condition, never an error.
 
 Most wrong numbers are in another unit (kPa, m, ms), or are another quantity, such as a hardness in Shore A in place of
 a modulus. Each can be true of some specimen, so that a result with it carries a condition instead of an error.
@@ -43,6 +43,8 @@ OVERALL, THICKNESS = (5.0, 500.0), (0.5, 150.0)
 STRAIN = (1e-3, 3.0)
 #: Shear strain rate, or rate of the stretch of a coupon, 1/s.
 RATE = (1e-4, 10.0)
+#: Share of the largest displacement below which the whole path of a recording is the noise of a hold; judgement.
+_HELD = 0.01
 # Shore A: numbers that are hardnesses where a modulus is far too large.
 _SHORE = (20.0, 95.0)
 
@@ -79,37 +81,12 @@ def unusual(case: Case, material: Material, paths: Iterable[Path] = ()) -> tuple
         Recordings of the bushing and of coupons, and programs of load cases from files; those of the case file are
         looked at in any case. A recording of six motions is left out.
     """
-    found = [*_of_the_rubber(material, case.needs_fit), *_of_the_size(case.geometry)]
-    looked_at = {name: (mode, q, time) for name, mode, q, time in _of_load_cases(case)}
-    looked_at |= {
-        path.name: (path.mode, path.displacement, path.time)
-        for path in paths
-        if getattr(path, "six", None) is None
-    }
-    for name, (mode, q, time) in looked_at.items():
-        found += _of_the_path(case.geometry, name, mode, q, time)
-    return tuple(Condition("unusual_value", message, remedy) for message, remedy in found)
-
-
-def _of_load_cases(case: Case) -> Iterator[tuple[str, str, Array, Array | None]]:
-    """Yield name, mode, displacement (mm, rad, stretch - 1) and time (s) or None of each prescribed path."""
-    names = (name for name, _ in case.channels)
-    for name, one in zip(names, case.load_cases, strict=False):
-        if one.six is not None or one.source is not None or one.by_force or not one.path:
-            continue
-        q = np.asarray(one.path, dtype=float)
-        time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
-        yield name, one.mode, q, time
-
-
-def _of_the_rubber(material: Material, identified: bool) -> Iterator[tuple[str, str]]:
-    if not material.parameters:
-        return
-    shear = laws()[material.law].shear_modulus(**material.parameters)
+    found: list[tuple[str, str]] = []
+    shear = laws()[material.law].shear_modulus(**material.parameters) if material.parameters else SHEAR[0]
     if not SHEAR[0] <= shear <= SHEAR[1]:
         message = f"the rubber has an initial shear modulus of {shear:.3g} MPa; {SHEAR_WORDS}"
         hardness = [name for name, value in material.parameters.items() if _SHORE[0] <= value <= _SHORE[1]]
-        if identified:
+        if case.needs_fit:
             remedy = "the law is identified from [[coupons]]: check their unit of stress, and the size of the specimens"
         elif shear > SHEAR[1] and hardness:
             remedy = f"material.parameters.{hardness[0]} is in MPa; a rubber of 60 Shore A has C10 of about 0.6 MPa"
@@ -119,22 +96,36 @@ def _of_the_rubber(material: Material, identified: bool) -> Iterator[tuple[str, 
             remedy = "give material.parameters in MPa: if they are in GPa, multiply them by 1000"
         else:
             remedy = "check that material.parameters are in MPa"
-        yield message, remedy
+        found.append((message, remedy))
     bulk = material.bulk_modulus
-    if np.isfinite(bulk) and not BULK[0] <= bulk <= BULK[1]:
+    if material.parameters and np.isfinite(bulk) and not BULK[0] <= bulk <= BULK[1]:
         message = f"the bulk modulus is {bulk:.4g} MPa; solid rubber has some 2000, at least {BULK[0]:g} MPa"
-        yield message, "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber"
-
-
-def _of_the_size(shape: Shape) -> Iterator[tuple[str, str]]:
+        found.append(
+            (message, "give material.bulk_modulus in MPa, or leave it out for an incompressible rubber")
+        )
     units = "give the dimensions in mm; of a file in another unit than it states, set geometry.unit"
-    overall, wall = shape.overall, shape.wall
+    overall, wall = case.geometry.overall, case.geometry.wall
     if overall is not None and not OVERALL[0] <= overall <= OVERALL[1]:
         usual = f"bushings are {OVERALL[0]:g} to {OVERALL[1]:g} mm large"
-        yield f"the bushing is {overall:.4g} mm in size; {usual}", units
+        found.append((f"the bushing is {overall:.4g} mm in size; {usual}", units))
     elif wall is not None and not THICKNESS[0] <= wall.thickness <= THICKNESS[1]:
         usual = f"bushings have {THICKNESS[0]:g} to {THICKNESS[1]:g} mm"
-        yield f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units
+        found.append((f"the rubber is {wall.thickness:.4g} mm thick between the bonds; {usual}", units))
+    looked_at: dict[str, tuple[str, Array, Array | None]] = {}
+    for (name, _), one in zip(case.channels, case.load_cases, strict=False):
+        if one.by_force or not one.path:
+            continue
+        q = np.asarray(one.path, dtype=float)
+        time = None if not one.rate else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / one.rate
+        looked_at[name] = (one.mode, q, time)
+    looked_at |= {
+        path.name: (path.mode, path.displacement, path.time)
+        for path in paths
+        if getattr(path, "six", None) is None
+    }
+    for name, (mode, q, time) in looked_at.items():
+        found += _of_the_path(case.geometry, name, mode, q, time)
+    return tuple(Condition("unusual_value", message, remedy) for message, remedy in found)
 
 
 def _of_the_path(
@@ -159,7 +150,13 @@ def _of_the_path(
             message,
             f"give the travel in {unit} and [geometry] in mm; check the columns and units of a recording",
         )
-    rate = 0.0 if time is None else _rate(q, time) / reference
+    rate = 0.0
+    if time is not None and np.ptp(q) >= _HELD * np.abs(q).max(initial=0.0):
+        # The median speed of the moving samples: holds and noise do not count.
+        steps = np.diff(time)
+        speed = np.abs(np.diff(q))[steps > 0.0] / steps[steps > 0.0]
+        moving = speed[speed > 0.1 * speed.max(initial=0.0)]
+        rate = float(np.median(moving)) / reference if len(moving) else 0.0
     if rate > 0.0 and not RATE[0] <= rate <= RATE[1]:
         usual = f"tests of rubber have {RATE[0]:g} to {RATE[1]:g} per s"
         message = f"{name}: the rubber is strained by {rate:.2g} per s; {usual}"
@@ -167,11 +164,3 @@ def _of_the_path(
             message,
             'give time in s: of a recording in ms, units = { time = "ms" }; of a load case, rate per s',
         )
-
-
-def _rate(q: Array, time: Array) -> float:
-    """Return the median speed of the moving samples, per s; holds and noise do not count."""
-    steps = np.diff(time)
-    speed = np.abs(np.diff(q))[steps > 0.0] / steps[steps > 0.0]
-    moving = speed[speed > 0.1 * speed.max(initial=0.0)]
-    return float(np.median(moving)) if len(moving) else 0.0

@@ -15,7 +15,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
 from cases.mode import modes
-from cases.six import MOTIONS, SixPath
+from cases.six import MOTIONS
 from geometry.shape import Shape
 
 
@@ -45,7 +45,11 @@ def test(
         pose, wrong = motion_path.load_case(table, keys, shape, validated)
         findings += wrong
         path = None if pose is None else pose.six
-        motion = 0 if path is None else _vibrating(path, given.motion)
+        if given.motion is not None:
+            motion = MOTIONS.index(given.motion)
+        elif path is not None:
+            # The one that goes furthest, a degree counted as a mm.
+            motion = int(np.argmax(np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)))
         if path is not None and motion in path.free:
             what = f"{dotted((*at, 'motion'))}: {MOTIONS[motion]} is free of force"
             findings.append(
@@ -100,14 +104,6 @@ def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]
             of = "the end of [load_cases.path] is the preload" if posed else "only mode path has six motions"
             found.append(Finding(at, f"{dotted(at)} has no meaning for mode {table.mode}", expected=of))
     return found
-
-
-def _vibrating(path: SixPath, name: str | None) -> int:
-    """Return the motion that vibrates: the one named, or the one that goes furthest, a degree counted as a mm."""
-    if name is not None:
-        return MOTIONS.index(name)
-    travel = np.abs(path.motion[-1]) * np.repeat([1.0, math.degrees(1.0)], 3)
-    return int(np.argmax(travel))
 
 
 def _frequencies(

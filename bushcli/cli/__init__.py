@@ -40,17 +40,15 @@ class _Commands(click.Group):
 
     def main(self, args: Sequence[str] | None = None, *others: Any, **extra: Any) -> Any:
         typed = list(sys.argv[1:] if args is None else args)
-        _refuse_undecodable(typed)
-        _refuse_deleted_folder()
-        # Open MPI does not start without HOME, which Python finds in the system's list of users.
-        os.environ.setdefault("HOME", _home())
-        _usable_environment()
-        # Saves 20 ms at start: pydantic would search all packages for plugins, and check the schemas that it makes.
-        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-        os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
-        _collect_seldom()
-        _open_closed_streams()
-        _escape_bytes()
+        # DOLFINx and reports cannot contain bytes that are no text.
+        for text in typed:
+            if any("\ud800" <= one <= "\udfff" for one in text):
+                what = "contains bytes that are not text in the encoding of this system"
+                click.echo(
+                    f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True
+                )
+                sys.exit(WRONG_INPUT)
+        _make_usable()
         try:
             return super().main(typed, *others, **extra)
         except OSError as error:
@@ -93,30 +91,23 @@ def _printable_usage() -> Iterator[None]:
         sys.exit(INTERRUPTED)
 
 
-def _refuse_undecodable(typed: Sequence[str]) -> None:
-    """Refuse arguments with bytes that are no text: DOLFINx and reports cannot contain them."""
-    for text in typed:
-        if any("\ud800" <= one <= "\udfff" for one in text):
-            what = "contains bytes that are not text in the encoding of this system"
-            click.echo(
-                f"error: {printable(text)}: {what} (rename the file, or write the value anew)", err=True
-            )
-            sys.exit(WRONG_INPUT)
-
-
-def _refuse_deleted_folder() -> None:
-    """Refuse to work in a folder that was deleted: relative paths, results too, would go elsewhere or nowhere."""
+def _make_usable() -> None:
+    """Make folder, environment, garbage collector and streams usable for libraries and worker processes."""
     try:
         os.getcwd()  # noqa: PTH109 - Path.cwd is the same
     except OSError:
+        # Relative paths, results too, would go elsewhere or nowhere.
         click.echo(
             "error: the working directory no longer exists (change to another one: cd DIRECTORY)", err=True
         )
         sys.exit(WRONG_INPUT)
+    # Open MPI does not start without HOME, which Python finds in the system's list of users.
+    try:
+        os.environ.setdefault("HOME", str(Path.home()))
+    except RuntimeError:  # no such user, as in a container whose user is only a number
+        import tempfile
 
-
-def _usable_environment() -> None:
-    """Replace settings of the caller with which libraries would not start, for this process and its workers."""
+        os.environ["HOME"] = tempfile.gettempdir()
     # Pictures are only saved; the backend of a notebook, which commands inherit, may not exist here.
     os.environ["MPLBACKEND"] = "agg"
     # A library that is imported may warn of another one; with "error" the command would end there.
@@ -127,44 +118,23 @@ def _usable_environment() -> None:
         import tempfile
 
         os.environ["TMPDIR"] = tempfile.gettempdir()
-
-
-def _collect_seldom() -> None:
-    """Make Python's garbage collector run rarely, and not at exit.
-
-    The libraries make some 150,000 objects, nearly all of which stay: of the 0.74 s of `bushcli direct` on the axial
-    case of the benchmark, the usual collector takes 0.02 s while they are made, and 0.03 s at exit. The peak memory of
-    `bushcli diagnose` is the same with both settings within 1 %.
-    """
+    # Saves 20 ms at start: pydantic would search all packages for plugins, and check the schemas that it makes.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
+    # The libraries make some 150,000 objects, nearly all of which stay: of the 0.74 s of `bushcli direct` on the axial
+    # case of the benchmark, the usual collector takes 0.02 s while they are made, and 0.03 s at exit. The peak memory
+    # of `bushcli diagnose` is the same with both settings within 1 %.
     gc.set_threshold(100_000, 50, 1000)
     atexit.register(gc.freeze)
-
-
-def _open_closed_streams() -> None:
-    """Open standard streams that the caller closed (`>&-`) on the null device.
-
-    Otherwise Python has None in their place, and the next file that is opened gets the number of the stream: what a
-    library prints would be written into it.
-    """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        # Of a stream that the caller closed (`>&-`) Python has None, and the next file that is opened gets its number:
+        # what a library prints would be written into it.
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115 - stays open until the end
-
-
-def _escape_bytes() -> None:
-    """Write out surrogates, and what the encoding of a stream lacks: Python might print a surrogate as its byte."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
+            # Python might print a surrogate as its byte.
             stream.reconfigure(errors="backslashreplace")
-
-
-def _home() -> str:
-    try:
-        return str(Path.home())
-    except RuntimeError:  # no such user, as in a container whose user is only a number
-        import tempfile
-
-        return tempfile.gettempdir()
 
 
 @click.group(

@@ -1,4 +1,4 @@
-"""The command on a batch of parts: batch."""
+"""The `batch` command, which compares the parts of one drawing."""
 
 from __future__ import annotations
 

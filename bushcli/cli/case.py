@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +17,12 @@ from bushcli.errors import InputError, Problem
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
+    from bushcli.inverse import Fit
     from bushcli.recording.dynamic.table import DynamicTable
     from bushcli.report.document import Document
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
+    from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
 
 
@@ -173,18 +174,24 @@ def direct(
 
     A law without parameters is fitted to the coupon tests first.
     """
-    from bushcli import report
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
     from bushcli.simulate.prediction_cache import PredictionCache
     from bushcli.simulate.response import PredictionInterrupted
+    from cases.mode import modes
 
     if unrelaxed and not stiffness_matrix and stiffness_at is None:
         what = "is a state of stiffness matrices, and none is asked for"
         raise InputError(Problem("--unrelaxed", what, "", "add --stiffness-matrix, or leave it out"))
     case = run.load()
-    tables = _bushing_tables(run, case) if case.dynamic else []
+    # Tables of coupons are fitted, not compared.
+    tables = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    read: list[DynamicTable] = []
+    if tables:
+        from bushcli.recording.dynamic.read import read_dynamic
+
+        read = [read_dynamic(one, run.tables) for one in tables]
     if not case.recordings and not case.load_cases and not tables:
         expected = case.expected("[[recordings]] or [[load_cases]]; vibrations are in `bushcli dynamic`")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
@@ -207,11 +214,37 @@ def direct(
         except PredictionInterrupted as ended:
             response, interrupted = ended.response, True
     compared = misfits(response)
-    vibrations, doubts = _beside(run, response, () if interrupted else tables)
+    vibrations: Sequence[ComparedTable] = ()
+    doubts: Sequence[Condition] = ()
+    if tables and not interrupted:
+        from bushcli.simulate.dynamic_tables import compare_tables
+
+        with run.timed("dynamic"):
+            vibrations, doubts = compare_tables(case, response.material, read)
+    _deliver_direct(run, response, compared, found, (vibrations, doubts) if tables else None)
+    if interrupted:
+        raise KeyboardInterrupt
+    if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, read)):
+        return NOT_CONVERGED
+    good = all(misfit.within for misfit in compared.values())
+    return NEGATIVE if strict and not good else DONE
+
+
+def _deliver_direct(
+    run: Run,
+    response: Response,
+    compared: Mapping[str, Misfit],
+    found: Fit | None,
+    dynamic: tuple[Sequence[ComparedTable], Sequence[Condition]] | None,
+) -> None:
+    """Print and save curves, and the stiffness beside that of tables with what has to be known about it."""
+    from bushcli import report
+
+    vibrations, doubts = dynamic or ((), ())
 
     def document() -> Document:
         static = report.direct_document(response, compared, found)
-        if not tables:
+        if dynamic is None:
             return static
         from bushcli.report.views.dynamic_tables import with_tables
 
@@ -219,7 +252,7 @@ def direct(
 
     def result() -> dict[str, Any]:
         static = report.direct_json(response, compared, found)
-        if not tables:
+        if dynamic is None:
             return static
         from bushcli.report.json.dynamic_tables import compared_json
 
@@ -227,29 +260,3 @@ def direct(
         return static | {"dynamic": compared_json(vibrations)}
 
     run.deliver(result, document, lambda: report.direct_files(response, compared, found, vibrations))
-    if interrupted:
-        raise KeyboardInterrupt
-    if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, tables)):
-        return NOT_CONVERGED
-    good = all(misfit.within for misfit in compared.values())
-    return NEGATIVE if strict and not good else DONE
-
-
-def _bushing_tables(run: Run, case: Case) -> list[DynamicTable]:
-    """Read the tables of dynamic stiffness of a bushing; those of coupons are fitted, not compared."""
-    from bushcli.recording.dynamic.read import read_dynamic
-    from cases.mode import modes
-
-    return [read_dynamic(one, run.tables) for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
-
-
-def _beside(
-    run: Run, response: Response, tables: Sequence[DynamicTable]
-) -> tuple[Sequence[ComparedTable], Sequence[Condition]]:
-    """Return the simulated stiffness beside that of tables, and what has to be known about it."""
-    if not tables:
-        return (), ()
-    from bushcli.simulate.dynamic_tables import compare_tables
-
-    with run.timed("dynamic"):
-        return compare_tables(response.case, response.material, tables)

@@ -1,4 +1,4 @@
-"""The command that puts results beside each other: compare."""
+"""The `compare` command, which compares results with each other."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.curve.curve import Curve
-    from bushcli.study.compare import ComparedResult, ReactionHistory
+    from bushcli.study.compare import ComparedResult
 
 
 @click.command()
@@ -31,7 +30,14 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     from bushcli.study.compare import compare as compared
 
     paths = [*before, run.path]
-    names = _names(paths)
+    whole = [path.parent if path.name == "result.json" else path for path in paths]
+    if len({path.resolve() for path in whole}) < len(whole):
+        raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
+    # The shortest names that tell the paths apart: their last parts, as many as it takes.
+    parts, count = [path.resolve().parts for path in whole], 1
+    while len({one[-count:] for one in parts}) < len(parts):
+        count += 1
+    names = ["/".join(one[-count:]) for one in parts]
     found = [_item(run, path, name) for path, name in zip(paths, names, strict=True)]
     if run.output is not None:
         run.prepare(run.output, found[0][1])
@@ -44,30 +50,17 @@ def compare(run: Run, before: tuple[Path, ...]) -> int:
     return DONE
 
 
-def _names(paths: list[Path]) -> list[str]:
-    """Return the shortest names that tell the paths apart: their last parts, as many as it takes."""
-    whole = [path.parent if path.name == "result.json" else path for path in paths]
-    if len({path.resolve() for path in whole}) < len(whole):
-        raise InputError(Problem(str(paths[-1]), "is given twice", "", "two or more results or cases"))
-    parts = [path.resolve().parts for path in whole]
-    for count in range(1, max(map(len, parts)) + 1):
-        names = ["/".join(one[-count:]) for one in parts]
-        if len(set(names)) == len(names):
-            break
-    return names
-
-
 def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
     """Return one result, read from its folder or computed from its case."""
     from bushcli.case import load_case
     from bushcli.case.identified import IDENTIFIED
     from bushcli.case.load import RESULT
-    from bushcli.case.rebuild import rebuilt_case
+    from bushcli.case.rebuild import read_result, rebuilt_case
     from bushcli.study.compare import ComparedResult, curves_in
 
     file = path if path.name == RESULT else path / RESULT
     if file.is_file():
-        result = _read(file)
+        result = read_result(file)
         try:
             case = rebuilt_case(json.loads(json.dumps(result["case"])), file.parent)
         except (KeyError, TypeError, AttributeError, ValueError):
@@ -76,24 +69,16 @@ def _item(run: Run, path: Path, name: str) -> tuple[ComparedResult, Case]:
             ) from None
         curves = curves_in(result)
         if not curves and (file.parent / IDENTIFIED).is_file():
-            curves = _of_identified(run, file.parent, name)
+            try:
+                case_found = load_case(file.parent, (), run.tables)
+                if case_found.recordings or case_found.load_cases:
+                    curves = curves_in(_simulated(run, case_found, name))
+            except InputError as error:
+                run.say(f"{name} is compared without curves: {error}")
         return ComparedResult(name, result, curves), case
     case = load_case(path, run.overrides, run.tables)
     result = _simulated(run, case, name)
     return ComparedResult(name, result, curves_in(result)), case
-
-
-def _of_identified(run: Run, folder: Path, name: str) -> dict[str, Curve | ReactionHistory]:
-    """Return the curves of the case that a result identified; none where that has nothing to simulate."""
-    from bushcli.case import load_case
-    from bushcli.study.compare import curves_in
-
-    try:
-        case = load_case(folder, (), run.tables)
-        return curves_in(_simulated(run, case, name)) if case.recordings or case.load_cases else {}
-    except InputError as error:
-        run.say(f"{name} is compared without curves: {error}")
-        return {}
 
 
 def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
@@ -110,18 +95,3 @@ def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
             case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
         response = predict(case, pictures=False)
     return report.direct_json(response, misfits(response), None)
-
-
-def _read(file: Path) -> dict[str, Any]:
-    from bushcli.case.limits import LARGEST_RESULT
-    from bushcli.runtime.bounded import TooLarge, read_bounded
-
-    try:
-        result = json.loads(read_bounded(file, LARGEST_RESULT))
-    except (OSError, ValueError, RecursionError, TooLarge) as error:
-        reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
-        raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
-    if not isinstance(result, dict) or not isinstance(result.get("case"), dict):
-        what = "is not a result that can be compared"
-        raise InputError(Problem(str(file), what, "", "a folder that a command on a case wrote with -o"))
-    return result

@@ -1,7 +1,8 @@
-"""The command that finds a geometry for target rates: design."""
+"""The `design` command, which finds a geometry for target rates."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import click
@@ -15,8 +16,6 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.case.toleranced import Toleranced
-    from bushcli.study.task import StudyTask
-    from bushcli.study.variable import Variable
 
 
 @click.command()
@@ -70,9 +69,13 @@ def design(
     Any keys with numbers may be searched within bounds. The load cases and recordings of CASE are not used.
     """
     from bushcli import report
+    from bushcli.case import resolved
+    from bushcli.case.hardness import HARDNESS
+    from bushcli.study.answers import NoAnswer, number_at
     from bushcli.study.design import bounds_of
     from bushcli.study.design import design as find
     from bushcli.study.target import target
+    from bushcli.study.task import StudyTask
     from bushcli.study.variable import variable
 
     targets = [target(text) for text in stated]
@@ -86,8 +89,24 @@ def design(
     if case.geometry.specimen != "bushing":
         raise InputError(Problem(case.path.name, "is a coupon, which has no geometry to design"))
     tolerances = _tolerances(case, toleranced)
-    task = _task(run, case, variables, tolerances)
-    start = [_start(case, one) for one in variables]
+    nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)
+    if HARDNESS in tolerances:
+        nominal = tolerances[HARDNESS].nominal
+    task = StudyTask(
+        case=run.path.absolute(),
+        overrides=run.overrides,
+        keys=tuple(keys),
+        answers=(),
+        material=fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None,
+        hardness=nominal,
+    )
+    start = []
+    for one in variables:
+        # The case's value of a key, or the middle of the key's bounds if the case has none within them.
+        value = float("nan")
+        with suppress(NoAnswer):
+            value = number_at(one.key, resolved(case))
+        start.append(value if one.low <= value <= one.high else float(one.nominal))
     with pool(workers if workers or scheduler or starts > 1 else 1, scheduler) as shared:
         if shared is None:
             # This rank has answered until the first one left the context.
@@ -114,44 +133,9 @@ def design(
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 
 
-def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> StudyTask:
-    from bushcli.case.hardness import HARDNESS
-    from bushcli.study.task import StudyTask
-
-    nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)
-    if HARDNESS in tolerances:
-        nominal = tolerances[HARDNESS].nominal
-    material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
-    return StudyTask(
-        case=run.path.absolute(),
-        overrides=run.overrides,
-        keys=tuple(one.key for one in variables),
-        answers=(),
-        material=material,
-        hardness=nominal,
-    )
-
-
-def _start(case: Case, one: Variable) -> float:
-    """Return the case's value of a key, or the middle of the key's bounds if the case has none within them."""
-    from bushcli.study.answers import NoAnswer, number_at
-
-    try:
-        value = number_at(one.key, case_data(case))
-    except NoAnswer:
-        value = float("nan")
-    return value if one.low <= value <= one.high else float(one.nominal)
-
-
-def case_data(case: Case) -> dict[str, object]:
-    """Return the case as JSON-ready data."""
-    from bushcli.case import resolved
-
-    return resolved(case)
-
-
 def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
+    from bushcli.case import resolved
     from bushcli.case.toleranced import Toleranced, toleranced
     from bushcli.study.answers import NoAnswer, number_at
 
@@ -161,7 +145,7 @@ def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
         one = toleranced(spec)
         try:
             if one is None:
-                one = Toleranced(number_at(key, case_data(case)), float(spec))
+                one = Toleranced(number_at(key, resolved(case)), float(spec))
         except NoAnswer:
             expected = f'"{key}=NOMINAL +- DEVIATION"'
             raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", expected)) from None

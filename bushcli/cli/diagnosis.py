@@ -1,4 +1,4 @@
-"""The command that finds the physics which a model leaves out: diagnose."""
+"""The `diagnose` command, which finds the physics that a model leaves out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import listen
 
 if TYPE_CHECKING:
-    from bushcli.diagnosis.result import Diagnosis
+    pass
 
 
 @click.command()
@@ -85,12 +85,22 @@ def diagnose(
     `mpirun -n N` the first process leads and the others share the work, on one machine or several; --scheduler shares
     it among the workers of Dask.
     """
+    from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
     several = ranks_there_are() > 1
-    _one_way_to_share(several, workers, scheduler)
+    if several and workers > 1:
+        raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
+    if scheduler and (several or workers > 1):
+        other = "mpirun" if several else "--workers"
+        raise InputError(
+            Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
+        )
+    names = list(names_in(requested))
+    if requested and not names:
+        raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     with elsewhere(several, scheduler) as executor:
@@ -106,7 +116,7 @@ def diagnose(
                 found = find(
                     case,
                     model=model,
-                    effects=_names(requested),
+                    effects=names or None,
                     hold_out=names_in(hold_out),
                     uniform=uniform_odds,
                     budget=None if budget is None else 60.0 * budget,
@@ -123,42 +133,17 @@ def diagnose(
                 count = len(list(journal.glob(f"*{SUFFIX}")))
                 say_what_is_saved(error, run.output, f"{count} result{'s' * (count != 1)}")
             raise
-        return _reported(run, found, strict)
-
-
-def _one_way_to_share(several: bool, workers: int, scheduler: str | None) -> None:
-    """Refuse more than one of mpirun, --workers and --scheduler."""
-    if several and workers > 1:
-        raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
-    if scheduler and (several or workers > 1):
-        other = "mpirun" if several else "--workers"
-        raise InputError(
-            Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
+        run.deliver(
+            lambda: report.diagnosis_json(found),
+            lambda: report.diagnosis_document(found),
+            lambda: report.diagnosis_files(found),
         )
-
-
-def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
-    """Print and save a diagnosis, and return the exit code."""
-    from bushcli import report
-
-    run.deliver(
-        lambda: report.diagnosis_json(found),
-        lambda: report.diagnosis_document(found),
-        lambda: report.diagnosis_files(found),
-    )
-    if any(condition.name == "interrupted" for condition in found.conditions):
-        return INTERRUPTED
-    if any(condition.name == "not_converged" for condition in found.conditions):
-        return NOT_CONVERGED
-    return NEGATIVE if strict and found.verdict != "explained" else DONE
-
-
-def _names(requested: tuple[str, ...]) -> list[str] | None:
-    """Return the names given with all uses of --effects; None without the option."""
-    names = names_in(requested)
-    if requested and not names:
-        raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
-    return list(names) or None
+        ended = {condition.name for condition in found.conditions}
+        if "interrupted" in ended:
+            return INTERRUPTED
+        if "not_converged" in ended:
+            return NOT_CONVERGED
+        return NEGATIVE if strict and found.verdict != "explained" else DONE
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:

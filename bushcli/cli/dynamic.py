@@ -1,4 +1,4 @@
-"""The command for dynamic stiffness."""
+"""The `dynamic` command, which computes dynamic stiffness."""
 
 from __future__ import annotations
 

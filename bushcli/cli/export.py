@@ -1,10 +1,10 @@
-"""The command that writes files for other programs: export."""
+"""The `export` command, which writes files for other programs."""
 
 from __future__ import annotations
 
 import functools
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,7 +15,6 @@ from bushcli.cli.shared import PositiveNumber
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.export import ExportSource, Writer
     from bushcli.export.curves import BushingData
 
 
@@ -78,8 +77,10 @@ def export(
     cannot express is refused by name.
     """
     from bushcli.export import Order, read_source, unit_system, writer_for
+    from bushcli.export.bushing import bushing_of
     from bushcli.export.file import check_file, write_file
     from bushcli.export.rubber import rubber_of
+    from bushcli.report.json.common import cleaned, head
 
     if ranks_there_are() > 1:
         raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
@@ -96,42 +97,34 @@ def export(
         raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
     source = read_source(run.path, run.overrides, run.tables).without(without)
     if source.case.needs_fit and chosen.kind != "matrix":
-        source = _identified(run, source)
+        if not source.case.coupons:
+            what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
+            remedy = "run `bushcli inverse CASE -o OUT`, then export OUT"
+            raise InputError(Problem(source.where, what, "", remedy))
+        fitted = fit_to_coupons(run, source.case, None, "relative")
+        source = replace(source, case=replace(source.case, material=fitted.material))
     order = Order(source.case.title, source.where, units, form=form)
     if chosen.kind == "card":
         found = rubber_of(source.case.material, source.case.effects)
         chosen.check(found, form)
         order = replace(order, rubber=replace(found, density=density or found.density))
     else:
-        order = replace(order, bushing=_bushing(run, chosen, source, unrelaxed))
+        # Curves and matrices that the source lacks are simulated.
+        with run.timed("solve"), march_progress(run) as progress:
+            order = replace(order, bushing=bushing_of(source, chosen, progress, run.tables, unrelaxed))
     content = chosen.text(order)
     if run.output is not None:
         write_file(run.output, content)
-        run.say(f"wrote {run.output} for {chosen.title}")
-        for line in _said(order.bushing):
+        for line in (f"wrote {run.output} for {chosen.title}", *_said(order.bushing)):
             run.say(line)
-        run.emit(_summary(run, chosen, source, order.units.name, order.bushing))
+        result = head("export", source.case, (), run.timings())
+        result |= {"program": chosen.name, "units": units.name, "file": str(run.output)}
+        if order.bushing is not None and order.bushing.law is not None:
+            result["force_law"] = order.bushing.law.summary()
+        run.emit(cleaned(result))
     else:
         click.echo(content.decode("ascii"), nl=False)
     return DONE
-
-
-def _identified(run: Run, source: ExportSource) -> ExportSource:
-    """Return the source with its law fitted to its coupon tests, as `direct` does."""
-    if not source.case.coupons:
-        what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
-        remedy = "run `bushcli inverse CASE -o OUT`, then export OUT"
-        raise InputError(Problem(source.where, what, "", remedy))
-    found = fit_to_coupons(run, source.case, None, "relative")
-    return replace(source, case=replace(source.case, material=found.material))
-
-
-def _bushing(run: Run, chosen: Writer, source: ExportSource, unrelaxed: bool) -> BushingData:
-    """Return curves and matrix; those that the source lacks are simulated."""
-    from bushcli.export.bushing import bushing_of
-
-    with run.timed("solve"), march_progress(run) as progress:
-        return bushing_of(source, chosen, progress, run.tables, unrelaxed)
 
 
 def _said(bushing: BushingData | None) -> list[str]:
@@ -153,15 +146,3 @@ def _said(bushing: BushingData | None) -> list[str]:
                 f"{angle:.2g} degrees, from {len(one.sines)} vibrations along time, up to all of the travel"
             )
     return said
-
-
-def _summary(
-    run: Run, chosen: Writer, source: ExportSource, units: str, bushing: BushingData | None
-) -> dict[str, Any]:
-    from bushcli.report.json.common import cleaned, head
-
-    result = head("export", source.case, (), run.timings())
-    result |= {"program": chosen.name, "units": units, "file": str(run.output)}
-    if bushing is not None and bushing.law is not None:
-        result["force_law"] = bushing.law.summary()
-    return cleaned(result)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
@@ -214,7 +213,9 @@ def inverse(
     same command continues after an interruption. --scheduler shares the starts among the workers of Dask, which write
     no such files.
     """
+    from bushcli import report
     from bushcli.inverse import Task, refuse_fixed
+    from forms.law import laws
 
     case = run.load()
     if resume and run.output is None:
@@ -223,6 +224,9 @@ def inverse(
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
         )
+    chosen = names_in(models) or (case.material.law,)
+    if "all" in chosen:
+        chosen = tuple(laws())
     tasks = [
         Task(
             case,
@@ -237,7 +241,7 @@ def inverse(
             seed=seed,
             workers=workers,
         )
-        for law in _laws(case, models)
+        for law in chosen
     ]
     refuse_fixed(tasks)
     fits = []
@@ -246,7 +250,14 @@ def inverse(
             fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
-    return _reported(run, case, fits, strict)
+    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
+    fits.sort(key=report.rank)
+    run.deliver(
+        lambda: report.inverse_json(case, fits),
+        lambda: report.inverse_document(case, fits),
+        lambda: report.inverse_files(case, fits),
+    )
+    return _exit_code(fits[0], strict, interrupted)
 
 
 def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
@@ -256,11 +267,13 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
     counts = {
         kind: len({source.label for source in sources} - set(task.hold_out))
         for kind, sources in (
-            ("recording", task.case.recordings),
-            ("table of dynamic stiffness", task.case.dynamic),
+            (("recording", "recordings"), task.case.recordings),
+            (("table of dynamic stiffness", "tables of dynamic stiffness"), task.case.dynamic),
         )
     }
-    shown = [_counted(count, kind) for kind, count in counts.items() if count]
+    shown = [
+        f"{count} {kind if count == 1 else several}" for (kind, several), count in counts.items() if count
+    ]
     if shown:
         # Without any, the task says what is missing.
         run.say(f"identifying {task.model} from {' and '.join(shown)}")
@@ -278,26 +291,6 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
         )
 
 
-def _counted(count: int, kind: str) -> str:
-    """Return a number of things in words: "2 tables of dynamic stiffness"."""
-    noun, space, rest = kind.partition(" ")
-    return f"{count} {noun}{'s' if count != 1 else ''}{space}{rest}"
-
-
-def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
-    """Print and save identified laws, and return the exit code."""
-    from bushcli import report
-
-    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
-    fits.sort(key=report.rank)
-    run.deliver(
-        lambda: report.inverse_json(case, fits),
-        lambda: report.inverse_document(case, fits),
-        lambda: report.inverse_files(case, fits),
-    )
-    return _exit_code(fits[0], strict, interrupted)
-
-
 def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     if interrupted:
         # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
@@ -306,10 +299,3 @@ def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE
-
-
-def _laws(case: Case, models: Sequence[str]) -> tuple[str, ...]:
-    from forms.law import laws
-
-    chosen = names_in(models)
-    return tuple(laws()) if "all" in chosen else chosen or (case.material.law,)

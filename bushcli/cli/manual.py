@@ -67,7 +67,7 @@ def _paragraphs(text: str) -> list[str]:
 
 
 def _escaped(text: str) -> str:
-    """Return text in which man(7) sees no macro."""
+    """Return text with the characters escaped that man(7) would take for macros."""
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("±", "\\(+-").replace("`", "\\(ga")
     return f"\\&{text}" if text.startswith((".", "'")) else text
 

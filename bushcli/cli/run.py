@@ -374,7 +374,7 @@ def unwritable(error: OSError) -> int:
 
 
 def _memory_limit() -> int:
-    """Return the bytes of address space that a process may have, where that is less than libraries and a mesh need."""
+    """Return the limit on a process's address space in bytes; 0 if there is none, or one that leaves enough."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     return limit if 0 <= limit < _ENOUGH else 0
 

@@ -18,8 +18,6 @@ from bushcli.errors import InputError, Problem
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.study.plan import Plan, Sampling
-    from bushcli.study.rows import Rows
-    from bushcli.study.study import Study
     from bushcli.study.task import StudyTask
 
 SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
@@ -91,6 +89,7 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
+    from bushcli import report
     from bushcli.study.analysis import limits_of
     from bushcli.study.rows import parquet
     from bushcli.study.study import study as simulate
@@ -130,7 +129,12 @@ def study(
             except BaseException as error:
                 say_what_is_saved(error, run.output, f"{done[0]} of {len(plan.rows)} designs")
                 raise
-            return _reported(run, found, rows, strict)
+            run.deliver(
+                lambda: report.study_json(found),
+                lambda: report.study_document(found),
+                lambda: report.study_files(found, rows.write),
+            )
+            return NEGATIVE if strict and found.failed else DONE
 
 
 def _plan(
@@ -196,15 +200,3 @@ def _folder(run: Run) -> Iterator[Path]:
 
     with tempfile.TemporaryDirectory(prefix="bushcli-study-") as folder:
         yield Path(folder)
-
-
-def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
-    """Print and save a study, and return the exit code."""
-    from bushcli import report
-
-    run.deliver(
-        lambda: report.study_json(found),
-        lambda: report.study_document(found),
-        lambda: report.study_files(found, rows.write),
-    )
-    return NEGATIVE if strict and found.failed else DONE

@@ -56,7 +56,7 @@ def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
 
 
 def _say(text: object, err: bool = False) -> None:
-    """Print a text with paths, whose control characters are written out."""
+    """Print a text that contains paths, with their control characters escaped."""
     click.echo(printable(str(text)), err=err)
 
 

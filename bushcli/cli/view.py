@@ -1,4 +1,4 @@
-"""The command that shows the page of a result: view."""
+"""The `view` command, which shows the page of a result."""
 
 from __future__ import annotations
 

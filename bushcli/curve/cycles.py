@@ -121,7 +121,7 @@ def cycles_along(
     Returns
     -------
     tuple
-        One entry per cycle of the path; None where the force is not known throughout the cycle.
+        One entry per cycle of the path; None where the force is not known throughout the cycle, or nothing moves.
     """
     found = branches(path) if found is None else found
     parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
@@ -129,6 +129,7 @@ def cycles_along(
     return tuple(
         _cycle([branch for _, branch in part], departure(found, part[0][0]), path, force, noise, slack)
         if np.isfinite(force[departure(found, part[0][0]) : part[-1][1].stop]).all()
+        and any(branch.kind != "hold" for _, branch in part)
         else None
         for part in parts
     )

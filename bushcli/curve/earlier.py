@@ -3,8 +3,8 @@
 Rubber with memory remembers the path to the first sample. A recording may begin in the middle of a test: a rig logs
 the third cycle only, or one loop has been cut out of a longer file. Either the first displacement is far from zero; or
 the first cycle closes, although its two branches pass through the first displacement with different forces. Rubber that
-is loaded from rest returns with another force than it began with, unless the second half of the cycle is smaller than
-the first: the zero of the force must then lie well between the two branches.
+is loaded from rest returns with a force that differs from its first one, unless the second half of the cycle is smaller
+than the first: the zero of the force must then lie well between the two branches.
 """
 
 from __future__ import annotations
@@ -39,6 +39,12 @@ AMID = 0.25
 SURE = 6.0
 
 
+# Of a hold without a motion: duration of its loading over the first interval of samples, because nobody samples a
+# relaxation more slowly than the specimen was loaded; and most intervals between the loading and the first sample of a
+# clock that counts from it. Judgement.
+_RAMP, _SINCE = 0.1, 2.0
+
+
 @dataclass(frozen=True, eq=False)
 class Earlier:
     """The path that is assumed before the first sample.
@@ -61,8 +67,10 @@ class Earlier:
 def earlier(recording: Recording) -> Earlier | None:
     """Return the path before a recording that does not begin at rest; None if it begins at rest.
 
-    The assumed path goes from zero to the first displacement at the mean rate of the recording, and then through the
-    recording's first cycle if that is closed. Where only some cycles are compared, the whole record counts.
+    The assumed path goes from zero to the first displacement at the mean rate of the recording without its holds, and
+    then through the recording's first cycle if that is closed. A hold that begins at the first sample, with nothing
+    else, was loaded within a tenth of an interval of samples when its clock began, if that is at most two intervals
+    before, or else just before its first sample. Where only some cycles are compared, the whole record counts.
     """
     recording = recording.record
     q, n = recording.displacement, len(recording.displacement)
@@ -73,15 +81,26 @@ def earlier(recording: Recording) -> Earlier | None:
     if last is None and not off:
         return None
     end = n - 1 if last is None else last
-    way = float(np.sum(np.abs(np.diff(q[: end + 1]))))
-    if way == 0.0:
-        return None
+    held = np.zeros(n, dtype=bool)
+    for branch in recording.branches:
+        held[branch.start : branch.stop - 1] = branch.kind == "hold"
+    steps, seconds = (np.diff(one[: end + 1])[~held[:end]] for one in (q, clock))
+    way = float(np.sum(np.abs(steps)))
     time, path = [], []
     if last is not None:
         time.append(clock[:last] - clock[last])
         path.append(q[:last])
     begin = time[0][0] if time else 0.0
-    ramp = abs(first) / way * float(clock[end] - clock[0])
+    if way > 0.0:
+        ramp = abs(first) / way * float(np.sum(seconds))
+    else:
+        # A hold from the first sample on, of a clock that begins at the loading, or else after it.
+        interval = float(clock[1] - clock[0])
+        ramp, since = _RAMP * interval, float(clock[0])
+        if recording.time is not None and 0.0 < since <= _SINCE * interval:
+            time.append(np.array([-since]))
+            path.append(q[:1])
+            begin = -since
     if ramp > 0.0:
         time.insert(0, np.array([begin - ramp]))
         path.insert(0, np.zeros(1))
@@ -98,7 +117,11 @@ def not_from_rest(name: str, before: Earlier) -> Condition:
     before : Earlier
         What is assumed.
     """
-    through = "the first cycle, once more" if before.repeats else "a ramp from zero"
+    through = "the first cycle, once more"
+    if not before.repeats:
+        ramp = float(np.diff(before.time, append=0.0)[0])
+        through = f"a ramp from zero in {ramp:.3g} s"
+        through += f", {-before.time[1]:.4g} s before the first sample" if len(before.time) > 1 else ""
     return Condition(
         "not_from_rest",
         f"{name}: the recording does not begin at rest. The rubber remembers what went before; this is assumed to be "

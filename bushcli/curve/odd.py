@@ -1,4 +1,4 @@
-"""Odd curves: the force at -q is minus that at q, so that one side of rest is enough."""
+"""Odd curves: the force at -q is minus that at q, so that only one side of rest is solved."""
 
 from __future__ import annotations
 

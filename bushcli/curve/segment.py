@@ -347,7 +347,7 @@ def _same_side(one: _Excursion, other: _Excursion) -> bool:
 
 
 def _repeat(halves: Sequence[float], later: Sequence[float]) -> bool:
-    """Whether both halves of a cycle are as large as those of a later one, as far as there are any."""
+    """Whether both halves of a cycle are as large as those of a later cycle, if there is one."""
     return all(_alike(a, b) for a, b in zip(halves[:2], later[:2], strict=False))
 
 
@@ -376,7 +376,7 @@ def _leads_in(first: Sequence[_Excursion], after: Sequence[_Excursion]) -> bool:
 
 
 def _runs_out(before: Sequence[_Excursion], last: Sequence[_Excursion]) -> bool:
-    """Whether what follows the last cycle has no reversal of its own: the way to a preload, or back to rest."""
+    """Whether the path after the last cycle does not reverse: it leads to a preload, or back to rest."""
     one, largest = last[0], max(abs(each.furthest) for each in before)
     if len(last) > 1 or (one.loop and one.reverses):
         return False

@@ -246,7 +246,7 @@ def doubts(
 
 
 def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
-    """Return a doubt about recordings that do not begin at rest, where the most probable model remembers."""
+    """Return a doubt about recordings that do not begin at rest, if the most probable model has memory."""
     # A rig with memory, such as a late logger, does not make the rubber remember.
     effects = [one.effect for one in best.state.model.effects]
     if not any(one.has_memory and one.feature is not None for one in effects):

@@ -312,7 +312,7 @@ def _run(search: Search, crew: Workers) -> tuple[Ended, dict[str, str], list[Con
 def _finished(
     best: Weighed, rough: Fitted, chosen: Model, search: Search, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
-    """Return the best model and the plain law, fitted to their ends on the default mesh.
+    """Return the best model and the plain law, each fitted until it converges on the default mesh.
 
     If the user interrupts this, both are returned unchanged, with a condition that says so.
     """

@@ -2,8 +2,9 @@
 
 Models that explain a recording equally well may have different values of a common parameter: a debonded length beside
 a compliant rig is shorter than one by itself. The posterior of a value is the mean of its posteriors in the models,
-weighted with the probabilities of the models. One branch out of three is none of two: the values of an effect with
-several branches are averaged over models with as many of them, which are matched in the order of their times or slips.
+weighted with the probabilities of the models. One of three branches has another meaning than one of two: the values of
+an effect with several branches are averaged only over models with the same number of them, matched in the order of
+their times or slips.
 
 References
 ----------

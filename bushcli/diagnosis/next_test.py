@@ -246,7 +246,9 @@ def _menu(problem: CommonData) -> list[Proposal]:
         reach = float(np.abs(one.displacement).max())
         amplitudes[one.mode] = max(reach, amplitudes.get(one.mode, 0.0))
         path = float(np.abs(np.diff(one.displacement)).sum())
-        rate[one.mode] = path / float(one.time[-1] - one.time[0]) if one.time is not None else reach / SECONDS
+        # A hold without its ramp has no speed of its own, and neither has a recording without times.
+        moves = one.time is not None and any(branch.kind != "hold" for branch in one.branches)
+        rate[one.mode] = path / float(np.ptp(one.time)) if moves and one.time is not None else reach / SECONDS
     found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
     if wall is not None and mounted:

@@ -106,7 +106,7 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
 
 
 def _weighed(search: Search) -> list[Weighed]:
-    """All models, in no order."""
+    """Return all models, in no particular order."""
     total, fixed = search.total, search.plain.model.fixed
     share: dict[tuple[Key, bool], float] = {}
     # Models that are not fitted, of which errors of form make others: the largest part, its state, and the sum.

@@ -137,7 +137,7 @@ def _checked(
     hold_out: Sequence[str],
     tables: TableCache,
 ) -> tuple[Recording, ...]:
-    """The recordings of the case, after all names have been checked."""
+    """Return the recordings of the case, after all names have been checked."""
     recordings = (
         *(read_recording(source, tables=tables) for source in case.recordings),
         *recorded_tables(case, tables),
@@ -177,18 +177,18 @@ def _checked(
 def _without(
     case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
 ) -> tuple[Case, tuple[Recording, ...]]:
-    """The case without effects and without the channels that are held out, and its recordings."""
+    """Return the case without effects and held-out channels, and its recordings."""
     bare = replace(
         case,
         effects=(),
-        recordings=tuple(one for one in case.recordings if one.label not in hold_out),
-        dynamic=tuple(one for one in case.dynamic if one.label not in hold_out),
+        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
+        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
     )
-    return bare, tuple(one for one in recordings if one.name not in hold_out)
+    return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
 def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
-    """The effects to be considered, of those that the specimen can have.
+    """Return the effects to be considered, among those that the specimen can have.
 
     How the bushing is assembled changes a stiffness as the law's modulus does: tables alone hardly show it, so that it
     is considered with them only where the user asks for it.

@@ -58,6 +58,9 @@ class RigChange:
 
     Attributes
     ----------
+    zero : str
+        Name of the parameter that is the displacement at which the rig was set to zero, where it is used: both signals
+        count from there.
     drive : callable, optional
         ``drive(q, given) -> Signal``: displacement (n,) behind the effect, from that in front of it, along the path.
     parallel : callable, optional
@@ -81,6 +84,7 @@ class RigChange:
     not occur for an effect that ``needs_time``.
     """
 
+    zero: str = ""
     drive: Callable[[Signal, Given], Signal] | None = None
     parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
     spring: Callable[[Signal, Given], Signal] | None = None
@@ -92,4 +96,4 @@ class RigChange:
     @property
     def moves(self) -> bool:
         """Whether the bushing's own displacement, or the time of its force, is another than the recorded one."""
-        return self.drive is not None or self.spring is not None or self.clock is not None
+        return self.zero != "" or self.drive is not None or self.spring is not None or self.clock is not None

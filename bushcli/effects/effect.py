@@ -72,13 +72,16 @@ class EffectParameter:
     in_curves : float
         Lowest value of a fit to curves alone.
     scale : {"", "duration", "amplitude"}
-        What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
+        What ``scan`` and ``sizes`` are relative to: the duration of the recording, or its largest displacement; where
+        empty nothing, for ``sizes`` the rubber's thickness.
     sizes : tuple of float
-        Finite amplitudes, over the rubber's thickness, to be tried where the curve takes another form as they grow.
+        Finite amplitudes to be tried where the curve takes another form as they grow.
     reciprocal : (str, str) or None
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     exponential : str
         Name of exp(value) in results, for a value that is the logarithm of what people think of.
+    per_time : str
+        Name of the parameter that is the power of a time, in s, by which the value is multiplied.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added, such as a bulk modulus for a compliance.
     of_channel : bool
@@ -119,6 +122,7 @@ class EffectParameter:
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
     exponential: str = ""
+    per_time: str = ""
     adds_to: str = ""
     of_channel: bool = False
     of_mesh: bool = False

@@ -75,6 +75,8 @@ class Prior:
     source : str
         Where the numbers come from.
     signed : bool
+    unrested : float
+        In place of `low` if no recording shows the bushing without load; 0 where that does not matter.
     """
 
     shape: Shape
@@ -83,6 +85,7 @@ class Prior:
     of: Of = ""
     source: str = ""
     signed: bool = False
+    unrested: float = 0.0
 
     def __post_init__(self) -> None:
         needs_high = self.shape in ("log_normal", "log_uniform")

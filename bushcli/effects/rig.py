@@ -2,7 +2,8 @@
 
 The displacement that the rig records passes through offset, free play and permanent set, then is shared between the
 bushing and the springs in series with it. The bushing's force is scaled, joined by that of stops beside it, carried by
-the springs, logged late and read with an offset. Every input may depend on parameters: derivatives by all ``columns``
+the springs, logged late and read with an offset. If the rig was set to zero under a preload, both count from there: the
+force at recorded zero is subtracted (`is_zeroed`). Every input may depend on parameters: derivatives by all ``columns``
 (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
@@ -74,11 +75,20 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
     columns : sequence of str
         Full names of the P parameters by which derivatives are wanted.
     """
+    changes = _changes(active, columns)
     q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
-    for change, given in _changes(active, columns):
+    for change, given in changes:
+        if change.zero in given:
+            q = q + given[change.zero]
+    for change, given in changes:
         if change.drive is not None:
             q = change.drive(q, given)
     return q
+
+
+def is_zeroed(active: Sequence[ActiveEffect]) -> bool:
+    """Whether the rig was set to zero under a preload, which the path then has to begin with."""
+    return any(change.zero in given for change, given in _changes(active, ()))
 
 
 def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[str]) -> Signal:
@@ -376,10 +386,14 @@ def elastic_response(
     ValueError
         A lag without time.
     """
-    driven = bushing_path(active, travel, columns)
+    zeroed = is_zeroed(active)
+    q = np.concatenate([[0.0], travel.displacement]) if zeroed else travel.displacement
+    driven = bushing_path(active, Travel(q), columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
     elapsed = None if travel.time is None else travel.time - travel.time[0]
+    if elapsed is not None and zeroed:
+        elapsed = np.concatenate([[0.0], elapsed])
 
     def carried(q: Array) -> Signal:
         force, stiffness, slope = response(q)
@@ -396,7 +410,14 @@ def elastic_response(
     # From q + u(q, p) = d(p): (1 + du/dq) dq = dd - du at fixed q.
     moved = (driven.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
     carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * moved)
+    if zeroed:
+        carried_force = counted(carried_force)
     return reading(active, travel.time, carried_force, columns)
+
+
+def counted(force: Signal) -> Signal:
+    """Return a force (n,) from the second sample on, counted from the first, at which the rig was set to zero."""
+    return force.sampled(np.arange(1, len(force.value))) - force.sampled(np.array([0]))
 
 
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
@@ -408,14 +429,15 @@ def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tup
 
 
 def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
-    if one.lacking:
-        raise ValueError(f"no value for {', '.join(one.lacking)}")
+    lacking = [one.full_name(p) for p in one.parameters if p.name not in one.values and not p.choices]
+    if lacking:
+        raise ValueError(f"no value for {', '.join(lacking)}")
     return {
         p.name: Signal(
             np.array(float(one.values[p.name])),
             np.array([float(column == one.full_name(p)) for column in columns]),
         )
-        for p in one.effect.parameters
+        for p in one.parameters
         if p.name in one.values
     }
 

@@ -19,6 +19,10 @@ from bushcli.likelihood.noise import NoiseModel, noise_model
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# Factor below which a variance counts as unchanged. Other values change probabilities by less than 0.002
+# (`benchmarks/constants.md`).
+SETTLED = 1.3
+
 
 class Posterior(LeastSquaresProblem):
     """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density.
@@ -98,11 +102,15 @@ class Posterior(LeastSquaresProblem):
 
     def rescale(self, x: Array) -> float:
         """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""
+        factor, self.variances = self.rescaled(x)
+        return factor
+
+    def rescaled(self, x: Array) -> tuple[float, tuple[float, ...]]:
+        """Return the variances of the likelihood at a solved point, and the largest factor by which one differs."""
         forces = self.forces(x)
         assert forces is not None
-        rows = self.misfit(forces)
-        before, self.variances = self.variances, self.judge(rows).scale
-        return max(max(a / b, b / a) for a, b in zip(before, self.variances, strict=True))
+        now = self.judge(self.misfit(forces)).scale
+        return max(max(a / b, b / a) for a, b in zip(self.variances, now, strict=True)), now
 
     def _rows(self, x: Array) -> tuple[Array, Array]:
         forces = self.forces(x)

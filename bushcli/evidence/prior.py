@@ -40,6 +40,9 @@ OTHER_LAW, FREED_LAW = 0.03, 0.003
 # Standard deviation of a law's parameter: the change that alone would change the forces by this share of themselves.
 # Half and twice this value change probabilities by less than 0.002 (`benchmarks/constants.md`).
 LAW_SHARE = 1.0
+# A recording shows the unloaded bushing if the force is near zero at a displacement near zero, by this share of the
+# largest ones: 3 standard deviations of a zero that was set by hand.
+NEAR_ZERO = 0.1
 
 
 def effect_odds(name: str, uniform: bool = False) -> float:
@@ -124,6 +127,14 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
     }
 
 
+def _shows_rest(recording: Recording) -> bool:
+    """Whether a recording passes near zero force at, or on both sides of, a displacement near zero."""
+    whole = recording.record
+    q, force = (x / max(float(np.abs(x).max()), 1e-300) for x in (whole.displacement, whole.force))
+    at = q[np.abs(force) <= NEAR_ZERO]
+    return bool(len(at) and at.min() <= NEAR_ZERO and at.max() >= -NEAR_ZERO)
+
+
 @dataclass(frozen=True)
 class ParameterPrior:
     """The prior of one identified parameter.
@@ -179,8 +190,11 @@ def known_parameters(
         ]
         scales = scales_of(case, shear, there)
         for parameter in one.parameters:
-            if parameter.prior is not None:
+            prior = parameter.prior
+            if prior is not None:
+                if prior.unrested and not any(one.kind == "static" and _shows_rest(one) for one in there):
+                    prior = replace(prior, low=prior.unrested)
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
-                prior = _in_tables(parameter.prior, scales, there)
+                prior = _in_tables(prior, scales, there)
                 found[one.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
     return found

@@ -125,7 +125,7 @@ def _vibrating(source: ExportSource, progress: Progress | None) -> BushingData:
 
 
 def _of_matrix(source: ExportSource) -> list[str]:
-    """Return what the stiffness matrix of a result lacks, in contrast to the curves."""
+    """Return in words which effects the stiffness matrix of a result lacks, though its curves have them."""
     if source.stiffness_matrix is None:
         return []
     lacking = [

@@ -1,4 +1,4 @@
-"""Classes of local strain in a bushing: how rubber that amplitude thins becomes part of a force law.
+"""Classes of local strain in a bushing, with which the Payne effect becomes part of a force law.
 
 The clock of a point of the rubber runs with its own strain (`forms.branches.payne`). In a motion along one direction
 the strain at each point is a function of the displacement, that of the elastic body: points of about the same strain

@@ -173,7 +173,7 @@ class _Bushing:
     def _simulated(
         self, q: Array, time: Array | None, memory: Sequence[ActiveEffect], keep_states: bool = False
     ) -> tuple[Simulation, Answer]:
-        """Simulate a path."""
+        """Return the force of the bushing along a path, with some of its effects."""
         from bushcli.simulate.predict import rubber_of
         from bushcli.simulate.simulation import Simulation
 

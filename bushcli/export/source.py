@@ -6,23 +6,19 @@ dynamic stiffness, that of `fit` or `inverse` the identified law and effects, th
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from bushcli.case import Case, load_case
 from bushcli.case.identified import identified
-from bushcli.case.limits import LARGEST_RESULT
 from bushcli.case.load import RESULT
-from bushcli.case.rebuild import rebuilt_case
+from bushcli.case.rebuild import read_result, rebuilt_case
 from bushcli.effects.active import require_values
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
 from bushcli.export.vibration import Vibration, vibrations_in
 from bushcli.recording.table_cache import TableCache
-from bushcli.runtime.bounded import TooLarge, read_bounded
 
 _COMMANDS = ("direct", "dynamic", "fit", "inverse", "diagnose", "check")
 
@@ -110,7 +106,12 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
             Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
         )
     else:
-        result = _read(file, path)
+        result = read_result(file, path)
+        if result.get("command") not in _COMMANDS:
+            known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
+            raise InputError(
+                Problem(str(file), "is not a result that can be exported", "", f"one of {known}")
+            )
         try:
             case = rebuilt_case(dict(result["case"]) | identified(result), file.parent)
             found = curves_of(result), *matrix_of(result), vibrations_in(result)
@@ -121,18 +122,3 @@ def read_source(path: Path, overrides: Sequence[str] = (), tables: TableCache | 
             ) from None
     require_values(source.case.effects, source.where)
     return source
-
-
-def _read(file: Path, given: Path) -> dict[str, Any]:
-    try:
-        result = json.loads(read_bounded(file, LARGEST_RESULT))
-    except FileNotFoundError:
-        what = "is a folder without result.json"
-        raise InputError(Problem(str(given), what, "", "a case file, or a folder written with -o")) from None
-    except (OSError, ValueError, RecursionError, TooLarge) as error:
-        reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
-        raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
-    if not isinstance(result, dict) or result.get("command") not in _COMMANDS or "case" not in result:
-        known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
-        raise InputError(Problem(str(file), "is not a result that can be exported", "", f"one of {known}"))
-    return result

@@ -153,7 +153,7 @@ def _misses(over: Sequence[Array], values: Array) -> Array:
 
 
 def _belongs(table: DynamicTable, row: int) -> str:
-    """Return the conditions of another curve that a row lies on, or an empty text."""
+    """Return in words the conditions of the other curve on which a row lies; empty if there is none."""
     over = np.log(table.frequency if table.over_frequency else table.amplitude)
     for rows in table.conditions():
         if row in rows or len(rows) < 3:

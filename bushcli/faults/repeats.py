@@ -135,7 +135,7 @@ def _smallest_jump(values: Array) -> float:
 
 
 def _catches_up(values: Array, x: Array, start: int, stop: int, smallest: float) -> bool:
-    """Whether a run ends with a jump that makes up for it, while x takes its typical steps."""
+    """Whether a run of equal samples ends with a jump to where the signal should have been, while x steps as usual."""
     if start < 2 or stop + 2 >= len(values):
         return False
     before = slice(max(start - _BESIDE, 0), start + 1)

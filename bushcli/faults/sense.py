@@ -1,4 +1,4 @@
-"""Whether force and displacement have the sense and the zero of a test: signs, magnitudes, absolute positions, noise.
+"""Checks signs, zeros and magnitudes of force and displacement, and whether there is a signal above the noise.
 
 References
 ----------
@@ -40,21 +40,25 @@ _FAR = 3.0
 
 
 def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Yield a fault where the force falls while the displacement rises."""
-    used = ~bad & moving(recording)
+    """Yield a fault where the force falls while the displacement rises, or has the other sign in a hold from rest."""
+    moved = moving(recording)
+    used = ~bad & (moved if moved.any() else True)
     q, force = recording.displacement[used], recording.force[used]
-    if not _moves(q, force):
-        return
-    correlation = float(np.corrcoef(q, force)[0, 1])
-    if correlation < _FALLING and slope(q, force) < 0:
+    said = ""
+    if not moved.any():
+        held = len(q) > 0 and float(q.mean() * force.mean()) < 0.0
+        said = "the force at which the displacement is held has the other sign" if held else ""
+    elif _moves(q, force):
+        correlation = float(np.corrcoef(q, force)[0, 1])
+        if correlation < _FALLING and slope(q, force) < 0:
+            said = f"the force falls while the displacement rises (correlation {correlation:.2f})"
+    if said:
         yield DataFault(
             recording.name,
             "sign",
-            f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
-            "wrong sign",
+            f"{said}: one of them has the wrong sign",
             'reverse the sign of the force: reverse = ["force"] in the table of this recording',
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -76,7 +80,6 @@ def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"{right:.2f} and {left:.2f})",
             "export the force with its sign, such as one component instead of a resultant",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -95,7 +98,6 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"deviation (rms; the displacement by {np.sqrt(2.0 * smooth):.2g} times its own)",
             "check that the load cell is connected and that its range suits the force; then record it again",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -120,7 +122,6 @@ def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFau
             f"{shape.annulus.thickness:.4g} mm thick: it is a position of the rig, and not counted from rest",
             "subtract the position at which the specimen is free of force, or choose another column",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -145,5 +146,4 @@ def extremes(recording: Recording) -> Iterator[DataFault]:
         "sampled too slowly, and the curve between its points is unknown",
         "export the samples of some whole cycles, at least twenty in each, with their time",
         True,
-        np.zeros(len(recording.force), dtype=bool),
     )

@@ -8,9 +8,9 @@ direction, and by more than the samples next to it are. The scale of a miss is m
 so that noise with memory, a hum or a coarse converter only make the search less sensitive. The largest spike is
 removed first, and the rest is judged again without it.
 
-The first and last samples of a recording have too few neighbours on one side. With ``ends`` the other side alone judges
-them: leaving out a sound sample costs a fit next to nothing. A first sample between zero and its forecast is no spike:
-friction and play begin like that.
+The first and last samples of a recording have too few neighbours on one side. With ``ends`` they are judged by the
+other side alone: to leave out a sound sample costs a fit almost nothing. A first sample between zero and its forecast
+is no spike, because friction and play begin like that.
 
 References
 ----------
@@ -198,7 +198,7 @@ def _miss(
 
 
 def _scale(score: Array, values: Array) -> float:
-    """Return the standard deviation of scores; signals that are exact to the last digit have next to none."""
+    """Return the standard deviation of the scores; it is nearly zero for a signal without noise."""
     spread = 1.4826 * float(np.median(np.abs(score))) if len(score) else 0.0
     return max(spread, 1e-9 * float(np.ptp(values)), 1e-300)
 

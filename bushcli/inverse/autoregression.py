@@ -1,4 +1,4 @@
-"""Errors of neighbouring samples that are correlated, from the residuals of a fit.
+"""Correlation between the errors of neighbouring samples, estimated from the residuals of a fit.
 
 A fit takes up part of the errors, the slowly varying part first, so that the residuals of a short recording are less
 correlated than its errors: of 61 samples whose neighbours have a correlation of 0.8, fitted with three parameters, the
@@ -108,18 +108,18 @@ def _basis(rows: Array) -> Array:
 def _correlation(rest: Array, basis: Array) -> float:
     """Return the correlation with which residuals have, in the mean, the one found between neighbours."""
     n = len(rest)
-    found = float(rest[1:] @ rest[:-1]) / float(rest @ rest)
+    observed = float(rest[1:] @ rest[:-1]) / float(rest @ rest)
     shifted = np.zeros_like(basis)
     shifted[:-1] += 0.5 * basis[1:]
     shifted[1:] += 0.5 * basis[:-1]
     inner = basis.T @ shifted
 
     def excess(rho: float) -> float:
-        """Mean of the correlation of the residuals' neighbours, less the one found."""
+        """Mean of the correlation of the residuals' neighbours, less the one observed."""
         spread = correlated(rho, basis)
         within = basis.T @ spread
         product = (n - 1) * rho - 2.0 * float(np.sum(shifted * spread)) + float(np.sum(inner * within.T))
-        return product / (n - float(np.trace(within))) - found
+        return product / (n - float(np.trace(within))) - observed
 
     # At most half of a recording counts as one sample.
     most = (n - 2.0) / (n + 2.0)

@@ -59,12 +59,8 @@ class Uncertainty:
 def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     """Return the uncertainty of the parameters from the misfit that remains.
 
-    The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes the covariance of
-    its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
-
-    References
-    ----------
-    White (1980), Econometrica 48:817-838, doi:10.2307/1912934 (sandwich estimator).
+    The estimator weights channels evenly, so its covariance is a sandwich (White 1980, doi:10.2307/1912934): each
+    channel contributes that of its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
     """
     forces = problem.forces(x)
     if forces is None:
@@ -79,9 +75,9 @@ def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
         independent += len(force) / errors.time
         slopes.append(rows)
     bread, is_open = inverted(sum(rows.T @ rows for rows in slopes))
-    found = np.asarray(bread @ middle @ bread)
-    found[is_open, is_open] = np.inf
-    return Uncertainty(found, max(independent - len(x), LEAST_FREEDOM))
+    covariance = np.asarray(bread @ middle @ bread)
+    covariance[is_open, is_open] = np.inf
+    return Uncertainty(covariance, max(independent - len(x), LEAST_FREEDOM))
 
 
 def inverted(information: Array) -> tuple[Array, Mask]:
@@ -113,12 +109,12 @@ def leverage(problem: LeastSquaresProblem, x: Array) -> dict[str, dict[str, floa
         for c, (_, slope) in zip(problem.channels, forces, strict=True)
     ]
     bread, _ = inverted(sum(r.T @ r for r in rows))
-    found = {}
+    changes = {}
     for channel, row, (force, _) in zip(problem.channels, rows, forces, strict=True):
         error = 0.01 * force / (channel.scale * np.sqrt(len(channel.scale)))
         change = bread @ row.T @ error / np.where(x == 0, 1.0, x)
-        found[channel.name] = dict(zip(problem.names, map(float, change), strict=True))
-    return found
+        changes[channel.name] = dict(zip(problem.names, map(float, change), strict=True))
+    return changes
 
 
 def autocorrelation_time(error: Array) -> float:

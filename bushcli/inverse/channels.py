@@ -178,9 +178,9 @@ def dynamic_channels(
 
 def dynamic_tables(case: Case, tables: TableCache | None = None) -> list[DynamicTable]:
     """Return the tables of dynamic stiffness of the bushing."""
-    sources = [one for one in case.dynamic if modes()[one.mode].specimen == "bushing"]
+    sources = [source for source in case.dynamic if modes()[source.mode].specimen == "bushing"]
     if not sources:
         return []
     from bushcli.recording.dynamic.read import read_dynamic
 
-    return [read_dynamic(one, tables) for one in sources]
+    return [read_dynamic(source, tables) for source in sources]

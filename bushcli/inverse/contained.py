@@ -1,9 +1,9 @@
 """Begin a model from the optima of models that it contains: its effects, their branches and the law's terms in turn.
 
-A search from one start may end where two branches share one relaxation time, or where one is spent within a sample: a
-model then misfits more than a simpler one that it contains. Here the smallest model is fitted first. Each addition is
-tried at all times, slips or gaps of its grid: with the amplitude off a single solution gives the derivative by it. The
-addition that promises most to first order joins the model at the size that the full step gives it.
+A search from one start may end where two branches share one relaxation time, or where one relaxes within a sampling
+interval; the model then misfits more than a simpler one that it contains. Here the smallest model is fitted first. Each
+addition is tried at all times, slips or gaps of its grid: with its amplitude at zero a single solution gives the
+derivative by it. The addition with the largest first-order gain joins the model, at the size of the full step.
 
 References
 ----------
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 # Shares of the full step to an addition's first size that are tried as long as the misfit falls (judgement: the first
 # order overestimates what thins or saturates; each share costs one evaluation).
 SHARES = (0.25, 0.0625, 0.015625)
-# An addition that promises less than this share of the misfit stays off: no search moves by it (judgement).
-NOTHING_PROMISED = 1e-4
+# An addition predicted to remove less than this share of the misfit begins at its start value (judgement).
+NEGLIGIBLE = 1e-4
 # Duration of a table for its grid of times, in periods of its highest frequency: the longest times of its three highest
 # decades; the shortest of the grid is that of a branch with its largest loss at the highest frequency.
 IN_TABLE = 50.0
@@ -69,23 +69,25 @@ class ContainedPart:
 def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart]:
     """Return what can be taken out of a task's model, in the order in which it can be added again."""
     start = dict(zip(task.names, map(float, task.vectors()[0]), strict=True))
-    times = [float(np.ptp(one.time)) for one in recordings if one.time is not None]
+    times = [float(np.ptp(recording.time)) for recording in recordings if recording.time is not None]
     scales = {
         "duration": max(times, default=1.0),
-        "amplitude": max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0),
+        "amplitude": max(
+            (float(np.abs(recording.displacement).max()) for recording in recordings), default=1.0
+        ),
         "shear": float(task.law.shear_modulus(**task.material.parameters)),
     }
-    found: list[ContainedPart] = []
+    parts: list[ContainedPart] = []
     terms = [p.name for p in task.law.parameters if p.optional and p.name in start]
     for number in dict.fromkeys(name[-1] for name in terms):
         names = tuple(name for name in terms if name[-1] == number)
         off = {name: 0.0 for name in names if name in task.law.linear}
         shape = {name: (start[name],) for name in names if name not in off}
         earlier = {name: f"{name[:-1]}{int(number) - 1}" for name in names}
-        found.append(ContainedPart(names, off, shape, "law", earlier))
+        parts.append(ContainedPart(names, off, shape, "law", earlier))
     for active in task.effects:
         if active.effect.needs_temperature:
-            # It shifts the branches, and promises nothing before they are there: it begins at its start values.
+            # It shifts the branches, and changes nothing before they are there: it begins at its start values.
             continue
         free = {active.full_name(p): p for p in active.parameters if active.full_name(p) in start}
         shapes = [active.full_name(p) for p in active.parameters if p.off is None and not p.of_mesh]
@@ -104,8 +106,8 @@ def additions(task: Task, recordings: Sequence[Recording]) -> list[ContainedPart
             earlier = {name: latest[p.stem] for name, p in own.items() if p.stem in latest}
             latest |= {p.stem: name for name, p in own.items()}
             if off:
-                found.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
-    return found
+                parts.append(ContainedPart(tuple(own), off, grid, active.name, earlier))
+    return parts
 
 
 def _grid(parameter: EffectParameter, scales: Mapping[str, float], period: float | None) -> list[float]:
@@ -132,9 +134,9 @@ class Contained(LeastSquaresProblem):
 
     def all_of(self, x: Array) -> Array:
         """Return the parameters of the whole problem, shape (p,), for those that are free."""
-        found = self.at.copy()
-        found[self.free] = x
-        return found
+        whole = self.at.copy()
+        whole[self.free] = x
+        return whole
 
     def answers(self, x: Array, iteration: int = 0) -> list[ChannelForces] | None:
         """Solved curves, with derivatives by all parameters of the whole problem."""
@@ -155,44 +157,72 @@ def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
-    index = {name: i for i, name in enumerate(problem.names)}
-    x = problem.bounds.inside(start)
-    for one in every:
-        x[[index[name] for name in one.off]] = list(one.off.values())
-    free = [name for name in problem.names if not any(name in one.names for one in every)]
-    found, left = _searched(problem, x, free, loss) if every else None, list(every)
-    while found is not None and left:
-        x = found.x
-        first = {one.after: one for one in reversed(left)}
-        sizes = [name for name in free if name in problem.law.linear or any(name in one.off for one in every)]
-        tried = [(*_begun(problem, x, sizes, one), one) for one in first.values()]
+    x, added, left = (
+        _without(problem, problem.bounds.inside(start), every),
+        list[ContainedPart](),
+        list(every),
+    )
+    free = [name for name in problem.names if not any(name in part.names for part in every)]
+    amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
+    lowest = _searched(problem, x, free, loss) if every else None
+    while lowest is not None and left:
+        first = {part.after: part for part in reversed(left)}
+        sizes = [name for name in free if name in amplitudes]
+        tried = [(*_begun(problem, lowest.x, sizes, part), part) for part in first.values()]
         gain, point, chosen = max(tried, key=lambda trial: trial[0])
         left.remove(chosen)
+        added.append(chosen)
         free += chosen.names
-        starts = []
-        if point is not None and gain > NOTHING_PROMISED * found.cost * len(problem.channels):
-            begun = point
-            for share in SHARES:
-                shorter = x + share * (point - x)
-                costs = np.nan_to_num([problem.cost(begun), problem.cost(shorter)], nan=np.inf)
-                if costs[0] < costs[1]:
-                    break
-                begun = shorter
-            starts.append(begun)
+        if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
+            starts = [_shortened(problem, lowest.x, point)]
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
-            starts.append(np.where([name in chosen.names for name in problem.names], start, x))
+            starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
         if set(chosen.earlier) == set(chosen.names):
-            starts.append(_split(problem, x, chosen))
+            starts.append(_split(problem, lowest.x, chosen))
         for begin in starts:
-            further = _searched(problem, begin, free, loss)
-            if further is not None and further.cost < (1.0 - problem.stopping.tolerance) * found.cost:
-                found = replace(further, iterations=found.iterations + further.iterations)
-    if found is None or problem.cost(start) < found.cost:
+            lowest = _lower(problem, lowest, begin, free, loss)
+    for i, part in enumerate(added if lowest is not None else ()):
+        # A part took its place without those of other effects that came after it: it is tried again beside them.
+        if lowest is None or all(later.after == part.after for later in added[i:]):
+            continue
+        x = _without(problem, lowest.x, [part])
+        _, point = _begun(problem, x, [name for name in free if name in amplitudes], part)
+        if point is not None:
+            lowest = _lower(problem, lowest, _shortened(problem, x, point), free, loss)
+    if lowest is None or problem.cost(start) < lowest.cost:
         direct = search(problem, start, loss)
-        found = direct if found is None or direct.cost < found.cost else found
-    x = _in_order(problem, every, start, found.x)
-    return replace(found, start=start, x=x, cost=problem.cost(x))
+        lowest = direct if lowest is None or direct.cost < lowest.cost else lowest
+    x = _in_order(problem, every, start, lowest.x)
+    return replace(lowest, start=start, x=x, cost=problem.cost(x))
+
+
+def _without(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPart]) -> Array:
+    """Return a point, shape (p,), with the amplitudes of some parts off."""
+    off = {name: value for part in parts for name, value in part.off.items()}
+    return np.array([off.get(name, value) for name, value in zip(problem.names, x, strict=True)])
+
+
+def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
+    """Return the point with the least misfit, shape (p,), on the way to one that was predicted."""
+    best = point
+    for share in SHARES:
+        shorter = x + share * (point - x)
+        costs = np.nan_to_num([problem.cost(best), problem.cost(shorter)], nan=np.inf)
+        if costs[0] < costs[1]:
+            break
+        best = shorter
+    return best
+
+
+def _lower(
+    problem: LeastSquaresProblem, lowest: Minimum, begin: Array, free: Sequence[str], loss: Loss
+) -> Minimum:
+    """Search from another point, shape (p,); return the lower of both minima."""
+    further = _searched(problem, begin, free, loss)
+    if further is None or not further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
+        return lowest
+    return replace(further, iterations=lowest.iterations + further.iterations)
 
 
 def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:
@@ -203,8 +233,8 @@ def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss:
     if not free:
         return Minimum(x, x, problem.cost(x), 0, True, "no parameter is free")
     part = Contained(problem, x, free)
-    found = search(part, x[part.free], loss)
-    return replace(found, start=x, x=part.all_of(found.x))
+    end = search(part, x[part.free], loss)
+    return replace(end, start=x, x=part.all_of(end.x))
 
 
 def _begun(
@@ -238,37 +268,37 @@ def _begun(
     return gain, point
 
 
-def _split(problem: LeastSquaresProblem, x: Array, one: ContainedPart) -> Array:
-    """Return a point, shape (p,), at which a branch and the one before it share the amplitude, at other times each.
+def _split(problem: LeastSquaresProblem, x: Array, part: ContainedPart) -> Array:
+    """Return a point, shape (p,), at which two neighbouring branches share an amplitude and have different times.
 
     Where two branches are equal no first derivative tells them apart: only a finite step shows that two fit better.
     """
     index = {name: i for i, name in enumerate(problem.names)}
-    found = x.copy()
-    for name, before in one.earlier.items():
+    point = x.copy()
+    for name, before in part.earlier.items():
         value = x[index[before]]
-        pair = (0.5 * value, 0.5 * value) if name in one.off else (value * APART, value / APART)
-        found[[index[before], index[name]]] = pair
-    return problem.bounds.inside(found)
+        pair = (0.5 * value, 0.5 * value) if name in part.off else (value * APART, value / APART)
+        point[[index[before], index[name]]] = pair
+    return problem.bounds.inside(point)
 
 
 def _in_order(problem: LeastSquaresProblem, every: Sequence[ContainedPart], start: Array, x: Array) -> Array:
     """Return the parameters, shape (p,), with equal branches numbered in the order of their start values."""
     index, off = (
         {name: i for i, name in enumerate(problem.names)},
-        {name for one in every for name in one.off},
+        {name for part in every for name in part.off},
     )
     # Of each effect the columns of its branches: numbers of the same parameter, the first branch's first.
     columns: dict[str, dict[str, list[int]]] = {}
-    for one in every:
-        for name, before in one.earlier.items() if set(one.earlier) == set(one.names) else ():
-            known = columns.setdefault(one.after, {})
+    for part in every:
+        for name, before in part.earlier.items() if set(part.earlier) == set(part.names) else ():
+            known = columns.setdefault(part.after, {})
             known[name] = [*known.pop(before, [index[before]]), index[name]]
-    found = x.copy()
+    ordered = x.copy()
     for of_effect in columns.values():
         times = next((places for name, places in of_effect.items() if name not in off), None)
         if times is not None:
             order = np.argsort(x[times])[np.argsort(np.argsort(start[times], kind="stable"))]
             for places in of_effect.values():
-                found[places] = x[[places[i] for i in order]]
-    return found if np.isfinite(problem.cost(found)) else x
+                ordered[places] = x[[places[i] for i in order]]
+    return ordered if np.isfinite(problem.cost(ordered)) else x

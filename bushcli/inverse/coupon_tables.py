@@ -1,4 +1,4 @@
-"""Spectra of the coupons' tables of dynamic moduli that a case has, and how amplitude thins them."""
+"""Relaxation spectra of a case's coupon tables of dynamic moduli, and their decrease with amplitude."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def fit_tables(
     tables : TableCache, optional
         Cache of the binary files that the caller reads.
     """
-    found: list[TableSpectrum | TableSweep] = []
+    fits: list[TableSpectrum | TableSweep] = []
     conditions: list[Condition] = []
     for source in case.dynamic:
         if modes()[source.mode].specimen != "coupon":
@@ -73,7 +73,7 @@ def fit_tables(
             off |= fault.samples & (not fault.fatal)
         table = table.rows(~off)
         if swept := _sweeps(table):
-            found.append(TableSweep(table, swept))
+            fits.append(TableSweep(table, swept))
         table = _linear(table)
         count = len(np.unique(np.round(np.log(table.frequency), 2)))
         if count < _FEWEST and swept:
@@ -89,8 +89,8 @@ def fit_tables(
             what += f"{fit.loss_percent:.0f} % (rms)"
             remedy = "storage and loss contradict each other, or curves of other batches or amplitudes are among them"
             conditions.append(Condition("poor_spectrum", what, remedy))
-        found.append(TableSpectrum(table, fit))
-    return tuple(found), tuple(conditions)
+        fits.append(TableSpectrum(table, fit))
+    return tuple(fits), tuple(conditions)
 
 
 def _sweeps(table: DynamicTable) -> tuple[ThinnedFit, ...]:
@@ -99,17 +99,17 @@ def _sweeps(table: DynamicTable) -> tuple[ThinnedFit, ...]:
         return ()
     shear = 1.0 if table.quantity == "G" else _SHEAR.get(table.mode, 1.0)
     step = np.round(np.nan_to_num(table.temperature) / _KELVINS)
-    parts = [table.rows(step == one) for one in np.unique(step)]
-    parts = [one for one in parts if len(np.unique(np.round(np.log(one.amplitude), 1))) >= _AMPLITUDES]
-    return tuple(fit_thinned(one, float(shear)) for one in parts)
+    parts = [table.rows(step == k) for k in np.unique(step)]
+    parts = [part for part in parts if len(np.unique(np.round(np.log(part.amplitude), 1))) >= _AMPLITUDES]
+    return tuple(fit_thinned(part, float(shear)) for part in parts)
 
 
 def _linear(table: DynamicTable) -> DynamicTable:
     """Return the rows of the smallest amplitude and of the preload nearest to zero."""
-    kept = np.ones(len(table), dtype=bool)
+    linear = np.ones(len(table), dtype=bool)
     for values in (table.amplitude, np.abs(table.preload), np.abs(table.preload_force)):
         known = ~np.isnan(values)
         if known.all():
             # The amplitudes of one sweep scatter by some per cent about the value asked.
-            kept &= values <= 1.1 * values[kept].min() + 1e-12
-    return table.rows(kept)
+            linear &= values <= 1.1 * values[linear].min() + 1e-12
+    return table.rows(linear)

@@ -31,19 +31,10 @@ from bushcli.recording.dynamic.rows import ANGLE, MAGNITUDE, SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic import (
-    PROMISED,
-    DynamicCurve,
-    Vibrations,
-    branches_of,
-    doubts,
-    effects_left_out,
-    is_in_vibrations,
-    thinned_of,
-    unfit,
-)
+from bushcli.simulate.dynamic import doubts, effects_left_out, is_in_vibrations, unfit
 from bushcli.simulate.dynamic_tables import ComparedTable, check_preloads, gathered, left_out
 from bushcli.simulate.extent import Extent, of_table
+from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
 from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
@@ -58,7 +49,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 # Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth
-# (the derivatives are within 0.3 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
+# (the derivatives are within 1 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
 THINNED_STEP = 1e-3
 # Sets of constants whose reduced matrices are cached: a point with its differences, and that to which a search returns.
 CACHED = 32
@@ -70,7 +61,7 @@ FACTOR, BESIDE = 1.15, 0.05
 
 @dataclass(frozen=True)
 class _Preloads:
-    """The preloads of some rows that are alike travels or forces: rows (m,), and which preload each has."""
+    """Preloads of rows that give them in the same way, as travels or as forces: rows (m,), the preload of each."""
 
     rows: NDArray[np.intp]
     number: NDArray[np.intp]
@@ -160,12 +151,12 @@ class DynamicChannel(FitChannel):
         self.table, self._temperature, self._near = table, temperature, stored is not None
         check_preloads(case, table)
         there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
-        self.active = tuple(one.started() for one in there)
+        self.active = tuple(active.started() for active in there)
         if self._near:
             by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
-            self.active = tuple(one for one in self.active if _vibrates(one, by_force))
-        self._rig = tuple(one for one in self.active if one.effect.acts == "rig")
-        self._rubber = {one.name for one in self.active if one not in self._rig}
+            self.active = tuple(active for active in self.active if _vibrates(active, by_force))
+        self._rig = tuple(active for active in self.active if active.effect.acts == "rig")
+        self._rubber = {active.name for active in self.active if active not in self._rig}
         known = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
         self._uneven = thinned_of(self.active) is not None and len(known) > 0
@@ -228,25 +219,14 @@ class DynamicChannel(FitChannel):
     def compared(
         self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
     ) -> ComparedTable:
-        """Return the rows that are used beside their simulation.
+        """Return the rows that are used beside their simulation. Raises `NotConverged`.
 
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units.
-        names : Sequence[str]
-            Parameters that were identified.
-        deviations : Array | None
-            Half widths of their intervals as a matrix, (p, p), whose product with its transpose is their covariance
-            times the square of the quantile; None = no intervals.
-
-        Raises
-        ------
-        NotConverged
+        Half widths of the parameters' intervals come as a matrix (p, p), whose product with its transpose is their
+        covariance times the square of the quantile; without it the simulation has no intervals.
         """
         reached, used = self._reached(parameters, names, StepLimit()), self.used
         simulated, slope = self._simulated(reached, parameters, names)
-        found = ComparedTable(
+        rows = ComparedTable(
             self.table.rows(used),
             simulated[used],
             self._travels(reached)[used],
@@ -254,11 +234,11 @@ class DynamicChannel(FitChannel):
             self.scale.reshape(2, -1)[:, used] / [np.ones(used.sum()), self.table.stiffness[used]],
         )
         if deviations is None:
-            return found
+            return rows
         # d ln K* = d ln |K*| + i d delta.
         relative = slope[used] / simulated[used, None] @ deviations
         spread = np.array([np.linalg.norm(relative.real, axis=1), np.linalg.norm(relative.imag, axis=1)])
-        return replace(found, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
+        return replace(rows, spread=spread * [np.abs(simulated[used]), np.ones(used.sum())])
 
     def simulated(self, answer: ChannelForces) -> Complex:
         """Return K* of the rows that are used from an answer, N/mm or N mm/rad."""
@@ -266,25 +246,15 @@ class DynamicChannel(FitChannel):
         return np.asarray((along + 1j * across) / self._turned[self.used])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
-        """Return what has to be known about the table and its simulation.
-
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units.
-
-        Raises
-        ------
-        NotConverged
-        """
+        """Return what has to be known about the table and its simulation. Raises `NotConverged`."""
         reached = self._reached(parameters, (), StepLimit())
         # Effects of the rig are in the simulation.
-        rubber = [one for one in self.active if one not in self._rig]
-        doubtful = [one for curves in reached.curves for curve in curves for one in doubts(curve)]
+        rubber = [active for active in self.active if active not in self._rig]
+        doubtful = [doubt for curves in reached.curves for curve in curves for doubt in doubts(curve)]
         left = [
-            one
-            for one in left_out(self.table, "fitted")
-            if not self._uneven or one.name != "amplitude_left_out"
+            condition
+            for condition in left_out(self.table, "fitted")
+            if not self._uneven or condition.name != "amplitude_left_out"
         ]
         return [*left, *effects_left_out(self.name, rubber), *doubtful]
 
@@ -292,7 +262,7 @@ class DynamicChannel(FitChannel):
 
     def _relaxation(self, parameters: Mapping[str, float]) -> tuple[Branches, ThinnedSpectrum | None]:
         """Return the Maxwell branches, and the relaxation that amplitude thins."""
-        active = [one.with_values(parameters) for one in self.active]
+        active = [effect.with_values(parameters) for effect in self.active]
         return branches_of(active), thinned_of(active)
 
     def _branches(self, parameters: Mapping[str, float]) -> Branches:
@@ -301,7 +271,7 @@ class DynamicChannel(FitChannel):
         return [*branches, *(() if thinned is None else thinned.branches())]
 
     def _reached(self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit) -> _Reached:
-        """Return the reduced models of the preloads; they serve other branches as long as they are as exact."""
+        """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         if self._temperature is not None and "temperature" in self.model.constants:
@@ -326,7 +296,7 @@ class DynamicChannel(FitChannel):
         ):
             self.model.set_parameters(own)
             ends: list[Array] = []
-            curves = [self._marched(one.test, parameters, moving, limit, ends) for one in self._preloads]
+            curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
             known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving, own)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
@@ -375,7 +345,7 @@ class DynamicChannel(FitChannel):
     ) -> tuple[Complex, Complex]:
         """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
         branches, density = self._branches(parameters), _density(parameters)
-        rig = [one.with_values(parameters) for one in self._rig]
+        rig = [active.with_values(parameters) for active in self._rig]
         value = np.empty(len(self.table), dtype=np.complex128)
         slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
         # Constants that have moved since the curves were computed change them, whether they are asked for or not.
@@ -428,23 +398,23 @@ class DynamicChannel(FitChannel):
         here, table = model(parameters), self.table
         # A row that does not say its amplitude is one of the smallest.
         amplitude = np.nan_to_num(table.amplitude[rows], nan=np.nanmin(table.amplitude))
-        found = here.balances(amplitude, table.frequency[rows])
-        value = np.array([one.stiffness for one in found])
+        balances = here.balances(amplitude, table.frequency[rows])
+        value = np.array([balance.stiffness for balance in balances])
         slope = np.zeros((len(rows), len(names)), dtype=np.complex128)
         for i, name in enumerate(names):
             if name in curve.model.changes.names:
                 change = curve.model.changes.matrices[curve.model.changes.names.index(name)]
-                slope[:, i] = here.along(change, found)
+                slope[:, i] = here.along(change, balances)
             elif name == "density" or name.partition(".")[0] in self._rubber:
                 step = THINNED_STEP * max(abs(parameters[name]), 1e-3)
                 more, less = (model({**parameters, name: parameters[name] + d}) for d in (step, -step))
                 if name == "density":
-                    ends = (one.balances(amplitude, table.frequency[rows]) for one in (more, less))
+                    ends = (shifted.balances(amplitude, table.frequency[rows]) for shifted in (more, less))
                     slope[:, i] = [
                         (a.stiffness - b.stiffness) / (2.0 * step) for a, b in zip(*ends, strict=True)
                     ]
                 else:
-                    slope[:, i] = here.slope(found, more, less) / (2.0 * step)
+                    slope[:, i] = here.slope(balances, more, less) / (2.0 * step)
         return value, slope
 
     def _by_parameter(self, parameters: Mapping[str, float], names: Sequence[str], branches: int) -> Array:
@@ -462,32 +432,30 @@ class DynamicChannel(FitChannel):
         return by
 
     def _travels(self, reached: _Reached) -> Array:
-        found = np.empty(len(self.table))
+        travels = np.empty(len(self.table))
         for group, curves in zip(self._preloads, reached.curves, strict=True):
-            found[group.rows] = np.array([curve.preload for curve in curves])[group.number]
-        return found
+            travels[group.rows] = np.array([curve.preload for curve in curves])[group.number]
+        return travels
 
     def _error(self, reached: _Reached, parameters: Mapping[str, float]) -> float:
         frequencies, branches = np.unique(self.table.frequency), self._branches(parameters)
-        models = [one.model for curves in reached.curves for one in curves]
-        return max(one.error(frequencies, branches, _density(parameters)) for one in models)
+        models = [curve.model for curves in reached.curves for curve in curves]
+        return max(model.error(frequencies, branches, _density(parameters)) for model in models)
 
     def _unfit_rig(self, where: str) -> Iterator[Problem]:
         """Yield why effects of the rig cannot be fitted to the table."""
-        for one in self._rig:
-            stops = one.effect.rig is not None and one.effect.rig.parallel is not None
-            if has_slope(one) and not (stops and any(group.test.by_force for group in self._preloads)):
+        for active in self._rig:
+            stops = active.effect.rig is not None and active.effect.rig.parallel is not None
+            if has_slope(active) and not (stops and any(group.test.by_force for group in self._preloads)):
                 continue
             what, remedy = (
-                f"{self.name}: with {readable_name(one.name)} the stiffness depends on the amplitude",
+                f"{self.name}: with {readable_name(active.name)} the stiffness depends on the amplitude",
                 "",
             )
-            if has_slope(one):
-                what = f"{self.name}: {readable_name(one.name)} carries an unknown share of a preload in N"
+            if has_slope(active):
+                what = f"{self.name}: {readable_name(active.name)} carries an unknown share of a preload in N"
                 remedy = "give the preload in mm, or "
-            expected = (
-                f'{remedy}give the effect "{one.name}" channels = [...] without {self.name}, or leave it out'
-            )
+            expected = f'{remedy}give the effect "{active.name}" channels = [...] without {self.name}, or leave it out'
             yield Problem(where, what, "", expected)
 
     def _used(self) -> NDArray[np.bool_]:
@@ -524,7 +492,7 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
     """Return the preloads of a table: those by travel, rest included, and those by force; for some amplitudes."""
     by_force = np.isnan(table.preload) & ~np.isnan(table.preload_force)
     given = np.where(np.isnan(table.preload), 0.0, table.preload)
-    found = []
+    groups = []
     for is_force, values in ((False, given), (True, table.preload_force)):
         rows = np.flatnonzero(by_force == is_force)
         if len(rows):
@@ -537,8 +505,8 @@ def _preloads(table: DynamicTable, amplitude: tuple[float, ...] = ()) -> list[_P
                 by_force=is_force,
                 amplitude=amplitude,
             )
-            found.append(_Preloads(rows, number.ravel(), test))
-    return found
+            groups.append(_Preloads(rows, number.ravel(), test))
+    return groups
 
 
 def _errors(table: DynamicTable) -> tuple[Array, int]:

@@ -1,9 +1,9 @@
 """Search along the edge of the law's stability, for the lowest misfit within it.
 
-A trust region takes a trial beyond the edge for a step too far, and shrinks: beside the edge it ends where it is, even
-if the misfit falls along the edge. Unlike the misfit, the law's stability costs no solution of the model. Each step
-here therefore minimises the linearised misfit subject to the exact stability in all states watched: a Gauss-Newton
-method with nonlinear constraints, whose steps are bounded by a trust region.
+A trust region shrinks after every trial beyond the edge. A search that has reached the edge therefore stops there,
+even if the misfit decreases along it. Unlike the misfit, the law's stability costs no solution of the model. Each step
+here minimises the linearised misfit subject to the exact stability in all watched states: a Gauss-Newton method with
+nonlinear constraints, whose steps are bounded by a trust region.
 
 References
 ----------
@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
-from bushcli.inverse.problem import LeastSquaresProblem, differences
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem, differences
 
 Array = NDArray[np.float64]
 
@@ -104,8 +103,8 @@ class _Linearised:
     def cost(self, s: Array) -> tuple[float, Array]:
         """Half the sum of squares, of the misfit to first order and of the exact penalty; and its derivative."""
         rest = self._misfit + self._slope @ s
-        found, by = self.stability(s)
-        return 0.5 * float(rest @ rest + found[0]), self._slope.T @ rest + 0.5 * by[0]
+        values, by = self.stability(s)
+        return 0.5 * float(rest @ rest + values[0]), self._slope.T @ rest + 0.5 * by[0]
 
     def stability(self, s: Array) -> tuple[Array, Array]:
         """Sum of squares of the penalty, then the margin in each state; and their derivative."""

@@ -32,7 +32,7 @@ def parameter_unit(fit: Fit, name: str) -> str:
     """
     if name in _OF_RUBBER:
         return _OF_RUBBER[name]
-    of_effects = {one.full_name(p): p for one in fit.effects for p in one.parameters}
+    of_effects = {active.full_name(p): p for active in fit.effects for p in active.parameters}
     if name in of_effects:
         return unit(of_effects[name], name in _turned(fit))
     return law(fit.material.law).parameter(name).unit
@@ -84,7 +84,9 @@ def in_file_units(fit: Fit) -> Fit:
 
 def _turned(fit: Fit) -> dict[str, EffectParameter]:
     channels = [(curve.name, curve.recording.mode) for curve in fit.curves]
-    return turning(fit.effects, [*channels, *((one.table.name, one.table.mode) for one in fit.tables)])
+    return turning(
+        fit.effects, [*channels, *((compared.table.name, compared.table.mode) for compared in fit.tables)]
+    )
 
 
 def _value(inside: float, turned: EffectParameter | None) -> float:

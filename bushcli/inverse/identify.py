@@ -20,9 +20,15 @@ from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.comparison import compared_curves, compared_tables
 from bushcli.inverse.contained import additions, from_contained
-from bushcli.inverse.estimates import effects, end_points, estimates, material
+from bushcli.inverse.estimates import (
+    compared_curves,
+    compared_tables,
+    effects,
+    end_points,
+    estimates,
+    material,
+)
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import open_journal
 from bushcli.inverse.local import Minimum
@@ -219,9 +225,9 @@ class _Searches:
     @cached_property
     def faults(self) -> tuple[DataFault, ...]:
         """Faults of the recordings, the fatal ones first."""
-        of_tables = [fault for one in self.dynamic for fault in one.faults]
-        found = (*find_faults(self.task.case, self.recordings), *of_tables)
-        return tuple(sorted(found, key=lambda fault: not fault.fatal))
+        of_tables = [fault for channel in self.dynamic for fault in channel.faults]
+        every = (*find_faults(self.task.case, self.recordings), *of_tables)
+        return tuple(sorted(every, key=lambda fault: not fault.fatal))
 
     def check(self, told: Callable[[DataFault], None] | None) -> None:
         """Report the faults of the data; refuse what the recordings cannot tell, whatever their values.
@@ -230,21 +236,24 @@ class _Searches:
         """
         for effect in self.task.effects:
             self._check_temperatures(effect)
-        for one in self.recordings:
-            check_play(self.task.case, one.name, one.mode, one.displacement)
+        for recording in self.recordings:
+            check_play(self.task.case, recording.name, recording.mode, recording.displacement)
         if told is not None:
             for fault in self.faults:
                 told(fault)
 
     def _check_temperatures(self, effect: ActiveEffect) -> None:
         there = [
-            one for channel in self.problem.channels for one in channel.active if one.name == effect.name
+            active
+            for channel in self.problem.channels
+            for active in channel.active
+            if active.name == effect.name
         ]
-        found = {one.temperature for one in there}
+        temperatures = {active.temperature for active in there}
         free = [p for p in effect.parameters if not self.task.is_fixed(effect.full_name(p))]
-        if effect.effect.needs_temperature and free and len(found) == 1:
+        if effect.effect.needs_temperature and free and len(temperatures) == 1:
             what = f"the effect {effect.name} cannot be identified: all that is fitted was measured at "
-            what += f"{found.pop():g} degrees C"
+            what += f"{temperatures.pop():g} degrees C"
             expected = (
                 "recordings at another temperature; or give its parameters their values, and --fix "
                 + effect.name
@@ -252,7 +261,7 @@ class _Searches:
             raise InputError(Problem(self.task.case.path.name, what, "", expected))
 
     def _outside(self) -> tuple[Condition, ...]:
-        """Return which channels that are held out lie outside of what was fitted."""
+        """Return conditions for held-out channels that lie outside the range of the fitted ones."""
         case = self.task.case
         warm = {source.label: source.temperature for source in (*case.recordings, *case.coupons)}
         extents = {
@@ -267,15 +276,9 @@ class _Searches:
         )
 
     def search(self) -> None:
-        """Search from all starts.
-
-        Raises
-        ------
-        InputError
-            The start cannot be solved at all.
-        """
+        """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
-        every = additions(task, [one.recording for one in self.curves if one in problem.channels])
+        every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
         first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))
         if first is None:
             raise InputError(unsolvable(task, self.start, self.faults))
@@ -350,12 +353,12 @@ class _Searches:
         skipped = interrupted or fatal
         best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
-        found, correlation = estimates(task, problem, best.x, profiles)
+        parameters, correlation = estimates(task, problem, best.x, profiles)
         tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,
-            parameters=found,
+            parameters=parameters,
             correlation=correlation,
             curves=compared_curves(problem, self.curves, best.x, self.start),
             stability=coupon_limits(task.law, rubber.parameters),
@@ -379,14 +382,14 @@ class _Searches:
             effects=effects(task, problem, best.x),
             tables=tables,
         )
-        starts_loaded = ((one.name, one.before) for one in self.curves)
+        starts_loaded = ((channel.name, channel.before) for channel in self.curves)
         doubts = conditions(fit, task, best, interrupted)
         doubts += tuple(not_from_rest(name, before) for name, before in starts_loaded if before is not None)
         doubts += known
         doubts += self._outside()
         if fatal:
             # What a fit to wrong data looks like would only distract from the fault.
-            doubts = tuple(one for one in doubts if one.name == "interrupted")
+            doubts = tuple(doubt for doubt in doubts if doubt.name == "interrupted")
         if problem.journal is not None and problem.journal.failure:
             doubts += (history_not_saved(problem.journal.failure),)
         if problem.journal is not None and problem.journal.damaged:
@@ -423,7 +426,7 @@ def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFa
     faults : sequence of DataFault
         Of the recordings.
     """
-    fatal = next((one for one in faults if one.fatal), None)
+    fatal = next((fault for fault in faults if fault.fatal), None)
     values = ", ".join(f"{name} = {value:g}" for name, value in values_by_name(task, initial).items())
     what = (
         f"the curves cannot be simulated with {task.model}, from {values} or from the law's own start values"

@@ -59,9 +59,9 @@ class AnswersCodec:
 def open_journal(folder: Path, identity: Mapping[str, Any], resume: bool | None) -> Journal:
     """Return the saved evaluations of an identification, in the folder that holds them or may hold them."""
 
-    def is_of(one: Path) -> bool:
+    def is_of(candidate: Path) -> bool:
         try:
-            return bool(json.loads(read_bounded(one / RUN, _LARGEST))["identity"] == digest(identity))
+            return bool(json.loads(read_bounded(candidate / RUN, _LARGEST))["identity"] == digest(identity))
         except (ValueError, LookupError, TypeError, RecursionError, OSError):
             return False
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import MOST_EVALUATIONS, LeastSquaresProblem
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, LeastSquaresProblem
 
 Array = NDArray[np.float64]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
@@ -137,8 +136,8 @@ class Watched:
             self.rejected += 1
             return np.full(self.problem.samples + len(self.problem.states), np.nan)
         self.problem.answers(x, self.iterations)
-        found = self.problem.residual(x)
-        if not np.isfinite(found).all():
+        rows = self.problem.residual(x)
+        if not np.isfinite(rows).all():
             self.failed, self.row, self._met_failure = self.failed + 1, self.row + 1, True
             if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
                 raise Stopped("the law is unstable in the states reached")
@@ -146,9 +145,9 @@ class Watched:
                 raise Stopped("trials in a row could not be solved")
             if self.failed >= self.problem.stopping.failures:
                 raise Stopped("too many trials could not be solved")
-            return found
+            return rows
         self.row = 0
-        self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
+        self.best = min(self.best, (float(rows @ rows), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
         evaluations, share = self.problem.stopping.valley
         # A robust loss may fall while the sum of squares rises, so that a valley cannot be recognised here.
@@ -158,7 +157,7 @@ class Watched:
             and self.best[0] > (1 - share) * self._falling[-1 - evaluations]
         ):
             raise FlatValley("the misfit no longer falls")
-        return found
+        return rows
 
     def _is_surely_rejected(self, x: Array) -> bool:
         """Whether the penalty of instability alone exceeds the cost of the best point: the trial would be rejected.
@@ -173,14 +172,14 @@ class Watched:
         """`Problem.jacobian`."""
         # The optimiser may have moved a trial onto a bound, by rounding.
         self.problem.answers(x, self.iterations)
-        found = self.problem.jacobian(x)
+        slope = self.problem.jacobian(x)
         self.iterations += 1
         ended = None if self.ends is None else self.ends(x, self._met_failure, self.rejected > 0)
         self._met_failure = False
         if ended is not None:
             self.hopeless = isinstance(ended, Hopeless)
             raise ended
-        return found
+        return slope
 
 
 def minimise(
@@ -259,5 +258,5 @@ def full_step(problem: LeastSquaresProblem, x: Array) -> tuple[Array, float]:
         np.minimum((problem.bounds.lower - x) * size, 0.0),
         np.maximum((problem.bounds.upper - x) * size, 0.0),
     )
-    found = lsq_linear(slope / size, -value, allowed)
-    return found.x / size, 2.0 * float(found.cost)
+    linear = lsq_linear(slope / size, -value, allowed)
+    return linear.x / size, 2.0 * float(linear.cost)

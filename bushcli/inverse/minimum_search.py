@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
-from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.start_values import first_point
 
 Array = NDArray[np.float64]
@@ -54,15 +53,15 @@ def search(
 
     for last in (*[False] * problem.stopping.rounds, True):
         states = len(problem.states)
-        found = minimise(problem, point, loss, WALL, None if last else explained, ends)
-        iterations, point = iterations + found.iterations, found.x
-        if found.hopeless:
-            return replace(found, start=start, iterations=iterations)
+        end = minimise(problem, point, loss, WALL, None if last else explained, ends)
+        iterations, point = iterations + end.iterations, end.x
+        if end.hopeless:
+            return replace(end, start=start, iterations=iterations)
         if last or (len(problem.states) == states and not explained(point)):
             break
-    if loss == "linear" and (found.rejected or found.at_edge):
-        found = along_the_edge(problem, found)
-    return replace(found, start=start, iterations=iterations)
+    if loss == "linear" and (end.rejected or end.at_edge):
+        end = along_the_edge(problem, end)
+    return replace(end, start=start, iterations=iterations)
 
 
 def watch(problem: LeastSquaresProblem, x: Array) -> bool:

@@ -13,21 +13,33 @@ Kent (1982), Biometrika 69:19-27, doi:10.1093/biomet/69.1.19 (its scale where th
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
-from bushcli.inverse.local import Minimum
+from bushcli.inverse.local import Minimum, Stopped, Watched
 from bushcli.inverse.minimum_search import is_stable_there, is_unstable
 from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
 
+# Rise of the cost, in units of the observed noise, at the ends of a 95 % interval: chi square, one degree of freedom.
+RISE_95 = 3.841
+# A point is not solved if the penalty of instability alone exceeds this many times the rise that ends the interval.
+FAR = 4.0
+# A refit is close enough when a further step would lower the rise by less than this: under 1 % of the interval.
+CLOSE = 0.02
+# Largest number of steps on the linearised misfit (one or two usually suffice), then of evaluations by a trust region.
+STEPS, EVALUATIONS = 3, 8
+# Tolerance and largest number of iterations of one such step. A step needs no solution of the model; its tolerance is
+# finer than `CLOSE`, because a law of many parameters has valleys.
+FINE, MOST_ITERATIONS = 1e-6, 40
 # Roots of the rise that steps aim at: half way, and a little beyond the end, so that the end can be interpolated.
 AIMS = (1.1, 2.2)
 # If the roots of the rise on both sides of the end are further apart than this, a point is added between them.
@@ -81,34 +93,26 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     """Return the parameters whose standard error would mislead.
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
-    stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
-    effects) they are those that are poorly determined themselves; compliance and density are never profiled. None if
-    the curves leave several combinations open (three terms of Ogden on one curve): the other parameters can then
-    follow any change of one, and the interval of a single parameter is meaningless.
+    stability or of the parameters that can be solved, which distorts them together. Effects have none: their
+    amplitudes change the curves nearly in proportion, their times are searched in their logarithm, and where the curves
+    leave them open, their profiles would take ten times the search. None if the curves leave several combinations open
+    (three terms of Ogden on one curve): the other parameters can then follow any change of one, and the interval of a
+    single parameter is meaningless.
     """
-    x = best.x
+    x, own = best.x, problem.law_parameters(best.x)
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
-    own = problem.law_parameters(x)
-    poor = [
-        bool(s > POOR * abs(v))
-        for s, v in zip(np.sqrt(np.abs(np.diag(uncertainty.covariance))), x, strict=True)
-    ]
-    held = best.beside_failure or best.at_edge
-    bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
-    names = problem.names
-    return [
-        i
-        for i, name in enumerate(names)
-        if (bent if name in own else poor[i] and name not in ("compliance", "density"))
-    ]
+    of_law = [i for i, name in enumerate(problem.names) if name in own]
+    deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
+    bent = best.beside_failure or best.at_edge or (deviations > POOR * np.abs(x))[of_law].any()
+    return of_law if bent else []
 
 
 def profiles_of(
     problem: LeastSquaresProblem,
     best: Minimum,
     uncertainty: Uncertainty,
-    found: dict[int, Profile],
+    profiles: dict[int, Profile],
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
@@ -119,13 +123,13 @@ def profiles_of(
     while again:
         known = len(problem.states)
         for index in again:
-            found[index], better = profile(problem, best.x, index, uncertainty)
+            profiles[index], better = profile(problem, best.x, index, uncertainty)
             if better is not None:
                 return better
         again = [
             index
             for index in again
-            if len(problem.states) > known and {"stability", "unsolvable"} & {*found[index].limits}
+            if len(problem.states) > known and {"stability", "unsolvable"} & {*profiles[index].limits}
         ]
     return None
 
@@ -133,13 +137,9 @@ def profiles_of(
 def profile(
     problem: LeastSquaresProblem, x: Array, index: int, uncertainty: Uncertainty
 ) -> tuple[Profile, Array | None]:
-    """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
+    """Return the cost along one parameter, all others refitted, and a point of lower misfit where one was met.
 
-    Returns
-    -------
-    profile : Profile
-    better : shape (parameters,) or None
-        A point of lower misfit than the best one, if one was found on the way.
+    The cost is in units of the observed noise, and goes to beyond the 95 % interval.
     """
     unit = noise_unit(problem, x, uncertainty, index)
     spread = float(np.sqrt(max(uncertainty.covariance[index, index], 0.0)))
@@ -148,14 +148,118 @@ def profile(
     along = _Along(problem, x, index, unit)
     (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
     points = [*reversed(below), _Point(float(x[index]), 0.0, x, 0.0), *above]
-    found = Profile(
+    result = Profile(
         problem.names[index],
         np.array([point.value for point in points]),
         np.array([np.sign(point.root) * point.root**2 for point in points]),
         (down, up),
     )
     lowest = min(points, key=lambda point: point.root)
-    return found, lowest.x if lowest.root < -BETTER else None
+    return result, lowest.x if lowest.root < -BETTER else None
+
+
+class Refit:
+    """Refits all parameters but one.
+
+    Parameters
+    ----------
+    problem
+    index
+        Index of the parameter that is held.
+    unit
+        Unit in which the rise of the cost is measured.
+    """
+
+    def __init__(self, problem: LeastSquaresProblem, index: int, unit: float) -> None:
+        self.problem, self.unit = problem, unit
+        self.rest = np.arange(len(problem.bounds.lower)) != index
+
+    def rise_by_instability(self, x: Array) -> float:
+        """Return the rise that the penalty of instability causes by itself."""
+        rows = self.problem.instability(x)
+        return float(rows @ rows) / len(self.problem.channels) / self.unit
+
+    def minimum(self, known: Array, start: Array) -> Array | Limit:
+        """Return the best other parameters for the value of the parameter in `start`, by steps from a solved point.
+
+        Curves are nearly linear over such a step, and the law's stability is cheap to evaluate. A step therefore
+        minimises the linearised misfit plus the exact penalty of instability. One or two steps are usually enough; the
+        gain of a further one is predicted without another evaluation. Where steps fail, a trust region takes over.
+        """
+        x, moved = known, self._step(known, start)
+        if self.rise_by_instability(moved) > FAR * RISE_95:
+            return "stability"
+        for _ in range(STEPS):
+            if not np.isfinite(self.problem.residual(moved)).all():
+                return "unsolvable"
+            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
+                break
+            x, moved = moved, self._step(moved, moved)
+            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
+                return x
+        return self._searched(x)
+
+    def _step(self, known: Array, start: Array) -> Array:
+        """Refit the other parameters to the misfit, linearised about `known`, plus the penalty of instability."""
+        rest, samples = self.rest, self.problem.samples
+        if not rest.any():
+            return start
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        size = np.linalg.norm(slope[:, rest], axis=0)
+        size[size == 0] = 1.0
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y / size
+            return full
+
+        def rows(y: Array) -> Array:
+            x = whole(y)
+            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+
+        def derivatives(y: Array) -> Array:
+            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
+
+        result = least_squares(
+            rows,
+            start[rest] * size,
+            jac=derivatives,
+            bounds=(self.problem.bounds.lower[rest] * size, self.problem.bounds.upper[rest] * size),
+            x_scale="jac",
+            ftol=FINE,
+            xtol=FINE,
+            max_nfev=MOST_ITERATIONS,
+        )
+        return whole(result.x)
+
+    def _expected(self, known: Array, x: Array) -> float:
+        """Return the cost at `x`, with the misfit linearised about `known`."""
+        samples = self.problem.samples
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+        return float(rows @ rows) / len(self.problem.channels)
+
+    def _searched(self, start: Array) -> Array:
+        rest = self.rest
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y
+            return full
+
+        watched = Watched(self.problem, False, most_in_row=2)
+        with suppress(Stopped):
+            least_squares(
+                lambda y: watched.residual(whole(y)),
+                start[rest],
+                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
+                bounds=(self.problem.bounds.lower[rest], self.problem.bounds.upper[rest]),
+                x_scale="jac",
+                ftol=1e-4,
+                xtol=self.problem.stopping.tolerance,
+                max_nfev=EVALUATIONS,
+            )
+        return watched.best[1]
 
 
 class _Along:
@@ -184,15 +288,15 @@ class _Along:
             if value == points[-1].value:
                 return points[1:], "bound"
             evaluations = len(self.problem.evaluations)
-            found = self._refitted(points, value)
-            if isinstance(found, _Point):
-                points.append(found)
-                if found.root**2 >= RISE_95:
+            refitted = self._refitted(points, value)
+            if isinstance(refitted, _Point):
+                points.append(refitted)
+                if refitted.root**2 >= RISE_95:
                     return self._closed(points)
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
-            wall, reason, halvings = value, found, halvings + (1.0 if solved else FREE)
+            wall, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
                 return points[1:], reason
         return points[1:], "open" if reason is None else reason
@@ -219,10 +323,10 @@ class _Along:
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
                 break
-            found = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
-            if not isinstance(found, _Point):
+            between = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
+            if not isinstance(between, _Point):
                 break
-            points[-1:] = [found, outer] if found.root**2 < RISE_95 else [found]
+            points[-1:] = [between, outer] if between.root**2 < RISE_95 else [between]
         last = points[-1]
         return points[1:], "stability" if last.instability > 0.5 * last.root**2 else "misfit"
 
@@ -231,38 +335,38 @@ class _Along:
         last = points[-1]
         start = self.problem.bounds.inside(last.x)
         start[self.index] = value
-        found = self.refit.minimum(last.x, start)
-        if isinstance(found, str):
-            return found
-        if not is_stable_there(self.problem, found):
+        other = self.refit.minimum(last.x, start)
+        if isinstance(other, str):
+            return other
+        if not is_stable_there(self.problem, other):
             # States in which the best point is unstable are not added, because they would change its cost.
-            states = self.problem.reached(found)
+            states = self.problem.reached(other)
             if is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.watch(states)
-            found = self.refit.minimum(last.x, start)
-            if isinstance(found, str):
-                return found
-            if not is_stable_there(self.problem, found):
+            other = self.refit.minimum(last.x, start)
+            if isinstance(other, str):
+                return other
+            if not is_stable_there(self.problem, other):
                 return "stability"
-        rise = (self.problem.cost(found) - self.best) / self.unit
+        rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(
-            value, float(np.sign(rise) * np.sqrt(abs(rise))), found, self.refit.rise_by_instability(found)
+            value, float(np.sign(rise) * np.sqrt(abs(rise))), other, self.refit.rise_by_instability(other)
         )
 
 
-def interval(found: Profile) -> tuple[float, float] | None:
+def interval(curve: Profile) -> tuple[float, float] | None:
     """95 % interval: its ends are where the profile crosses the limit, or stops at a bound, instability or a failure.
 
     An end that the profile did not reach is infinite; None where neither was reached.
     """
-    good = np.isfinite(found.rise)
-    values, rise = found.values[good], found.rise[good]
+    good = np.isfinite(curve.rise)
+    values, rise = curve.values[good], curve.rise[good]
     if len(values) < 2:
         return None
     middle = int(np.argmin(np.abs(rise)))
-    down = _end(values[: middle + 1][::-1], rise[: middle + 1][::-1], found.limits[0])
-    up = _end(values[middle:], rise[middle:], found.limits[1])
+    down = _end(values[: middle + 1][::-1], rise[: middle + 1][::-1], curve.limits[0])
+    up = _end(values[middle:], rise[middle:], curve.limits[1])
     if down is None and up is None:
         return None
     return float("-inf") if down is None else down, float("inf") if up is None else up

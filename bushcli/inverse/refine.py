@@ -94,10 +94,10 @@ def refine(
     """Search from one start."""
     costs: list[float] = []
 
-    def follow(found: Evaluation) -> None:
+    def follow(evaluation: Evaluation) -> None:
         if progress is not None:
-            progress(found)
-        costs.append(found.cost)
+            progress(evaluation)
+        costs.append(evaluation.cost)
         if stopped():
             raise _GivenUp(INTERRUPTED)
         if is_outperformed(costs, given.reference):
@@ -187,31 +187,25 @@ def refine_start(
     progress: Progress | None,
     pool: Pool | None = None,
 ) -> None:
-    """Refine starts, one after another or shared among the workers of the task or of a pool.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After `done` has been called with the results of the running starts.
-    """
+    """Refine starts, one by one or shared among workers or a pool; an interrupt comes after `done` has all results."""
     cache = ProblemCache()
     if pool is not None:
-        alone = [replace(one, journal=None, resume=False) for one in given]
-        for found in _asked(pool, cache, _refined_there, task, alone):
-            if isinstance(found, Refined):
-                _hand_over(found, done, progress)
+        alone = [replace(assignment, journal=None, resume=False) for assignment in given]
+        for refined in _asked(pool, cache, _refined_there, task, alone):
+            if isinstance(refined, Refined):
+                _hand_over(refined, done, progress)
         return
     if task.workers == 1 or len(given) < 2:
-        for one in given:
-            found = refine(task, channels, one, progress)
-            done(found)
-            if found.minimum.message == INTERRUPTED:
+        for assignment in given:
+            refined = refine(task, channels, assignment, progress)
+            done(refined)
+            if refined.minimum.message == INTERRUPTED:
                 raise KeyboardInterrupt
         return
     with processes(min(task.workers, len(given))) as own, TemporaryDirectory() as folder:
         # Ctrl-C does not reach the processes: a file tells them to end with the best so far.
         stop, work = Path(folder) / "stop", with_cache(_refined_there, cache, here=False)
-        futures = [own.executor.submit(work, task, i, one, stop) for i, one in enumerate(given)]
+        futures = [own.executor.submit(work, task, i, assignment, stop) for i, assignment in enumerate(given)]
         left = list(futures)
         try:
             while left:
@@ -230,12 +224,12 @@ def refine_start(
 def _asked(
     pool: Pool, cache: ProblemCache, work: Callable[..., Any], task: Task, given: Sequence[Any]
 ) -> list[Any]:
-    """Return the answers in the order of the questions; nan where the process has died."""
-    found: dict[int, Any] = {}
-    questions = [(task, i, one) for i, one in enumerate(given)]
+    """Return the answers in the order of the questions; nan for a question whose process died."""
+    answers: dict[int, Any] = {}
+    questions = [(task, i, argument) for i, argument in enumerate(given)]
     for (_, number, _), answer in pool.answers(work, questions, cache):
-        found[number] = float("nan") if isinstance(answer, Died) else answer
-    return [found[i] for i in range(len(given))]
+        answers[number] = float("nan") if isinstance(answer, Died) else answer
+    return [answers[i] for i in range(len(given))]
 
 
 def _cost_there(cache: ProblemCache, task: Task, _: int, x: Array) -> float:
@@ -249,8 +243,8 @@ def _refined_there(
     return refine(task, cache.problem(task, coarse=False).channels, given, None, stopped)
 
 
-def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:
+def _hand_over(refined: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:
     if progress is not None:
-        for evaluation in found.evaluations:
+        for evaluation in refined.evaluations:
             progress(evaluation)
-    done(found)
+    done(refined)

@@ -143,9 +143,9 @@ class SpectrumFit:
             return np.asarray(-C1 * above / np.maximum(C2 + above, 1.0) - self.shifts)
 
         # From constants about a reference some 50 K above the glass transition, doi:10.1021/ja01619a008.
-        found = least_squares(missed, np.log([8.86, 101.6 + max(0.0, -above.min())]))
-        C1, C2 = map(float, np.exp(found.x))
-        return C1, C2, float(np.sqrt(np.mean(found.fun**2)))
+        fit = least_squares(missed, np.log([8.86, 101.6 + max(0.0, -above.min())]))
+        C1, C2 = map(float, np.exp(fit.x))
+        return C1, C2, float(np.sqrt(np.mean(fit.fun**2)))
 
     @cached_property
     def arrhenius(self) -> tuple[float, float] | None:
@@ -171,7 +171,13 @@ class SpectrumFit:
         return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * turned
 
     def reduced(self, frequency: Array, temperature: Array) -> Array:
-        """Return the frequencies (n,) in Hz that are the same at the reference temperature; arguments as of `at`."""
+        """Return the frequencies (n,) in Hz that are the same at the reference temperature.
+
+        Parameters
+        ----------
+        frequency, temperature : shape (n,)
+            As for `at`, in Hz and degrees C.
+        """
         if len(self.temperatures) < 2:
             return frequency
         shifts = np.interp(temperature, self.temperatures, self.shifts)
@@ -191,9 +197,9 @@ def fit_spectrum(table: DynamicTable, reference: float | None = None, lag: bool 
         weight = problem.weight(shifts)
         shifts, solved = _descended(problem, shifts, weight)
     residual, errors = solved.residual.reshape(2, -1), problem.errors(shifts, solved)
-    kept = solved.values[1:] > 0.0
+    positive = solved.values[1:] > 0.0
     return SpectrumFit(
-        spectrum=Spectrum(float(solved.values[0]), solved.values[1:][kept], solved.times[kept]),
+        spectrum=Spectrum(float(solved.values[0]), solved.values[1:][positive], solved.times[positive]),
         reference=float(temperatures[shown]),
         temperatures=temperatures,
         shifts=shifts[:-1] / np.log(10.0),
@@ -219,12 +225,10 @@ def _spring_pot(problem: _Problem, shifts: Array) -> SpringPot:
         values, _ = nnls(design, np.ones(len(design)))
         return values, design @ values - 1.0
 
-    found = minimize_scalar(
-        lambda b: float(np.sum(solved(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded"
-    )
-    values, residual = solved(float(found.x))
+    end = minimize_scalar(lambda b: float(np.sum(solved(b)[1] ** 2)), bounds=(1e-3, 0.999), method="bounded")
+    values, residual = solved(float(end.x))
     misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
-    return SpringPot(float(values[0]), float(values[1]), float(found.x), float(misfit[0]), float(misfit[1]))
+    return SpringPot(float(values[0]), float(values[1]), float(end.x), float(misfit[0]), float(misfit[1]))
 
 
 def _descended(problem: _Problem, shifts: Array, weight: float) -> tuple[Array, _Solved]:
@@ -246,20 +250,12 @@ def _descended(problem: _Problem, shifts: Array, weight: float) -> tuple[Array, 
 
 
 def relaxed(time: Array, modulus: Array) -> Spectrum:
-    """Return the spectrum of a relaxation test.
-
-    Parameters
-    ----------
-    time : shape (n,)
-        s after the step.
-    modulus : shape (n,)
-        MPa.
-    """
+    """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
     _, values = _regularised(design, np.ones(len(time)), None)
-    kept = values[1:] > 0.0
-    return Spectrum(float(values[0]), values[1:][kept], times[kept])
+    positive = values[1:] > 0.0
+    return Spectrum(float(values[0]), values[1:][positive], times[positive])
 
 
 def _steps(temperature: Array) -> tuple[NDArray[np.intp], Array]:
@@ -351,25 +347,25 @@ class _Problem:
         """Return the step (t + 1,) of the parameters by Gauss and Newton, at most one decade."""
         derivative = self._eliminated(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
-        found, *_ = np.linalg.lstsq(derivative / scale, -solved.residual, rcond=1e-8)
+        scaled, *_ = np.linalg.lstsq(derivative / scale, -solved.residual, rcond=1e-8)
         change = np.zeros(len(shifts))
-        change[self.free] = found / scale
+        change[self.free] = scaled / scale
         return change * min(1.0, np.log(10.0) / max(float(np.abs(change).max()), 1e-300))
 
     def errors(self, shifts: Array, solved: _Solved) -> Array:
         """Return the standard errors (t + 1,) of the parameters."""
-        found = np.zeros(len(shifts))
+        spread = np.zeros(len(shifts))
         if not self.free.any():
-            return found
+            return spread
         derivative = self._eliminated(shifts, solved)
         scale = np.linalg.norm(derivative, axis=0)
         left = max(len(solved.residual) - np.count_nonzero(solved.values) - derivative.shape[1], 1)
         variance = float(solved.residual @ solved.residual) / left
         scaled = derivative / scale
-        found[self.free] = (
+        spread[self.free] = (
             np.sqrt(np.maximum(variance * np.diag(np.linalg.pinv(scaled.T @ scaled)), 0.0)) / scale
         )
-        return found
+        return spread
 
 
 def _curvature(design: Array) -> Array:
@@ -389,13 +385,13 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
 
     rows = _curvature(design)
     best: tuple[float, float, Array] | None = None
-    for one in _WEIGHTS if weight is None else [weight]:
-        penalised = np.vstack([design, one * rows])
+    for tried in _WEIGHTS if weight is None else [weight]:
+        penalised = np.vstack([design, tried * rows])
         values, _ = nnls(
             penalised, np.concatenate([target, np.zeros(len(rows))]), maxiter=100 * design.shape[1]
         )
         if weight is not None:
-            return float(one), values
+            return float(tried), values
         active = values > 0.0
         residual = design @ values - target
         normal = penalised[:, active].T @ penalised[:, active]
@@ -404,7 +400,7 @@ def _regularised(design: Array, target: Array, weight: float | None) -> tuple[fl
         )
         score = float(residual @ residual) / max(1.0 - free / len(target), 1e-3) ** 2
         if best is None or score < best[0]:
-            best = score, float(one), values
+            best = score, float(tried), values
     assert best is not None
     return best[1], best[2]
 
@@ -420,10 +416,10 @@ def _overlapping(problem: _Problem, shown: int) -> Array:
     return shifts
 
 
-def _shift_between(problem: _Problem, one: int, other: int) -> float:
+def _shift_between(problem: _Problem, first: int, other: int) -> float:
     """Return ln a of the second sweep relative to the first, by their storage moduli over their common range."""
     curves = []
-    for k in (one, other):
+    for k in (first, other):
         rows = np.flatnonzero(problem.step_of == k)
         order = rows[np.argsort(problem.omega[rows])]
         curves.append((np.log(problem.omega[order]), np.log(problem.storage[order])))

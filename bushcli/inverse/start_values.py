@@ -23,17 +23,11 @@ SOLVED = 8
 
 
 def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Array | None]:
-    """Return the solvable point at the right scale that is nearest to the start, and its origin.
+    """Return the solvable point at the right scale that is nearest to the start, and what replaced it, if anything.
 
-    The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
-    step. Candidates that are unstable in the coupon modes are skipped: their march would take long to fail.
-
-    Returns
-    -------
-    point : shape (parameters,)
-        The start itself where nothing can be solved.
-    instead : shape (parameters,) or None
-        Point that replaces a start which is unstable or could not be solved, before it is brought to scale.
+    The start is tried as it is, and returned where nothing can be solved. If it cannot be solved, its shape is mixed
+    with that of the law's own start, step by step. Candidates that are unstable in the coupon modes are skipped: their
+    march would take long to fail.
     """
     initial = problem.bounds.inside(start)
     stable = [x for x in candidates(problem, initial) if is_stable(problem, x)]
@@ -48,6 +42,8 @@ def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Arra
 # Largest number of steps of `sized`: twice as many as it took (3 and 4, poor 034 and foreign
 # 027 of benchmarks/decks).
 SIZINGS = 8
+# Share of the sum of squares that one of them has to promise: judgement; a search goes on from there.
+ENOUGH = 0.1
 # Largest relative change of the stiffness in one of them: judgement; the stiffness stays positive.
 MOST = 0.5
 # Shares of a step that are tried: after a failure a trust region would try a quarter, too (`bushcli.inverse.edge`).
@@ -128,9 +124,9 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
     force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
     wanted = np.concatenate([c.measured * w for c, w in zip(problem.channels, weights, strict=True)])
     factor = float(force @ wanted / (force @ force))
-    found = []
+    points = []
     if factor > 0:
-        found.append(np.where(free, trial * factor, trial))
+        points.append(np.where(free, trial * factor, trial))
     if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
         size = np.linalg.norm(slope, axis=0)
@@ -139,14 +135,14 @@ def scaled(problem: LeastSquaresProblem, trial: Array) -> Array:
         )
         whole = trial.copy()
         whole[free] = best.x / size
-        found.append(whole)
-    tried = [problem.bounds.inside(point) for point in found]
+        points.append(whole)
+    tried = [problem.bounds.inside(point) for point in points]
     costs = [problem.cost(point) for point in tried]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
     return tried[min(reached)[1]] if reached else trial
 
 
-def sized(problem: LeastSquaresProblem, x: Array) -> Array:
+def sized(problem: LeastSquaresProblem, x: Array, enough: float = ENOUGH) -> Array:
     """Return a point at which stiffness and effects fit best while the law keeps its shape.
 
     While an effect has the wrong size, the law's shape makes up for it, and a search may end at the edge of the law's
@@ -160,6 +156,8 @@ def sized(problem: LeastSquaresProblem, x: Array) -> Array:
         The least-squares problem.
     x : Array
         Solvable parameters, shape (parameters,), in the units of the law.
+    enough : float
+        Share of the sum of squares; a step that promises less is not made.
     """
     free, effects = scalable(problem), np.flatnonzero(~own_parameters(problem))
     for _ in range(SIZINGS):
@@ -170,11 +168,11 @@ def sized(problem: LeastSquaresProblem, x: Array) -> Array:
         size[size == 0] = 1.0
         low = np.concatenate([[-MOST], (problem.bounds.lower - x)[effects]]) * size
         high = np.concatenate([[MOST], (problem.bounds.upper - x)[effects]]) * size
-        found = lsq_linear(slope / size, -value, (low, high))
+        linear = lsq_linear(slope / size, -value, (low, high))
         before = float(value @ value)
-        if before - 2.0 * found.cost <= problem.stopping.tolerance * before:
+        if before - 2.0 * linear.cost <= enough * before:
             break
-        step = ways @ (found.x / size)
+        step = ways @ (linear.x / size)
         tried = (problem.bounds.inside(x + share * step) for share in SHORTENED)
         better = next((point for point in tried if problem.cost(point) < problem.cost(x)), None)
         if better is None:

@@ -57,8 +57,8 @@ def from_unit(unit: Array, low: Array, high: Array) -> Array:
 def screen_starts(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
     """Return the `count` points of a larger hypercube that have the lowest cost on the coarse mesh."""
     candidates = list(hypercube(SCREENED * count, low, high, seed))
-    found = costs(candidates)
-    order = sorted((cost, i) for i, cost in enumerate(found) if np.isfinite(cost))
+    screened = costs(candidates)
+    order = sorted((cost, i) for i, cost in enumerate(screened) if np.isfinite(cost))
     return [candidates[i] for _, i in order[:count]]
 
 
@@ -70,10 +70,10 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     from scipy.optimize import differential_evolution
 
     def mapped(_: object, units: Iterable[Array]) -> list[float]:
-        found = costs([from_unit(np.asarray(unit), low, high) for unit in units])
-        return [cost if np.isfinite(cost) else float("inf") for cost in found]
+        screened = costs([from_unit(np.asarray(unit), low, high) for unit in units])
+        return [cost if np.isfinite(cost) else float("inf") for cost in screened]
 
-    found = differential_evolution(
+    evolved = differential_evolution(
         # `mapped` evaluates generations as a whole.
         lambda unit: float("nan"),
         [(0.0, 1.0)] * len(low),
@@ -86,4 +86,4 @@ def evolve_start(costs: Costs, low: Array, high: Array, seed: int) -> Array:
         updating="deferred",
         workers=mapped,
     )
-    return from_unit(np.asarray(found.x), low, high)
+    return from_unit(np.asarray(evolved.x), low, high)

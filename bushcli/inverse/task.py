@@ -116,26 +116,26 @@ class Task:
     @property
     def effects(self) -> tuple[ActiveEffect, ...]:
         """The case's effects with start values of all their parameters."""
-        return tuple(one.started(self.period(one)) for one in self.case.effects)
+        return tuple(active.started(self.period(active)) for active in self.case.effects)
 
     @cached_property
     def _highest(self) -> dict[tuple[str, str], float]:
         """Highest frequency (Hz) of each table of the bushing, by name and mode."""
         read = [] if self.source == "coupons" else dynamic_tables(self.case)
-        return {(one.name, one.mode): float(one.frequency.max()) for one in read}
+        return {(table.name, table.mode): float(table.frequency.max()) for table in read}
 
-    def period(self, one: ActiveEffect) -> float | None:
+    def period(self, active: ActiveEffect) -> float | None:
         """Return the period (s) of the highest frequency of the tables that an effect changes; None without any."""
-        own = [f for (name, mode), f in self._highest.items() if one.acts_on(name, mode, "dynamic")]
+        own = [f for (name, mode), f in self._highest.items() if active.acts_on(name, mode, "dynamic")]
         return 1.0 / max(own) if own else None
 
     @property
     def effect_values(self) -> dict[str, float]:
         """Start values of the effects' parameters by full name, except choices, which are not numbers."""
         return {
-            one.full_name(p): one.values[p.name]
-            for one in self.effects
-            for p in one.parameters
+            active.full_name(p): active.values[p.name]
+            for active in self.effects
+            for p in active.parameters
             if not p.choices
         }
 
@@ -149,7 +149,7 @@ class Task:
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
-        meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
+        meshed = {active.full_name(p) for active in self.effects for p in active.parameters if p.of_mesh}
         active = name.partition(".")[0]
         # "viscoelasticity.tau": the times of all branches.
         known = {name, name.rstrip("0123456789"), active, effect_name(active)}
@@ -169,14 +169,17 @@ class Task:
         """Start, shape (parameters,), and bounds of the parameters that are identified."""
         material, rows = self.material, []
         ranges = {
-            one.full_name(p): (one.values[p.name], *p.fitted(self.case.geometry, self.period(one))[1:])
-            for one in self.effects
-            for p in one.parameters
+            active.full_name(p): (
+                active.values[p.name],
+                *p.fitted(self.case.geometry, self.period(active))[1:],
+            )
+            for active in self.effects
+            for p in active.parameters
         }
         spread = {
-            one.full_name(p)
-            for one in self.effects
-            for p in one.parameters
+            active.full_name(p)
+            for active in self.effects
+            for p in active.parameters
             if p.off is None and p.lower >= 0.0 and p.prior is not None and p.prior.is_logarithmic
         }
         for name in self.names:
@@ -239,7 +242,7 @@ class Task:
                     f"{expected}; or `bushcli inverse`, which identifies the parameters from [[recordings]]"
                 )
                 raise InputError(Problem(str(case.path), what, "", expected))
-            found = coupon_channels(case, rubber, self.weighting, measured)
+            every = coupon_channels(case, rubber, self.weighting, measured)
         else:
             if not case.recordings and not self._highest:
                 what = "there are no [[recordings]] to identify a law from"
@@ -248,16 +251,16 @@ class Task:
             if case.geometry.meeting:
                 # Contact is modelled in one process: each one identifies the law by itself.
                 comm = MPI.COMM_SELF
-            found = bushing_channels(case, rubber, comm, prepared, measured, corrected)
-        known = [*(channel.name for channel in found), *(source.label for source in case.dynamic)]
+            every = bushing_channels(case, rubber, comm, prepared, measured, corrected)
+        known = [*(channel.name for channel in every), *(source.label for source in case.dynamic)]
         for name in self.hold_out:
             if name not in known:
                 what = f'"{name}" is not a channel of this case'
                 raise InputError(Problem("--hold-out", what, nearest(name, known), ", ".join(known)))
-        fitted = [channel for channel in found if channel.name not in self.hold_out]
+        fitted = [channel for channel in every if channel.name not in self.hold_out]
         if not fitted and not {name for name, _ in self._highest} - set(self.hold_out):
             raise InputError(Problem("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
-        return fitted, [channel for channel in found if channel.name in self.hold_out]
+        return fitted, [channel for channel in every if channel.name in self.hold_out]
 
     def _case(self, coarse: bool) -> Case:
         """The case, with a coarse mesh if asked for."""
@@ -300,7 +303,7 @@ class Task:
                 comm = MPI.COMM_SELF
             rubber = Rubber(self.law, dict(self.material.parameters), self.material.bulk_modulus)
             dynamic = dynamic_channels(self._case(coarse), rubber, comm, tables)
-        fitted = [*curves, *(one for one in dynamic if one.table.name not in self.hold_out)]
+        fitted = [*curves, *(channel for channel in dynamic if channel.table.name not in self.hold_out)]
         return self.pose(fitted, journal, progress), [*curves, *predicted], dynamic
 
     def pose(
@@ -393,8 +396,8 @@ def refuse_fixed(tasks: Sequence[Task]) -> None:
             *task.material.parameters,
             *task.effect_values,
             *(name.rstrip("0123456789") for name in task.effect_values),
-            *(one.name for one in task.effects),
-            *(one.effect.name for one in task.effects),
+            *(active.name for active in task.effects),
+            *(active.effect.name for active in task.effects),
         )
     )
     problems = [

@@ -1,4 +1,4 @@
-"""Relaxation that amplitude thins, identified from a table of dynamic moduli over amplitude.
+"""Constants of the Payne effect, identified from a table of dynamic moduli over amplitude.
 
 E* = E_inf + E_1 s(omega, gamma), s the first harmonic of `cases.sine.ThinnedSpectrum` with moduli that sum to 1. E_inf
 and E_1 are eliminated (variable projection); the other constants are searched for from several random starts, because
@@ -46,7 +46,7 @@ class ThinnedFit:
     equilibrium, modulus : float
         E_inf and E_1, MPa.
     constants : mapping
-        Of the effect payne, by name; g = E_1 / E_inf.
+        Of the effect payne, by name.
     shear : float
         Shear strain per unit of the coupon's strain.
     storage_percent, loss_percent : float
@@ -79,13 +79,19 @@ class ThinnedFit:
 
 def _harmonics(constants: Mapping[str, float], gamma: Array, frequency: Array) -> NDArray[np.complex128]:
     """Return s (n,) of a spectrum whose moduli sum to 1."""
-    moduli, times = spectrum(1.0, *(constants[name] for name in ("tau", "decades", "slope")))
-    thinned = ThinnedSpectrum(moduli, times, *(constants[name] for name in ("path", "offset", "exponent")))
+    moduli, times = _unit(constants)
+    clock = (constants[name] for name in ("path", "offset", "exponent"))
+    thinned = ThinnedSpectrum(moduli / moduli.sum(), times, *clock)
     s = np.empty(len(gamma), dtype=np.complex128)
-    for one in np.unique(frequency):
-        own = frequency == one
-        s[own] = thinned.harmonics(gamma[own], float(one))[0]
+    for value in np.unique(frequency):
+        own = frequency == value
+        s[own] = thinned.harmonics(gamma[own], float(value))[0]
     return s
+
+
+def _unit(constants: Mapping[str, float]) -> tuple[Array, Array]:
+    """Moduli at g = 1, and times."""
+    return spectrum(1.0, *(constants[name] for name in ("tau", "decades", "slope")))
 
 
 def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
@@ -132,12 +138,13 @@ def fit_thinned(table: DynamicTable, shear: float) -> ThinnedFit:
     best = np.asarray(min(ends, key=lambda end: float(end.cost)).x)
     values, residual = solved(best)
     misfit = 100.0 * np.sqrt(np.mean(residual.reshape(2, -1) ** 2, axis=1))
-    g = {"g": float(values[1] / values[0]) if values[0] else np.inf}
+    identified = constants(best)
+    g = {"g": float(values[1] / values[0] / _unit(identified)[0].sum()) if values[0] else np.inf}
     return ThinnedFit(
         float(np.mean(table.temperature)),
         float(values[0]),
         float(values[1]),
-        g | constants(best),
+        g | identified,
         shear,
         float(misfit[0]),
         float(misfit[1]),

@@ -241,7 +241,9 @@ class _Doubts:
         for mode, (low, high) in self.fit.stability.items():
             used = [(modes()[c.recording.mode], c.recording.displacement) for c in self.fit.curves]
             # Simple shear reaches the states of a planar test.
-            reached = [one.stretch(q) for one, q in used if ("planar" if one.sheared else one.name) == mode]
+            reached = [
+                test.stretch(q) for test, q in used if ("planar" if test.sheared else test.name) == mode
+            ]
             if high < max((float(r.max()) for r in reached), default=0.0):
                 yield Condition(
                     "unstable_law",

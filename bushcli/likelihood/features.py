@@ -233,7 +233,7 @@ def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp]
 
 
 def _position(clock: Array, hold: bool) -> Array:
-    """Place in a branch, -1 to 1."""
+    """Return the position of each sample along its branch, from -1 to 1."""
     since = clock - clock[0]
     if len(since) < 2 or since[-1] <= 0.0:
         return np.zeros(len(since))

@@ -255,7 +255,7 @@ class Likelihood:
         return self._judged(left, self.explained).log
 
     def _judged(self, left: Left, explained: Array) -> Judged:
-        """Likelihood of a model that explains the sums of squares `explained` (channels,)."""
+        """Return the likelihood of a model that explains the sums of squares `explained` (channels,)."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)

@@ -35,7 +35,7 @@ from bushcli.likelihood.windows import (
     SignalNoise,
     noise_in_windows,
 )
-from bushcli.recording import Recording, branches, displacement_noise, force_noise
+from bushcli.recording import Recording, branches, force_noise
 from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
@@ -163,7 +163,7 @@ def noise_model(
         return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
     found, sound = _found(recording, used), recording.bridged(used)
-    sigma = float(np.hypot(found.sigma, abs(sound.secant_stiffness()) * displacement_noise(sound)))
+    sigma = float(np.hypot(found.sigma, sound.noise_of_motion))
     least = floor * float(np.ptp(sound.force))
     freedom = max(found.freedom, 1.0)
     unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
@@ -177,7 +177,7 @@ def noise_model(
 
 
 def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
-    """The noise by cubics in windows, in windows of half the length if those miss the curve, else by differences."""
+    """Return the noise from cubics in windows, in half as long ones if those miss the curve, else from differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
         found = noise_in_windows(recording, used, size)
@@ -187,7 +187,7 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> SignalNoise:
 
 
 def _by_differences(differences: float, count: int) -> SignalNoise:
-    """The noise that gives such differences, averaged over the prior of its correlation, which they do not show."""
+    """Return the noise from such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     variance = -np.log([_passed(float(r)) for r in CORRELATIONS])

@@ -35,15 +35,15 @@ def waves(recording: Recording, mean: Array) -> list[tuple[float, str]]:
     unit, factor = (" degrees", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
     if mode.specimen == "coupon":
         unit = " of strain"
-    share, period, amplitude = _best(recording.displacement, mean)
-    size = f"by {100 * amplitude / span:.1f} % of the range to either side"
-    found = [
-        (share, f"the force rises and falls along the displacement every {factor * period:.2g}{unit}, {size}")
-    ]
-    if recording.time is not None:
-        share, period, amplitude = _best(recording.time, mean)
-        size = f"by {100 * amplitude / span:.1f} % of the range to either side"
-        found.append((share, f"the force rises and falls with time every {period:.2g} s, {size}"))
+    found = []
+    for x, along, by, one in (
+        (recording.displacement, "along the displacement", factor, unit),
+        (recording.time, "with time", 1.0, " s"),
+    ):
+        if x is not None and np.ptp(x) > 0.0:  # in a hold alone nothing moves
+            share, period, amplitude = _best(x, mean)
+            size = f"by {100 * amplitude / span:.1f} % of the range to either side"
+            found.append((share, f"the force rises and falls {along} every {by * period:.2g}{one}, {size}"))
     return found
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
@@ -32,6 +33,8 @@ Array = NDArray[np.float64]
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
+#: Share of its range by which a relaxing force may rise again, by noise or steps of the converter; judgement.
+_BACK = 0.2
 #: mm, rad, N, N mm, MPa: smaller values are not measurements, and quotients of them may overflow.
 _SMALLEST = 1e-12
 
@@ -66,9 +69,14 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         table = six_table(source, source.six.chosen, tables)
     stamps = column(table, source, mode, "time")
     refuse_several(table, stamps)
-    moved = _moving(table, source, mode, fewest)
+    moved = _enough(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
+    timed_by = stamps is not None or source.sample_rate is not None
+    if _is_still(moved.values) and not (timed_by and _relaxes(moved.values, forced.values)):
+        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
+        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
+        raise table.refused(what, rest)
     samples = timed(table, source, stamps, moved.values, forced.values, fewest)
     samples = updated(table, samples, moved, forced, fewest)
     if np.ptp(samples.force) <= _SMALLEST:
@@ -223,7 +231,10 @@ def read_program(
     mode = _mode(source)
     table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
-    moved = _moving(table, source, mode, _FEWEST_PROGRAM, quantity)
+    moved = _enough(table, source, mode, _FEWEST_PROGRAM, quantity)
+    if _is_still(moved.values):
+        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
+        raise table.refused(what)
     time: Array | None = None
     if stamps is not None:
         time = increasing(table, stamps)
@@ -244,16 +255,26 @@ def _mode(source: Source) -> Mode:
     return mode
 
 
-def _moving(
+def _enough(
     table: Table, source: Source, mode: Mode, fewest: int, quantity: Quantity = "displacement"
 ) -> Column:
+    """Return the column of a quantity, or refuse it if it has too few points."""
     found = column(table, source, mode, quantity)
     assert found is not None
-    index, displacement = found.index, found.values
-    if len(displacement) < fewest:
-        what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
+    if len(found.values) < fewest:
+        what = f"has only {len(found.values)} point{'s' if len(found.values) > 1 else ''}"
         raise table.refused(what, f"at least {fewest}")
-    if np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST):
-        what = f"{table.label(index)} is {table.text(0, index)} throughout: nothing moves"
-        raise table.refused(what)
     return found
+
+
+def _is_still(displacement: Array) -> bool:
+    return bool(np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST))
+
+
+def _relaxes(displacement: Array, force: Array) -> bool:
+    """Whether a record at one displacement is a hold: away from rest, at a force that falls and keeps its sign.
+
+    A sensor of displacement that is dead shows the same displacement, but its force goes back and forth.
+    """
+    falls = abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
+    return bool(displacement[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force)))

@@ -306,7 +306,7 @@ def _is_row(fields: list[str], decimal: str, fewest: int = 2) -> bool:
 
 
 def _of_one_column(body: Sequence[Line], given: _Given) -> Dialect | None:
-    """Return delimiter and decimal sign of a file with one column of numbers; None for other files."""
+    """Return delimiter and decimal sign of a file with a single column of numbers; None for any other file."""
     for sign in (given.decimal,) if given.decimal else (".", ","):
         split = [
             split_line(line.text, given.delimiter or (";" if ";" in line.text else "\t")) for line in body

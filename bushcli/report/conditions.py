@@ -1,4 +1,4 @@
-"""The simulated conditions of a case in words: geometry, contact, law, effects, tolerances."""
+"""What a case simulates, in words: geometry, contact, law, effects, tolerances."""
 
 from __future__ import annotations
 
@@ -47,7 +47,16 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     elif source or not case.material.parameters:
         parameters += f" (identified from the {source or 'coupon tests'})"
     rows.append(("law", f"{used.law}: {parameters}"))
-    rows.append(("bulk modulus", _bulk(used)))
+    bulk = (
+        f"{number(used.bulk_modulus, 4)} MPa"
+        if np.isfinite(used.bulk_modulus)
+        else "infinite: incompressible"
+    )
+    law = laws()[used.law]
+    if {p.name for p in law.parameters if not p.optional} <= set(used.parameters):
+        solid = used.bulk_modulus >= LEAST_RATIO * law.shear_modulus(**used.parameters)
+        bulk += "" if solid else ": far more compressible than rubber, which has 1000 to 3000 MPa"
+    rows.append(("bulk modulus", bulk))
     if case.vibrations:
         rows.append(("density", f"{used.density / DENSITY:.4g} kg/m3"))
     rows += _effects(case)
@@ -57,19 +66,6 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
-
-
-def _bulk(material: Material) -> str:
-    """Return the bulk modulus in words, with a remark where it is not that of rubber."""
-    if not np.isfinite(material.bulk_modulus):
-        return "infinite: incompressible"
-    shown = f"{number(material.bulk_modulus, 4)} MPa"
-    law = laws()[material.law]
-    if not {p.name for p in law.parameters if not p.optional} <= set(material.parameters):
-        return shown
-    shear = law.shear_modulus(**material.parameters)
-    solid = material.bulk_modulus >= LEAST_RATIO * shear
-    return shown if solid else f"{shown}: far more compressible than rubber, which has 1000 to 3000 MPa"
 
 
 def _effects(case: Case) -> list[tuple[str, str]]:

@@ -127,15 +127,7 @@ def percent(value: float | None, limit: float | None = None) -> str:
 
 
 def interval(low: float, high: float, shown: Callable[[float], str] = number) -> str:
-    """Return an interval in words: "0.1 to 0.3", "below 0.3", "above 0.1", "all"; an end that is not finite is open.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends, in any unit.
-    shown : callable
-        Returns an end as text.
-    """
+    """Return an interval in words: "0.1 to 0.3", "below 0.3", "above 0.1", "all"; an end that is not finite is open."""
     if not math.isfinite(low):
         return f"below {shown(high)}" if math.isfinite(high) else "all"
     return f"{shown(low)} to {shown(high)}" if math.isfinite(high) else f"above {shown(low)}"

@@ -196,11 +196,23 @@ def _channel(channel: Simulated, found: Misfit | None, is_faulty: bool) -> Chann
         # Neither too stiff nor too soft: the recording says nothing about that.
         text = f"{channel.name}: {_alone(channel, shown)}; to be compared when its recording is corrected."
         return ChannelVerdict(channel.name, channel.mode, text, False)
-    unit, ratio = shown.stiffness_unit, found.stiffness_ratio
+    unit, ratio, tolerance = shown.stiffness_unit, found.stiffness_ratio, found.tolerance
+    if found.within:
+        rms, noise = percent(found.rms_percent), percent(found.noise_percent)
+        judged = f"within the accepted {tolerance.text} (curve {rms} rms, noise {noise})"
+    elif not abs(ratio - 1.0) <= tolerance.band:
+        judged = f"outside the accepted {tolerance.text}"
+    elif found.peak_percent > tolerance.percent:
+        judged = (
+            f"the secant stiffness is within the accepted {tolerance.text}, the curve is not: it departs by up to "
+            f"{percent(found.peak_percent, tolerance.percent)} of the force range"
+        )
+    else:
+        judged = f"within the accepted {tolerance.text} as far as the simulation went"
     predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
     text = (
         f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: "
-        f"{stiffer(ratio, found.tolerance.percent)}; {_band(found)}"
+        f"{stiffer(ratio, tolerance.percent)}; {judged}"
     )
     if found.compared < 1.0:
         text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
@@ -235,22 +247,6 @@ def stiffer(ratio: float, limit: float) -> str:
     if off < 0.5 and off <= limit:
         return "as stiff as measured"
     return f"{beside(off, limit)} % too {'stiff' if ratio > 1 else 'soft'}"
-
-
-def _band(found: Misfit) -> str:
-    accepted = f"the accepted {found.tolerance.text}"
-    if found.within:
-        rms, noise = percent(found.rms_percent), percent(found.noise_percent)
-        return f"within {accepted} (curve {rms} rms, noise {noise})"
-    stiffness_off = not abs(found.stiffness_ratio - 1.0) <= found.tolerance.band
-    if stiffness_off:
-        return f"outside {accepted}"
-    if found.peak_percent > found.tolerance.percent:
-        return (
-            f"the secant stiffness is within {accepted}, the curve is not: it departs by up to "
-            f"{percent(found.peak_percent, found.tolerance.percent)} of the force range"
-        )
-    return f"within {accepted} as far as the simulation went"
 
 
 def _factor_text(found: SingleFactor) -> str:

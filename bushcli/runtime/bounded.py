@@ -1,4 +1,4 @@
-"""Read a file of the user up to a stated size, and only if it is a regular file."""
+"""Reads a user's file, if it is a regular file and not larger than a given size."""
 
 from __future__ import annotations
 

@@ -332,7 +332,7 @@ class _Watched(Executor):
                 future.set_result(done.result())
 
     def _watch(self) -> None:
-        """Ask the scheduler now and then whether it is there, and has workers."""
+        """Check from time to time that the scheduler answers and has workers."""
         while not self.lost and self._client.status not in ("closing", "closed"):
             time.sleep(PATIENCE / 2.0)
             try:

@@ -1,4 +1,4 @@
-"""Names of channels -> names of their files."""
+"""Turns names of channels into names of files."""
 
 from __future__ import annotations
 

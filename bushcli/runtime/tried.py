@@ -1,4 +1,4 @@
-"""Whether bushcli was tried with the installed version of DOLFINx, determined without loading it."""
+"""Checks, without loading DOLFINx, whether bushcli was tested with the installed version."""
 
 from __future__ import annotations
 

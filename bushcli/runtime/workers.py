@@ -213,7 +213,7 @@ def _deaf() -> Iterator[None]:
 
 
 class _Processes(ProcessPoolExecutor):
-    """A pool that starts its processes, when it is given work, out of reach of Ctrl-C."""
+    """A pool that starts its processes when work arrives, shielded from Ctrl-C."""
 
     def submit(self, fn: Work, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Hand work to a process."""

@@ -72,7 +72,7 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
     catalogue : sequence of Effect
         To be considered.
     """
-    case, recordings = fits.problem.case, fits.problem.recordings
+    case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
     times = [one.times for one in recordings if isinstance(one, RecordedTable)]
     if not times:
         return
@@ -84,12 +84,14 @@ def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[
         values |= {f"g{i}": START / count for i in range(1, count + 1)}
         model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
         yield model
-    thinned = [one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, recordings)[0]]
+    thinned = [
+        one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, recordings, shear)[0]
+    ]
     relaxed = [model, *(replace(model, effects=(ActiveEffect(one).started(),)) for one in thinned)]
     yield from relaxed[1:]
     for warm in (one for one in catalogue if one.needs_temperature):
         for beside in (fits.states[one.structure].model for one in relaxed if one.structure in fits.states):
-            for trial in trials(case, beside, warm, recordings)[0]:
+            for trial in trials(case, beside, warm, recordings, shear)[0]:
                 start = {name: warm.parameter(name).start for name in trial.amplitudes}
                 active = replace(trial.active, values=dict(trial.active.values) | start)
                 yield replace(trial, active=active).added_to(beside)

@@ -1,10 +1,11 @@
-"""Fit the answer to its end: the values, and as many branches, with which its effects come closest to the recordings.
+"""Refit the answer: the values, and the number of branches, with which its effects come closest to the recordings.
 
-The likelihood with the error of form chooses between effects, and it ends a fit where better values gain nothing:
-whatever formulas may err by is not worth a further branch to it. So the model of the answer is fitted once more from
-where the search left it, weighted as by `bushcli inverse`. Priors count as beside independent samples of noise as large
-as what the model leaves: they decide only what the recordings leave open. Branches of its effects are added while they
-predict better what is held out: each cycle and each hold in turn, to first order.
+The likelihood with the error of form chooses between effects. It ends a fit as soon as better values gain nothing, and
+adds no branch to remove a misfit that the formulas' error may explain. The model of the answer is therefore fitted once
+more from where the search left it, with the weights of `bushcli inverse`. The priors are weighed against independent
+samples of noise as large as the remaining misfit, so that they decide only what the recordings leave open. Branches of
+its effects are added while they improve the prediction of held-out data: each cycle and each hold in turn, to first
+order.
 
 References
 ----------
@@ -163,7 +164,9 @@ def closest(search: Search, state: State) -> State:
         if state.model.contains(one.model) and one.model.identities == state.model.identities:
             other = refitted(one.model) if _size(one) < _size(best) else None
             best = best if other is None else other
-    while time.perf_counter() < search.deadline and _leaves_more_than_noise(best):
+    # Two standard deviations: more than noise would leave in one recording of forty.
+    noise = 2.0 * np.sqrt(2.0 * sum(one.count for one in problem.likelihood.features))
+    while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
         own = [one.effect for one in best.model.effects if one.can_branch]
         more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
         tried = [one for one in map(refitted, (prediction.model for prediction in more)) if one is not None]
@@ -171,24 +174,13 @@ def closest(search: Search, state: State) -> State:
         if not better:
             break
         best = min(better, key=lambda one: float(held_out(one).sum()))
-    return best if _is_closer(best, state) else state
-
-
-def _leaves_more_than_noise(state: State) -> bool:
-    """Whether a model leaves more than noise would in one recording of forty: two standard deviations."""
-    count = sum(one.count for one in state.problem.likelihood.features)
-    return float(state.evidence.left.excess.sum()) > 2.0 * np.sqrt(2.0 * count)
+    left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(one)]) for one in (best, state))
+    return best if (left < (1.0 - CLOSER) * left_before).any() else state
 
 
 def _size(state: State) -> float:
     """Root of the sum of squares of the weighted misfit."""
     return float(np.linalg.norm(np.concatenate([r for r, _ in _misfits(state)])))
-
-
-def _is_closer(one: State, other: State) -> bool:
-    """Whether a model leaves visibly less than another one in any channel."""
-    mine, theirs = (np.array([np.linalg.norm(r) for r, _ in _misfits(s)]) for s in (one, other))
-    return bool((mine < (1.0 - CLOSER) * theirs).any())
 
 
 def predicts_better(one: State, other: State) -> bool:

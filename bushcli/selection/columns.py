@@ -39,7 +39,7 @@ FLAT = 1e-3
 # Factor on the default number of steps of a march: enough for a first estimate, as is a coarse mesh.
 HALF = 0.5
 # Failed steps after which a march is given up: another point of the grid is as good.
-PATIENCE = 2
+FAILED_STEPS = 2
 # Relaxation times tried per decade of the frequencies of a table, as of a recording's duration.
 DECADE = 2
 
@@ -77,7 +77,7 @@ class Candidate:
 
 
 def trials(
-    case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
+    case: Case, model: Model, effect: Effect, recordings: Sequence[Recording], shear: float
 ) -> tuple[list[Candidate], str]:
     """Return the variants of an effect to try beside a model; if there are none, the reason.
 
@@ -87,6 +87,9 @@ def trials(
     model : Model
     effect : Effect
     recordings : sequence of Recording
+    shear : float
+        Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
+        are reused.
     """
     acting = [one for one in recordings if effect.acts_on(one.mode, one.kind)]
     if not acting:
@@ -107,14 +110,14 @@ def trials(
     everywhere = [one.name for one in recordings]
     for present in having:
         there = [one for one in acting if present.channels is None or one.name in present.channels]
-        found += _grid(case, model, effect, present, present.channels, there)
+        found += _grid(case, shear, effect, present, present.channels, there)
     known = {name for one in having for name in one.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
         if not effect.differs_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
             continue
         if not having or (rig is not None and not known & set(rig)):
             there = [one for one in acting if rig is None or one.name in rig]
-            found += _grid(case, model, effect, None, rig, there)
+            found += _grid(case, shear, effect, None, rig, there)
     if found or having:
         return found, "" if found else "it is in the model already"
     return [], "the law, which is identified from the same recordings, can reproduce its influence"
@@ -152,7 +155,7 @@ def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] |
 
 def _grid(
     case: Case,
-    model: Model,
+    shear: float,
     effect: Effect,
     present: ActiveEffect | None,
     rig: tuple[str, ...] | None,
@@ -161,9 +164,8 @@ def _grid(
     """Return the points of the grid on some channels; none if the model already has the whole effect there."""
     moved = [{MOTIONS[one.six.number]} if one.six else modes()[one.mode].motions for one in recordings]
     chosen = _parameters(effect, present, frozenset().union(*moved))
-    shear = shear_modulus(model, case)
     scales = scales_of(case, shear, recordings)
-    amplitudes = tuple(p for p in chosen if p.off is not None)
+    amplitudes = [p for p in chosen if p.off is not None]
     shapes = [p for p in chosen if p.off is None]
     if not amplitudes:
         return []
@@ -186,10 +188,6 @@ def _grid(
     warm = np.concatenate([*degrees.values(), np.zeros(0)])
     at = {name: float(np.mean(own)) for name, own in degrees.items()}
     found = []
-    sizes: list[float | None] = [None]
-    wall = case.geometry.wall if amplitudes[0].sizes else None
-    if wall is not None:
-        sizes = [share * wall.thickness for share in amplitudes[0].sizes]
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
@@ -197,8 +195,10 @@ def _grid(
         active = ActiveEffect(
             effect, before | off | shape, rig, "" if present is None else rig_of(present.name), at
         )
-        used = tuple(p.name for p in active.parameters if p in amplitudes)
-        found += [Candidate(active, used, shape, size) for size in sizes]
+        used = [p for p in amplitudes if p in active.parameters]
+        unit = scales["travel"] if used[0].scale else scales["thickness"]
+        sizes: list[float | None] = [share * unit for share in used[0].sizes]
+        found += [Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]]
     return found
 
 
@@ -308,7 +308,7 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
         if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, points, names, trial, case)
+        slope = _solved(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
         if slope is None:
             return None
         found.append(slope)
@@ -321,11 +321,12 @@ def _solved(
     names: Sequence[str],
     trial: Candidate,
     case: Case,
+    law: Sequence[str],
 ) -> Array | None:
     """Return the derivative at the first of several points that can be solved."""
     for values in points:
         try:
-            return _derivative(channel, values, names, trial, case)
+            return _derivative(channel, values, names, trial, case, law)
         except (NotConverged, NoEquilibrium):
             continue
     return None
@@ -367,16 +368,34 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
 
 
 def _derivative(
-    channel: AnyChannel, values: Mapping[str, float], names: Sequence[str], trial: Candidate, case: Case
+    channel: AnyChannel,
+    values: Mapping[str, float],
+    names: Sequence[str],
+    trial: Candidate,
+    case: Case,
+    law: Sequence[str],
 ) -> Array:
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes.
 
-    A resonance changes a stiffness with the square of its period.
+    A rig that moves the bushing to another part of its curve changes what the law's parameters `law` do: the difference
+    is that with the parameters that fit the channel best there. A resonance changes a stiffness with the square of its
+    period.
     """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
-        return channel.at_samples(channel.solve(at, by, StepLimit(PATIENCE)))
+        return channel.at_samples(channel.solve(at, by, StepLimit(FAILED_STEPS)))
 
+    if trial.size is not None and trial.effect.acts == "rig":
+        at = {**values, names[0]: values[names[0]] + trial.size}
+        force, slope = solved(values, [*names[1:], *law])
+        moved, by_law = solved(at, law)
+        weight = 1.0 / channel.scale
+        scaled = np.array([values[name] for name in law])
+        step = np.linalg.lstsq(
+            by_law * np.outer(weight, scaled), weight * (channel.measured - moved), rcond=None
+        )[0]
+        further = (by_law - slope[:, len(names) - 1 :]) @ (scaled * step)
+        return np.column_stack([(moved - force + further) / trial.size, slope[:, : len(names) - 1]])
     if trial.size is not None:
         # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.
         force, slope = solved(values, names[1:])

@@ -35,6 +35,8 @@ class Derivatives:
     catalogue : sequence of Effect
     progress : callable
         Called with the stage, its subject, and a text about it.
+    shear : float
+        Shear modulus of the plain law, MPa.
     untestable : dict
         Effects that the recordings cannot show, and why.
     """
@@ -43,6 +45,7 @@ class Derivatives:
     workers: Workers
     catalogue: Sequence[Effect]
     progress: Callable[[str, str, str], None]
+    shear: float
     untestable: dict[str, str] = field(default_factory=dict)
     _columns: dict[Name, tuple[Array, ...] | None] = field(default_factory=dict)
 
@@ -62,7 +65,7 @@ class Derivatives:
         """
         asked: list[Candidate] = []
         for effect in self.catalogue if among is None else among:
-            some, reason = trials(self.problem.case, state.model, effect, self.problem.sound)
+            some, reason = trials(self.problem.case, state.model, effect, self.problem.sound, self.shear)
             if not some and first:
                 self.untestable[effect.name] = reason
             asked += some
@@ -122,7 +125,7 @@ class Derivatives:
         }
 
     def _parts(self, asked: Mapping[Name, Candidate]) -> dict[Name, tuple[Candidate, Name]]:
-        """Return the trials in the rig of one channel that are another trial in all, each with the key of that one."""
+        """Return trials in the rig of one channel that are part of a trial in all rigs, with the key of the latter."""
         shared = {
             (trial.effect.name, *trial.shape.items(), trial.size): name
             for name, trial in asked.items()

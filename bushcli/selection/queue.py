@@ -21,17 +21,17 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.promise import Needed, needed_of
+from bushcli.evidence.stopping_rule import Needed, needed_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection.additions import more_branches, relaxing, with_one_more
-from bushcli.selection.columns import unfit
+from bushcli.selection.columns import shear_modulus, unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
-from bushcli.selection.learned import changes
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
 from bushcli.selection.searched import Ended, TriedModel
 from bushcli.selection.state import CommonData, State
@@ -95,7 +95,8 @@ class Search:
     # -- the loop ------------------------------------------------------------------------------------------------
 
     def __post_init__(self) -> None:
-        self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress)
+        shear = shear_modulus(self.plain.model, self.problem.case)
+        self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress, shear)
         self._enter(self.plain, float("nan"))
 
     def run(self) -> Ended:
@@ -197,7 +198,7 @@ class Search:
             odds = self.odds(one.model), self.odds(one.model, unknown=True)
             # Other models are predicted beside a law alone, which always matters.
             needed = needed_of(self.total, *odds) if one.model.effects and not matters else None
-            start = self._start_beside_effects(one.model)
+            start = self._start_beside_effects(one)
             questions.append((self.problem.case, one.model, measured, inner, least, needed, start))
 
         known: dict[int, Fitted | None] = {}
@@ -218,25 +219,26 @@ class Search:
             # If the user interrupts the second of two fits, the first counts; what was not fitted waits again.
             self._receive([(one, questions[i][5], known.get(i, one)) for i, one in enumerate(chosen)])
 
-    def _start_beside_effects(self, model: Model) -> Mapping[str, float] | None:
-        """Return parameters of the law beside effects that explain the recordings, if the plain law is far from them.
+    def _start_beside_effects(self, one: Queued) -> Mapping[str, float] | None:
+        """Return parameters of the law beside effects that explain the recordings, if it was predicted far from those.
 
-        That law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
+        The plain law has made up for the effects that it lacks: beside its parameters another effect hardly helps.
         """
+        model = one.model
         same = [
-            one
-            for one in self.states.values()
-            if one.model.effects
-            and one.model.start.keys() == model.start.keys()
-            and one.model.law == model.law
+            state
+            for state in self.states.values()
+            if state.model.effects
+            and state.model.start.keys() == model.start.keys()
+            and state.model.law == model.law
         ]
-        best = max(same, key=lambda one: one.evidence.coarse, default=None)
-        if best is None or model.fixed or best.evidence.coarse < self.plain.evidence.coarse + FAR:
+        best = max(same, key=lambda state: state.evidence.coarse, default=None)
+        if best is None or model.fixed or best.evidence.coarse < one.base.evidence.coarse + FAR:
             return None
         return best.model.start
 
     def _receive(self, answers: Sequence[tuple[Queued, Needed | None, Fitted | Queued | None]]) -> None:
-        """Enter fits with what they needed to matter; those that were not made (`Queued`) wait again."""
+        """Enter finished fits with the evidence each needed to matter; models not fitted (`Queued`) wait again."""
         entered = []
         for one, needed, fitted in answers:
             if isinstance(fitted, Queued):
@@ -281,7 +283,8 @@ class Search:
                 self._queue(one, state, slack_of(BORROWED * one.reach))
         else:
             self._exchange_law(state, with_law_of(self.plain.model, state.model))
-        self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
+        row = self._row(state.model, predicted, self.weights(state)[0], state.size, "")
+        self.rows.append(replace(row, solves=state.fitted.solves))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> TriedModel:
         base = self.plain.evidence.log

@@ -28,6 +28,8 @@ class TriedModel:
         Root mean square misfit over the noise; NaN where the model could not be solved.
     text : str
         Remark on the fit, empty if there is none: "cannot be solved from any start".
+    solves : int
+        Number of simulations of one channel that the fit took; 0 where the model could not be solved.
     """
 
     law: str
@@ -36,6 +38,7 @@ class TriedModel:
     log_evidence: float
     misfit: float
     text: str = ""
+    solves: int = 0
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,11 @@ class SimulatedChannel:
     temperature: float | None = None
     by_force: bool = False
 
+    @property
+    def by_travel(self) -> bool:
+        """Whether the travel of one motion is prescribed or recorded: effects of a rig act along it."""
+        return self.six is None and not self.by_force
+
     def found(self, history: History) -> SimulatedChannel:
         """Return the channel with the travel that a march found at the prescribed forces."""
         if not self.by_force or len(history.displacement) < 2:

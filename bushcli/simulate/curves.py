@@ -19,8 +19,10 @@ from cases.six import SixPath
 Array = NDArray[np.float64]
 
 
-def curve_of(case: Case, channel: SimulatedChannel, history: History, answer: Answer | None) -> Curve:
-    """Return the curve of a channel.
+def curve_of(
+    case: Case, channel: SimulatedChannel, history: History, answer: Answer | None
+) -> tuple[Curve, SixCurve | None]:
+    """Return the curve of a channel; on a prescribed path of six motions that of the leading one, and all of them.
 
     Parameters
     ----------
@@ -31,34 +33,28 @@ def curve_of(case: Case, channel: SimulatedChannel, history: History, answer: An
     answer : Answer or None
         The force at its samples, where effects act on it.
     """
-    return _curve(case, channel, history) if answer is None else _along(channel, answer)
-
-
-def _along(channel: SimulatedChannel, answer: Answer) -> Curve:
-    """Return the force at the samples of the channel."""
-    if channel.recording is None:
-        return ExactCurve(channel.mode, channel.displacement, answer.force, channel.time)
-    recording = channel.recording
-    return Curve(channel.mode, recording.displacement, answer.force[recording.places], recording.time)
-
-
-def _curve(case: Case, channel: SimulatedChannel, history: History) -> Curve:
-    """Return the part of the curve that was reached, with at least two points even if the first step failed."""
+    recording, mode = channel.recording, channel.mode
+    if channel.six is not None:
+        all_six = six_curve(history, channel.six)
+        return all_six.curve, all_six
+    if answer is not None:
+        if recording is None:
+            return ExactCurve(mode, channel.displacement, answer.force, channel.time), None
+        return Curve(mode, recording.displacement, answer.force[recording.places], recording.time), None
+    # The part that was reached, with at least two points even if the first step failed.
     q, force = history.displacement, history.force
     if len(q) < 2:
-        return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
-    recording = channel.recording
+        return Curve(mode, np.array([0.0, 1e-9]), np.zeros(2)), None
     if recording is None:
-        return ExactCurve(channel.mode, q, force, history.time)
-    both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
-    if both and is_odd(case.geometry, modes()[channel.mode]):
+        return ExactCurve(mode, q, force, history.time), None
+    low, high = float(recording.displacement.min()), float(recording.displacement.max())
+    if low < 0.0 < high and is_odd(case.geometry, modes()[mode]):
         q, force = unfolded(q, force)
         # The curve ends one step beyond the recorded range: plot and stiffness belong to the recorded range.
-        low, high = recording.displacement.min(), recording.displacement.max()
         step = float(np.diff(q).max())
         in_range = (q >= low - step) & (q <= high + step)
         q, force = q[in_range], force[in_range]
-    return Curve(channel.mode, q, force)
+    return Curve(mode, q, force), None
 
 
 def six_curve(history: History, six: SixPath) -> SixCurve:

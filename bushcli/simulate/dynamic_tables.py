@@ -19,9 +19,10 @@ from bushcli.recording.dynamic.rows import SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.channels import with_all_beside
-from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse, thinned_of, vibrate
+from bushcli.simulate.dynamic import vibrate
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.response import Progress
+from bushcli.simulate.vibrations import thinned_of
 from cases.march import NotConverged, march
 from cases.mode import modes
 from cases.program import path
@@ -158,9 +159,24 @@ def compare_tables(
         )
         response = vibrate(replace(part, vibrations=(test,)), material, progress=progress, comm=comm)
         conditions += response.conditions
-        found = _rows(response, rows, preload[kept], rig)
-        if found is not None:
-            compared.append(found)
+        # What a rig with these effects measures about the preloads that were reached.
+        preload, simulated = preload[kept], np.full(len(rows), np.nan, dtype=np.complex128)
+        for curve in response.curves:
+            own = preload == curve.preload
+            if not np.isnan(simulated[own]).any():
+                continue
+            frequency, amplitude = rows.frequency[own], rows.amplitude[own]
+            if curve.uneven is None:
+                part_k = curve.model.stiffness(frequency, curve.branches)
+            else:
+                # A row that does not say its amplitude is one of the smallest.
+                amplitude = np.nan_to_num(amplitude, nan=curve.test.amplitude[0])
+                part_k = curve.uneven.stiffness(amplitude, frequency)[0]
+            simulated[own] = vibrating(rig, part_k, frequency, curve.preload, curve.force).value
+        kept = ~np.isnan(simulated)
+        if kept.any():
+            error = max(curve.reduction_error for curve in response.curves)
+            compared.append(ComparedTable(rows.rows(kept), simulated[kept], preload[kept], error))
     return tuple(compared), tuple(conditions)
 
 
@@ -222,33 +238,6 @@ def check_preloads(case: Case, table: DynamicTable) -> None:
         raise InputError(Problem(table.places[row], found.what, "", remedy))
 
 
-def _rows(
-    response: DynamicResponse, table: DynamicTable, preload: Array, rig: Sequence[ActiveEffect]
-) -> ComparedTable | None:
-    """Return the rows of a table about the preloads that were reached, as a rig with these effects measures them."""
-    simulated = np.full(len(table), np.nan, dtype=np.complex128)
-    for curve in response.curves:
-        own = preload == curve.preload
-        if np.isnan(simulated[own]).any():
-            simulated[own] = _at(curve, table.rows(own), rig)
-    kept = ~np.isnan(simulated)
-    if not kept.any():
-        return None
-    error = max(curve.reduction_error for curve in response.curves)
-    return ComparedTable(table.rows(kept), simulated[kept], preload[kept], error)
-
-
-def _at(curve: DynamicCurve, rows: DynamicTable, rig: Sequence[ActiveEffect]) -> Complex:
-    frequency = rows.frequency
-    if curve.uneven is None:
-        part = curve.model.stiffness(frequency, curve.branches)
-    else:
-        # A row that does not say its amplitude is one of the smallest.
-        amplitude = np.nan_to_num(rows.amplitude, nan=curve.test.amplitude[0])
-        part = curve.uneven.stiffness(amplitude, frequency)[0]
-    return vibrating(rig, part, frequency, curve.preload, curve.force).value
-
-
 def left_out(table: DynamicTable, use: str = "compared") -> list[Condition]:
     """Return what of a table a linear simulation at one temperature does not have.
 
@@ -287,14 +276,20 @@ def _preloads(
     given = np.where(np.isnan(table.preload) & np.isnan(table.preload_force), 0.0, table.preload)
     forces = np.where(np.isnan(given), table.preload_force, np.nan)
     preload, conditions = gathered(given), []
-    levels = gathered(forces)
+    levels, mode = gathered(forces), modes()[table.mode]
+    features = features_of(in_state(case.effects, unrelaxed=False))
     for force in np.unique(levels[~np.isnan(levels)]):
         travel = 0.0
         if force:
             try:
-                travel = _travel(case, material, table.mode, float(force), rig, comm)
+                # Where the force holds the bushing and what is beside it.
+                model = prepare(
+                    case.geometry, mode, rubber_of(material), case.mesh.refinement, comm, features
+                )
+                history = march(model, path((0.0, float(force)), _STEPS), drive=with_all_beside(rig))
+                travel = float(history.displacement[-1])
             except NotConverged as failure:
-                unit = "N mm" if modes()[table.mode].rotational else "N"
+                unit = "N mm" if mode.rotational else "N"
                 what = f"{table.name}: the preload of {force:.4g} {unit} is not reached ({failure.reason})"
                 conditions.append(
                     Condition("not_compared", what, "check the preload, the law and the dimensions")
@@ -317,13 +312,3 @@ def gathered(values: Array) -> Array:
         mean = float(np.mean(values[order[number == k]]))
         found[order[number == k]] = 0.0 if abs(mean) < step else mean
     return found
-
-
-def _travel(
-    case: Case, material: Material, mode: str, force: float, rig: Sequence[ActiveEffect], comm: MPI.Comm
-) -> float:
-    """Return the displacement (mm or rad) at which a force (N or N mm) holds the bushing and what is beside it."""
-    features = features_of(in_state(case.effects, unrelaxed=False))
-    model = prepare(case.geometry, modes()[mode], rubber_of(material), case.mesh.refinement, comm, features)
-    history = march(model, path((0.0, force), _STEPS), drive=with_all_beside(rig))
-    return float(history.displacement[-1])

@@ -1,4 +1,4 @@
-"""Whether a prediction lies outside the temperatures, rates, frequencies and amplitudes that were measured.
+"""Checks whether a prediction lies outside the measured temperatures, rates, frequencies and amplitudes.
 
 Where time or temperature act, what a law does beyond them is a guess: relaxation times that no test could show, rubber
 that becomes glass.

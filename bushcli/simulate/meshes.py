@@ -14,6 +14,7 @@ from cases.fields import write_mesh
 from cases.mode import mode_of, modes, setting_for
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
+from geometry.shape import Mirrors
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     asked |= {source.mode: modes()[source.mode] for source in case.recordings}
     specimen = case.geometry.specimen
     alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}
-    wanted: dict[tuple[int, frozenset[str]], list[str]] = {}
+    wanted: dict[tuple[int, Mirrors], list[str]] = {}
     planes = case.geometry.mirror_planes
     for name, mode in sorted((asked or alone).items()):
         dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
@@ -71,42 +72,29 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
     comm.barrier()
-    return tuple(
-        _build(case, directory, dimension, mirrors, tuple(served), comm)
-        for (dimension, mirrors), served in wanted.items()
-    )
-
-
-def _build(
-    case: Case,
-    directory: Path,
-    dimension: int,
-    mirrors: frozenset[str],
-    served: tuple[str, ...],
-    comm: MPI.Comm,
-) -> Meshed:
-    mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)  # type: ignore[arg-type]
-    kind = "solid" if dimension == 3 else "section" if case.geometry.annulus is not None else "half-plane"
-    name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
-    file = directory / f"mesh-{name}.xdmf"
-    try:
-        write_mesh(mesh, file)
-    except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
-        raise InputError(Problem(str(file), f"cannot be written: {error}", "", "give another -o")) from None
-    topology = mesh.mesh.topology
-
-    def count(tags: object, tag: int, owned: int) -> int:
-        found = tags.find(tag)  # type: ignore[attr-defined]
-        return int(comm.allreduce(int((found < owned).sum())))
-
-    cells, facets = topology.index_map(dimension).size_local, topology.index_map(dimension - 1).size_local
-    return Meshed(
-        name=name,
-        modes=served,
-        dimension=dimension,
-        cells=topology.index_map(dimension).size_global,
-        nodes=mesh.mesh.geometry.index_map().size_global,
-        boundaries={key: count(mesh.facets, tag, facets) for key, tag in mesh.boundary.items()},
-        regions={key: count(mesh.cells, tag, cells) for key, tag in mesh.region.items()},
-        surface=mesh_surface(mesh),
-    )
+    built = []
+    for (dimension, mirrors), served in wanted.items():
+        mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)
+        kind = "solid" if dimension == 3 else "section" if case.geometry.annulus is not None else "half-plane"
+        name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
+        file = directory / f"mesh-{name}.xdmf"
+        try:
+            write_mesh(mesh, file)
+        except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
+            raise InputError(
+                Problem(str(file), f"cannot be written: {error}", "", "give another -o")
+            ) from None
+        topology, counts = mesh.mesh.topology, []
+        for tags, named, of in (
+            (mesh.facets, mesh.boundary, dimension - 1),
+            (mesh.cells, mesh.region, dimension),
+        ):
+            owned = topology.index_map(of).size_local
+            own = {key: int((tags.find(tag) < owned).sum()) for key, tag in named.items()}
+            counts.append({key: int(comm.allreduce(count)) for key, count in own.items()})
+        cells, nodes = topology.index_map(dimension).size_global, mesh.mesh.geometry.index_map().size_global
+        boundaries, regions = counts
+        built.append(
+            Meshed(name, tuple(served), dimension, cells, nodes, boundaries, regions, mesh_surface(mesh))
+        )
+    return tuple(built)

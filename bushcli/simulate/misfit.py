@@ -162,22 +162,19 @@ def _compared(
 
 def misfits(response: Response) -> dict[str, Misfit]:
     """Return the misfit of every channel with a recording of which enough samples were simulated, by channel name."""
-    return {
-        channel.name: misfit(channel, response.case.tolerance)
-        for channel in response.channels
-        if channel.recording is not None and np.count_nonzero(_reached(channel)) >= FEWEST
-    }
+    found = {}
+    for channel in response.channels:
+        if channel.recording is None:
+            continue
+        q, simulated = channel.recording.displacement, channel.curve.displacement
+        # A recorded displacement may lie beyond the simulated ends because of noise.
+        slack = 0.01 * float(np.ptp(q))
+        reached = (q >= simulated.min() - slack) & (q <= simulated.max() + slack)
+        if np.count_nonzero(reached) >= FEWEST:
+            found[channel.name] = misfit(channel, response.case.tolerance)
+    return found
 
 
 def stiffness(curve: Curve) -> Stiffness:
     """Return initial and secant stiffness of a curve."""
     return Stiffness(curve.initial_stiffness(), curve.secant_stiffness())
-
-
-def _reached(channel: Simulated) -> NDArray[np.bool_]:
-    assert channel.recording is not None
-    q = channel.recording.displacement
-    # A recorded displacement may lie beyond the simulated ends because of noise.
-    slack = 0.01 * float(np.ptp(q))
-    simulated = channel.curve.displacement
-    return np.asarray((q >= simulated.min() - slack) & (q <= simulated.max() + slack))

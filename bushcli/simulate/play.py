@@ -1,4 +1,4 @@
-"""Check that the bushing moves behind what its rig takes of the travel, such as free play."""
+"""Checks that the bushing still moves after free play and the like have taken their share of the travel."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material
 from bushcli.simulate.channels import SimulatedChannel, channels_to_simulate
-from bushcli.simulate.curves import change, changed, curve_of, six_curve
+from bushcli.simulate.curves import change, changed, curve_of
 from bushcli.simulate.extent import Extent, measured, of_path, outside
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.prediction_cache import PredictionCache
@@ -136,7 +136,7 @@ def _response(
     found = [condition for channel in simulated for condition in conditions(case, channel)]
     tested = [*measured(case), *(_extent(one) for one in channels if one.recording is not None)]
     for channel in channels:
-        if channel.recording is None and channel.six is None and not channel.by_force:
+        if channel.recording is None and channel.by_travel:
             active = acting(case.effects, channel.name, channel.mode)
             found += outside(channel.name, _extent(channel), tested, active)
     found += unusual(
@@ -287,7 +287,7 @@ class _Prediction:
             return own.simulate(channel)
         done = time.perf_counter()
         channel = channel.found(history)
-        six = None if channel.six is None else six_curve(history, channel.six)
+        curve, six = curve_of(self.case, channel, history, answer)
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
@@ -296,8 +296,9 @@ class _Prediction:
         error = self._mesh_error(channel, history, answer) if checked else None
         return Simulated(
             name=channel.name,
-            mode=channel.mode if six is None else six.mode,
-            curve=six.curve if six is not None else curve_of(self.case, channel, history, answer),
+            mode=curve.mode,
+            curve=curve,
+            in_time=channel.path is not None,
             recording=channel.recording,
             attempts=history.attempts,
             stopped=stopped,
@@ -339,7 +340,7 @@ class _Prediction:
             shape, path = self.case.geometry, recording.six
             return reaction(recording, path, self.paths, shape, self.rubber, self.case, refinement, self.comm)
         active = acting(self.case.effects, channel.name, channel.mode)
-        if not active or channel.six is not None or channel.by_force:
+        if not active or not channel.by_travel:
             return None
         where = self.case.path.name if recording is None else str(recording.source)
         if channel.time is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,6 @@ from cases.six import PAIR_MODES
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
     from bushcli.curve.earlier import Earlier
-    from bushcli.effects.active import ActiveEffect
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
     from bushcli.simulate.stretched import Stretched
@@ -130,6 +129,8 @@ class Simulated:
     step_error : float or None
         Estimated error of following the recorded path in steps (rms), percent of the force range; None where the force
         does not depend on the path.
+    in_time : bool
+        `reach`, `target` and the surface's displacement are times on a path of six motions, s.
     along : bool
         The curve is the force at the recording's samples, one by one.
     unwritten : str
@@ -165,6 +166,7 @@ class Simulated:
     surface: Surface | None = field(default=None, repr=False)
     mesh_error: float | None = None
     step_error: float | None = None
+    in_time: bool = False
     along: bool = False
     unwritten: str = ""
     six: SixCurve | None = None
@@ -175,11 +177,6 @@ class Simulated:
     before: Earlier | None = None
     by_force: bool = False
     largest: tuple[float, float] | None = None
-
-    @property
-    def in_time(self) -> bool:
-        """Whether `reach`, `target` and the surface's displacement are times on a path of six motions, s."""
-        return self.six is not None or (self.recording is not None and self.recording.six is not None)
 
     @property
     def newton(self) -> int:
@@ -225,14 +222,32 @@ def conditions(case: Case, channel: Simulated) -> list[Condition]:
     # An effect of the rig, such as an offset, may give a force at rest as well.
     assembled = _of_the_assembly(channel) if "assembly" in acts and "rig" not in acts else []
     made = " and ".join(readable_name(one.name) for one in acting if one.acts == "assembly")
-    return [
-        *_of_the_march(channel, folded, made),
-        *assembled,
-        *_of_the_rubber(channel),
-        *_of_the_rest(channel),
-        *_left_out(case, channel),
-        *([] if channel.before is None else [not_from_rest(channel.name, channel.before)]),
-    ]
+    found, strained = [*_of_the_march(channel, folded, made), *assembled], channel.strained
+    if strained.unstable > 0:
+        what = f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
+        what += f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})"
+        remedy = "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)"
+        found.append(Condition("unstable_law", what, remedy))
+    if channel.stiffness is None:
+        what = f"{channel.name}: no stiffness matrix, since the march of the body without planes of symmetry stopped"
+        found.append(Condition("no_stiffness_matrix", what, "set a smaller displacement, or more steps"))
+    if channel.unwritten:
+        what = f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete"
+        remedy = "free some space and run again, or use another -o; --no-fields leaves fields out"
+        found.append(Condition("fields_not_written", what, remedy))
+    if channel.mesh_error is not None and channel.mesh_error > 1.0:
+        what = f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
+        what += (
+            f"suggests an error of {channel.mesh_error:.2g} % of the force range"
+            if np.isfinite(channel.mesh_error)
+            else "does not get as far"
+        )
+        remedy = "raise mesh.elements_across, elements_along and elements_around"
+        found.append(Condition("coarse_mesh", what, remedy))
+    found += _left_out(case, channel)
+    if channel.before is not None:
+        found.append(not_from_rest(channel.name, channel.before))
+    return found
 
 
 def _left_out(case: Case, channel: Simulated) -> list[Condition]:
@@ -241,7 +256,14 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
         one for one in case.effects if one.acts_on(channel.name, channel.mode) and one.effect.feature is None
     ]
     if channel.by_force:
-        return _of_the_rig(channel, acting)
+        # The force acts on the bushing itself.
+        rigs = [one for one in acting if one.effect.rig is not None and one.effect.rig.parallel is None]
+        if not rigs:
+            return []
+        names = " and ".join(readable_name(one.name) for one in rigs)
+        what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
+        remedy = "prescribe the travel where the curve that the rig would log is wanted"
+        return [Condition("effect_left_out", what, remedy)]
     results = ["its stiffness matrices"] if channel.stiffness else []
     results += ["its reactions"] if channel.six is not None and channel.recording is None else []
     if not acting or not results:
@@ -255,19 +277,8 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
     return [Condition("effect_left_out", what, remedy)]
 
 
-def _of_the_rig(channel: Simulated, acting: Sequence[ActiveEffect]) -> list[Condition]:
-    """Return which effects of a rig a curve under a prescribed force lacks: the force acts on the bushing itself."""
-    lacking = [one.name for one in acting if one.effect.rig is not None and one.effect.rig.parallel is None]
-    if not lacking:
-        return []
-    names = " and ".join(map(readable_name, lacking))
-    what = f"{channel.name}: its force is prescribed at the bushing, whose curve is without {names}"
-    remedy = "prescribe the travel where the curve that the rig would log is wanted"
-    return [Condition("effect_left_out", what, remedy)]
-
-
 def _of_the_assembly(channel: Simulated) -> list[Condition]:
-    """Return whether the assembled part exerts a force at rest, from which a rig would have moved its zero."""
+    """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
     q, force = channel.curve.displacement, channel.curve.force
     stiffness = channel.curve.initial_stiffness()
     if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:
@@ -276,7 +287,12 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
         return []
     turned = modes()[channel.mode].rotational
     unit, kind, factor = ("deg", "N mm", 180.0 / np.pi) if turned else ("mm", "N", 1.0)
-    free = factor * _unloaded(q, force, stiffness)
+    # Where the curve carries no force: the nearest place on it, else along the slope at rest.
+    order = np.argsort(q, kind="stable")
+    x, y = q[order], force[order]
+    (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
+    crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
+    free = factor * float(min(crossings, key=abs) if len(crossings) else -force[0] / stiffness)
     return [
         Condition(
             "force_at_rest",
@@ -285,15 +301,6 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
             f"if the rig was set to zero on the free part, add the effect offset with displacement = {-free:.3g}",
         )
     ]
-
-
-def _unloaded(q: Array, force: Array, stiffness: float) -> float:
-    """Return the displacement at which a curve carries no force: the nearest on it, else along the slope at rest."""
-    order = np.argsort(q, kind="stable")
-    x, y = q[order], force[order]
-    (at,) = np.nonzero((y[:-1] * y[1:] <= 0.0) & (np.diff(y) != 0.0))
-    crossings = x[at] - y[at] * (x[at + 1] - x[at]) / (y[at + 1] - y[at])
-    return float(min(crossings, key=abs)) if len(crossings) else float(-force[0] / stiffness)
 
 
 def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condition]:
@@ -308,7 +315,20 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
         what += f"{channel.target * factor:.4g} {unit}; the curve ends there"
         found.append(Condition("interrupted", what, "run it again"))
     elif channel.stopped and channel.largest is not None:
-        found.append(_not_carried(channel, channel.largest, unit, factor))
+        q, force = channel.largest
+        kind = "N mm" if modes()[channel.mode].rotational else "N"
+        what = f"{channel.name}: the prescribed force was not reached: the largest found is {force:.5g} {kind} at "
+        what += f"{q * factor:.4g} {unit}"
+        remedy = (
+            f"prescribe the travel instead, for instance amplitude = {1.2 * q * factor:.2g}, to see the curve"
+        )
+        if channel.stopped == LIMIT_POINT:
+            what += ", a limit point: beyond it the force falls with the travel, and the bushing would snap through"
+            remedy = f"prescribe less, or {remedy} beyond the limit point"
+        else:
+            what += f"; beyond it the march found no equilibrium ({channel.stopped})"
+            remedy = f"prescribe less, set more steps, or {remedy}"
+        found.append(Condition("not_converged", what, remedy))
     elif channel.stopped:
         found.append(
             Condition(
@@ -330,73 +350,6 @@ def _of_the_march(channel: Simulated, folded: str, assembly: str) -> list[Condit
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",
                 "compare with a finer mesh (--mesh-check)" + folded,
-            )
-        )
-    return found
-
-
-def _not_carried(channel: Simulated, largest: tuple[float, float], unit: str, factor: float) -> Condition:
-    """Return that a prescribed force was not reached."""
-    q, force = largest
-    kind = "N mm" if modes()[channel.mode].rotational else "N"
-    what = (
-        f"{channel.name}: the prescribed force was not reached: the largest found is {force:.5g} {kind} at "
-    )
-    what += f"{q * factor:.4g} {unit}"
-    prescribe = (
-        f"prescribe the travel instead, for instance amplitude = {1.2 * q * factor:.2g}, to see the curve"
-    )
-    if channel.stopped == LIMIT_POINT:
-        what += (
-            ", a limit point: beyond it the force falls with the travel, and the bushing would snap through"
-        )
-        return Condition("not_converged", what, f"prescribe less, or {prescribe} beyond the limit point")
-    what += f"; beyond it the march found no equilibrium ({channel.stopped})"
-    return Condition("not_converged", what, f"prescribe less, set more steps, or {prescribe}")
-
-
-def _of_the_rubber(channel: Simulated) -> list[Condition]:
-    """Return whether the law is unstable in states that the rubber reaches."""
-    strained = channel.strained
-    if strained.unstable <= 0:
-        return []
-    return [
-        Condition(
-            "unstable_law",
-            f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
-            f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})",
-            "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
-        )
-    ]
-
-
-def _of_the_rest(channel: Simulated) -> list[Condition]:
-    """Return what is missing or inaccurate although the march reached its end."""
-    found = []
-    if channel.stiffness is None:
-        found.append(
-            Condition(
-                "no_stiffness_matrix",
-                f"{channel.name}: no stiffness matrix, since the march of the body without planes of symmetry stopped",
-                "set a smaller displacement, or more steps",
-            )
-        )
-    if channel.unwritten:
-        found.append(
-            Condition(
-                "fields_not_written",
-                f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete",
-                "free some space and run again, or use another -o; --no-fields leaves fields out",
-            )
-        )
-    if channel.mesh_error is not None and channel.mesh_error > 1.0:
-        change = f"suggests an error of {channel.mesh_error:.2g} % of the force range"
-        found.append(
-            Condition(
-                "coarse_mesh",
-                f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
-                + (change if np.isfinite(channel.mesh_error) else "does not get as far"),
-                "raise mesh.elements_across, elements_along and elements_around",
             )
         )
     return found

@@ -133,7 +133,8 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
         Factor on the number of steps: 2 for twice as many.
     """
     clock = np.arange(len(displacement), dtype=float) if time is None else np.asarray(time, dtype=float)
-    span = float(np.ptp(displacement))
+    # Of a hold alone the displacement at which it is held.
+    span = float(np.ptp(displacement)) or float(np.abs(displacement).max())
     tolerance = max(WITHIN * noise, RESOLUTION * span)
     corners = _corners(clock, displacement, tolerance)
     values = _fitted(clock, displacement, corners)
@@ -213,7 +214,14 @@ def _stepped(
             inside = (t > begin) & (t < end)
             part = np.concatenate([[begin], t[inside], [end]])
             path = np.interp(part, t, q)
-            added = _hold_times(part, fineness, brief) if hold else _leg_times(part, path, span, fineness)
+            if not hold:
+                added = _leg_times(part, path, span, fineness)
+            elif brief:
+                added = part[1:]
+            else:
+                count = max(FEWEST_OF_LEG, int(np.ceil(HOLD * fineness)))
+                grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
+                added = part[0] + (part[-1] - part[0]) * grown[1:]
             start = len(nodes) - 1
             nodes += [float(value) for value in added]
             stops += [float(value) for value in np.interp(added, t, q)]
@@ -257,15 +265,6 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
     return np.asarray(times)
 
 
-def _hold_times(t: Array, fineness: float, brief: bool) -> Array:
-    if brief:
-        return t[1:]
-    count = max(FEWEST_OF_LEG, int(np.ceil(HOLD * fineness)))
-    duration = t[-1] - t[0]
-    grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
-    return np.asarray(t[0] + duration * grown[1:])
-
-
 def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
     """Return which motions (6,) stand still apart from noise.
 
@@ -296,12 +295,28 @@ def six_schedule(
     The path's parameter is the time since its beginning; that of the interpolation is the recorded time.
     """
     clock = np.arange(len(motion), dtype=float) if time is None else np.asarray(time, dtype=float)
-    values, tolerance = _quiet(motion, time)
+    # A motion that stands still is set to its mean, or zero if that is noise.
+    values, tolerance = np.array(motion), np.ones(6)
+    for k, stands in enumerate(still(motion, time)):
+        noise = _noise(motion[:, k], time)
+        if stands:
+            mean = float(motion[:, k].mean())
+            values[:, k] = 0.0 if abs(mean) <= max(WITHIN * noise, 1e-9) else mean
+        else:
+            tolerance[k] = max(WITHIN * noise, RESOLUTION * float(np.ptp(motion[:, k])))
     corners = _corners(clock, values / tolerance, 1.0)
     poses = _fitted(clock, values, corners)
     poses[0] = np.where(np.abs(poses[0]) <= tolerance, 0.0, poses[0])
-    nodes, legs = _stepped_poses(clock[corners], poses, fineness)
-    schedule = Schedule(nodes, nodes, legs, time is not None)
+    span = np.ptp(poses, axis=0)
+    ranged = np.where(span > 0.0, span, 1.0)
+    times, legs = [float(clock[corners[0]])], []
+    for (a, b), (p, q) in zip(pairwise(clock[corners]), pairwise(poses), strict=True):
+        length = float(np.abs((q - p) / ranged).max())
+        count = max(int(np.ceil(FEWEST_OF_LINE * fineness)), int(np.ceil(LEG * fineness * length)))
+        times += map(float, np.linspace(a, b, count + 1)[1:])
+        legs.append(Leg(len(times) - 1 - count, len(times) - 1, False))
+    nodes = np.array(times)
+    schedule = Schedule(nodes, nodes, tuple(legs), time is not None)
     knots, begins = clock[corners], clock[0]
     # The march begins at rest; a path that begins elsewhere is preceded by a short motion from rest.
     lead = LEAD * float(np.ptp(clock)) if poses[0].any() else 0.0
@@ -311,29 +326,3 @@ def six_schedule(
     q = nodes - knots[0]
     turns = frozenset(int(np.argmin(np.abs(q - one))) for one in path.time[1:-1])
     return path, Program(q, nodes if time is not None else None, turns), schedule
-
-
-def _quiet(motion: Array, time: Array | None) -> tuple[Array, Array]:
-    """Return motions and tolerances (6,); a motion that stands still is set to its mean, or zero if that is noise."""
-    values, tolerance = np.array(motion), np.ones(6)
-    for k, stands in enumerate(still(motion, time)):
-        noise = _noise(motion[:, k], time)
-        if stands:
-            mean = float(motion[:, k].mean())
-            values[:, k] = 0.0 if abs(mean) <= max(WITHIN * noise, 1e-9) else mean
-        else:
-            tolerance[k] = max(WITHIN * noise, RESOLUTION * float(np.ptp(motion[:, k])))
-    return values, tolerance
-
-
-def _stepped_poses(times: Array, poses: Array, fineness: float) -> tuple[Array, tuple[Leg, ...]]:
-    span = np.ptp(poses, axis=0)
-    ranged = np.where(span > 0.0, span, 1.0)
-    nodes, legs = [float(times[0])], []
-    for (a, b), (p, q) in zip(pairwise(times), pairwise(poses), strict=True):
-        length = float(np.abs((q - p) / ranged).max())
-        count = max(int(np.ceil(FEWEST_OF_LINE * fineness)), int(np.ceil(LEG * fineness * length)))
-        first = len(nodes) - 1
-        nodes += map(float, np.linspace(a, b, count + 1)[1:])
-        legs.append(Leg(first, len(nodes) - 1, False))
-    return np.array(nodes), tuple(legs)

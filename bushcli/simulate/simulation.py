@@ -25,7 +25,7 @@ from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import Schedule, prescribed, schedule
-from bushcli.simulate.steps import CONTACT, IDENTIFIED, PLANE, SOLID
+from bushcli.simulate.steps import CONTACT, FEWEST_OF_LEG, IDENTIFIED, PLANE, SOLID
 from cases.march import History, march
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -42,6 +42,9 @@ Steps = Callable[[int, int, int, float], None]
 # to `FINEST` times as many steps.
 ACCURATE = 2e-3
 FINEST = 4.0
+# A rig is set to zero under a preload that has acted for this many times the duration of the recording: what relaxes
+# more slowly does not change the recorded force.
+RESTED = 1e3
 STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
 
 
@@ -228,6 +231,8 @@ def logged_force(
 ) -> Signal:
     """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
 
+    If the rig was set to zero under a preload, the node at recorded zero comes before those of the steps.
+
     Parameters
     ----------
     active : sequence of ActiveEffect
@@ -241,7 +246,11 @@ def logged_force(
     names : sequence of str
         Parameters of the derivatives.
     """
-    total = rig.parallel(active, q, force, names, np.maximum(steps.time - clock[0], 0.0))
+    zeroed = len(force.value) - len(steps.time)
+    elapsed = np.concatenate([np.zeros(zeroed), np.maximum(steps.time - clock[0], 0.0)])
+    total = rig.parallel(active, q, force, names, elapsed)
+    if zeroed:
+        total = rig.counted(total)
     return rig.sampled(active, steps.interpolation, clock, total, names)
 
 
@@ -373,7 +382,8 @@ class Simulation(FollowedPath):
         patience: int | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
-        driven = rig.bushing_path(active, travel, ()).value
+        begun = [[0.0]] if rig.is_zeroed(active) else []
+        driven = rig.bushing_path(active, rig.Travel(np.concatenate([*begun, self.path])), ()).value
         low, high = swept_range(driven, self.odd)
         if low == high:
             raise rig.NoEquilibrium(STANDS_STILL)
@@ -417,8 +427,18 @@ class Simulation(FollowedPath):
         progress: Steps | None,
         patience: int | None,
     ) -> Answer:
-        steps = self.steps
-        driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
+        steps, times, lead = self.steps, self.steps.time, 0
+        if rig.is_zeroed(active):
+            # From rest to the preload, which is held until the recording begins.
+            lead = int(np.ceil(FEWEST_OF_LEG * self._fineness))
+            rested = RESTED * float(np.ptp(times))
+            times = np.concatenate([times[0] - rested * np.linspace(1.0, 0.0, lead), times])
+            path = rig.bushing_path(active, rig.Travel(np.concatenate([[0.0], steps.displacement])), names)
+            path = path.sampled(np.maximum(np.arange(len(times)) - lead + 1, 0))
+            reached = np.minimum(np.arange(1, len(times) + 1) / (lead - 1), 1.0)
+            driven = Signal(reached * path.value, reached[:, None] * path.slope)
+        else:
+            driven = rig.bushing_path(active, rig.Travel(steps.displacement), names)
         if not driven.value.any():
             raise rig.NoEquilibrium(STANDS_STILL)
         series = None
@@ -429,11 +449,13 @@ class Simulation(FollowedPath):
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         warm = None
         if self.temperature is not None and self.time is not None:
-            warm = np.interp(steps.time, self.time, self.temperature)
-        program = Program(driven.value, steps.time if steps.timed else None, temperature=warm)
+            warm = np.interp(times, self.time, self.temperature)
+        program = Program(driven.value, times if steps.timed else None, temperature=warm)
         history = self._march(program, inner, path_rates, series, keep_states, progress, patience)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
+        if lead:
+            q, force = (one.sampled(np.arange(lead - 1, len(one.value))) for one in (q, force))
         read = logged_force(active, steps, self._clock, q, force, names)
         return Answer(read.value, read.slope, history)
 

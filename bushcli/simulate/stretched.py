@@ -1,4 +1,4 @@
-"""How far a march strains the rubber, in how many states the law is unstable, and whether elements are distorted."""
+"""Largest strains of a march, the share of states in which the law is unstable, and distorted elements."""
 
 from __future__ import annotations
 

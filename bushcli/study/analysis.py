@@ -179,11 +179,8 @@ def summary(
     moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
     if len(y) <= len(moving):
         moving = {}  # too few designs to separate the influences of the keys
-    swings, linear = _regression(moving, y)
     indices = _sobol(plan, found, values, seed) if plan.sampling == "saltelli" else {}
-    influences = {
-        key: Influence(*_correlation(x, y), swings[key], *indices.get(key, ())) for key, x in moving.items()
-    }
+    influences, linear = _influences(moving, y, indices)
     return Summary(
         count=int(np.count_nonzero(np.isfinite(values))),
         mean=float(y.mean()),
@@ -203,29 +200,29 @@ def _extreme(found: Columns, values: Array, i: int) -> Extreme:
     )
 
 
-def _correlation(x: Array, y: Array) -> tuple[float, float]:
-    if np.ptp(y) == 0.0:
-        return 0.0, 0.0
-    from scipy.stats import rankdata
-
-    ranks = [rankdata(one) for one in (x, y)]
-    return float(np.corrcoef(x, y)[0, 1]), float(np.corrcoef(*ranks)[0, 1])
-
-
-def _regression(x: Mapping[str, Array], y: Array) -> tuple[dict[str, tuple[float, float]], float]:
-    """Return the swing of each key, and the share of the variance that the regression explains."""
+def _influences(
+    x: Mapping[str, Array], y: Array, indices: Mapping[str, tuple[float, float, float, float]]
+) -> tuple[dict[str, Influence], float]:
+    """Return the influence of each key, and the share of the variance that a linear regression on all explains."""
     if not x:
         return {}, 0.0
+    from scipy.stats import rankdata
+
     scales = {key: float(one.std()) for key, one in x.items()}
     matrix = np.column_stack([np.ones(len(y)), *((one - one.mean()) / scales[key] for key, one in x.items())])
     slopes, *_ = np.linalg.lstsq(matrix, y, rcond=None)
     spread = float(np.sum((y - y.mean()) ** 2))
     left = float(np.sum((y - matrix @ slopes) ** 2))
-    swings = {}
+    found = {}
     for slope, (key, one) in zip(slopes[1:], x.items(), strict=True):
         low, high = np.quantile(one, (QUANTILES[0], QUANTILES[-1])) - one.mean()
-        swings[key] = (float(slope * low / scales[key]), float(slope * high / scales[key]))
-    return swings, 1.0 - left / spread if spread > 0.0 else 0.0
+        swing = (float(slope * low / scales[key]), float(slope * high / scales[key]))
+        pearson = spearman = 0.0
+        if np.ptp(y) > 0.0:
+            pearson = float(np.corrcoef(one, y)[0, 1])
+            spearman = float(np.corrcoef(rankdata(one), rankdata(y))[0, 1])
+        found[key] = Influence(pearson, spearman, swing, *indices.get(key, ()))
+    return found, 1.0 - left / spread if spread > 0.0 else 0.0
 
 
 def _sobol(

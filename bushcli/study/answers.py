@@ -73,6 +73,25 @@ class Asked:
         """Whether it is a key of the result."""
         return not self.channel
 
+    def on_curve(self, channel: Simulated) -> float:
+        """Return the number on a simulated curve, in its unit."""
+        curve = channel.curve
+        turn = math.radians(1.0) if modes()[channel.mode].rotational else 1.0
+        if self.travel is None:
+            value = curve.initial_stiffness() if self.kind == "initial" else curve.secant_stiffness()
+            return _finite(self.name, value * turn)
+        at = travel_at(curve, self.travel, self.name) if self.at_load else self.travel * turn
+        if self.kind == "travel":
+            return at / turn
+        q, force = loading(curve, at, self.name)
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
+        spline = CubicSpline(q, force)
+        if self.kind == "tangent":
+            return _finite(self.name, float(spline(at, 1)) * turn)
+        value = float(spline(at))
+        return _finite(self.name, value if self.kind == "force" else (value - float(spline(0.0))) / at * turn)
+
 
 class NoAnswer(ValueError):
     """A design has no such number; the message says why."""
@@ -154,28 +173,9 @@ def answer_columns(
     return {
         one.name: number_at(one.kind, document or {})
         if one.of_result
-        else _of_curve(one, channels[one.channel])
+        else one.on_curve(channels[one.channel])
         for one in answers
     }
-
-
-def _of_curve(asked: Asked, channel: Simulated) -> float:
-    curve = channel.curve
-    turn = math.radians(1.0) if modes()[channel.mode].rotational else 1.0
-    if asked.travel is None:
-        value = curve.initial_stiffness() if asked.kind == "initial" else curve.secant_stiffness()
-        return _finite(asked, value * turn)
-    at = travel_at(curve, asked.travel, asked.name) if asked.at_load else asked.travel * turn
-    if asked.kind == "travel":
-        return at / turn
-    q, force = loading(curve, at, asked.name)
-    from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
-
-    spline = CubicSpline(q, force)
-    if asked.kind == "tangent":
-        return _finite(asked, float(spline(at, 1)) * turn)
-    value = float(spline(at))
-    return _finite(asked, value if asked.kind == "force" else (value - float(spline(0.0))) / at * turn)
 
 
 def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
@@ -236,9 +236,9 @@ def quantity_unit(mode: str) -> str:
     return "" if found is None or found.specimen == "coupon" else " deg" if found.rotational else " mm"
 
 
-def _finite(asked: Asked, value: float) -> float:
+def _finite(name: str, value: float) -> float:
     if not math.isfinite(value):
-        raise NoAnswer(f"{asked.name}: the curve has too few points")
+        raise NoAnswer(f"{name}: the curve has too few points")
     return value
 
 

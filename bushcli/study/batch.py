@@ -1,10 +1,10 @@
 """Recordings of several parts of one drawing -> a law for all, a stiffness factor for each, scatter and outliers.
 
-The force of a part is its own factor times that of the batch, which one law and its effects give. Parts that ran the
-same program, be it from another time or phase on, are compared sample by sample: their median is the batch's curve
-until the outliers are known, then their mean is. The law is identified from the mean, with one simulation for all of
-them: the least-squares fit to all parts with factors whose mean is one is the fit to the mean. A part that ran another
-program is simulated on its own.
+One law with its effects gives the force of the batch; the force of a part is that force times the part's own factor.
+Parts that ran the same program, even if logging began at another time or phase, are compared sample by sample. The
+curve of the batch is their median until the outliers are known, and then the mean of the others. The law is identified
+from that mean with one simulation for all of them: with factors whose mean is one, the least-squares fit to all parts
+is the fit to their mean. A part that ran another program is simulated separately.
 
 The logarithm of the factor and that of the misfit left after it are each tested for outliers (`study.outliers`), with
 half of the probability of a false alarm.
@@ -366,7 +366,7 @@ def _on_their_own(
 def _with_causes(
     part: BatchPart, faults: Sequence[DataFault], curves: Sequence[BatchCurve], parts: Sequence[BatchPart]
 ) -> BatchPart:
-    """Return a part with what its recording shows of why it is an outlier, or ran another program."""
+    """Return a part with the causes that its recording shows for being an outlier or for another program."""
     causes = [Cause(fault.kind, fault.where) for fault in faults if fault.channel == part.name]
     curve = next(one for one in curves if one.mode == part.mode)
     if part.simulated:

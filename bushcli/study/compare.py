@@ -1,4 +1,4 @@
-"""Results beside each other: the keys of their cases and the numbers that differ, and their curves."""
+"""Compares results: keys of their cases that differ, numbers that differ, and their curves."""
 
 from __future__ import annotations
 
@@ -151,7 +151,12 @@ def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
         *(result.get("curves", []) if result.get("command") == "batch" else []),
     ):
         if isinstance(one.get("force"), Mapping):
-            found |= {f"{one['name']} {name}": reaction for name, reaction in _reactions(one)}
+            time = np.array(one["time"], dtype=float)
+            reactions = np.array([one["force"][name] for name in REACTIONS], dtype=float)
+            size = np.abs(reactions).max(axis=1, initial=0.0)
+            for k, (name, like) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
+                if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
+                    found[f"{one['name']} {name}"] = ReactionHistory(like, time, reactions[k])
             continue
         mode = modes().get(one.get("mode", ""))
         q, force = one.get("displacement"), one.get("force")
@@ -163,16 +168,6 @@ def curves_in(result: Mapping[str, Any]) -> dict[str, Curve | ReactionHistory]:
         x, y = np.array(pairs, dtype=float).T
         found[str(one.get("name", one["mode"]))] = Curve(mode.name, unit * (x - rest), y)
     return found
-
-
-def _reactions(channel: Mapping[str, Any]) -> Iterator[tuple[str, ReactionHistory]]:
-    """Yield the reactions of a path of six motions that are no rounding errors."""
-    time = np.array(channel["time"], dtype=float)
-    force = np.array([channel["force"][name] for name in REACTIONS], dtype=float)
-    size = np.abs(force).max(axis=1, initial=0.0)
-    for k, (name, mode) in enumerate(zip(REACTIONS, PAIR_MODES, strict=True)):
-        if len(time) > 1 and size[k] > _NOTHING * size[3 * (k // 3) : 3 * (k // 3) + 3].max():
-            yield name, ReactionHistory(mode, time, force[k])
 
 
 def _leaves(value: Any, at: str = "") -> Iterator[tuple[str, Any]]:

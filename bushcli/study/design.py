@@ -229,6 +229,8 @@ def _result(
     start: Sequence[float],
     tolerances: Mapping[str, Toleranced],
 ) -> Design:
+    from scipy.special import ndtr
+
     values = [float(value) for value in end.values]
     others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
     whole = replace(task, keys=(*task.keys, *others))
@@ -241,7 +243,16 @@ def _result(
     for i, one in enumerate(targets):
         slopes = {key: float(found.slope[i, j]) * one.per_shown for j, key in enumerate(whole.keys)}
         shown = float(found.value[i]) * one.per_shown
-        reached.append(Reached(one, shown, slopes, _spread(one, shown, slopes, tolerances)))
+        spread = None
+        if tolerances:
+            parts = {key: slopes[key] * given.deviation for key, given in tolerances.items()}
+            std = math.sqrt(math.fsum((part / SIGMAS) ** 2 for part in parts.values()))
+            share = math.nan
+            if not math.isnan(one.deviation) and std > 0.0:
+                wanted, allowed = one.value * one.per_shown, one.deviation * one.per_shown
+                share = float(ndtr((wanted + allowed - shown) / std) - ndtr((wanted - allowed - shown) / std))
+            spread = Spread(parts, math.fsum(map(abs, parts.values())), std, share)
+        reached.append(Reached(one, shown, slopes, spread))
     scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
     conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
     if case.effects:
@@ -252,22 +263,6 @@ def _result(
         )
         conditions = (Condition("effect_left_out", what, remedy), *conditions)
     return Design(case, keys, tuple(reached), evaluations, end.converged, conditions)
-
-
-def _spread(
-    one: Target, value: float, slopes: Mapping[str, float], tolerances: Mapping[str, Toleranced]
-) -> Spread | None:
-    if not tolerances:
-        return None
-    from scipy.special import ndtr
-
-    parts = {key: slopes[key] * found.deviation for key, found in tolerances.items()}
-    std = math.sqrt(math.fsum((part / SIGMAS) ** 2 for part in parts.values()))
-    share = math.nan
-    if not math.isnan(one.deviation) and std > 0.0:
-        wanted, allowed = one.value * one.per_shown, one.deviation * one.per_shown
-        share = float(ndtr((wanted + allowed - value) / std) - ndtr((wanted - allowed - value) / std))
-    return Spread(parts, math.fsum(map(abs, parts.values())), std, share)
 
 
 def _conditions(

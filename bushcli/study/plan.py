@@ -14,7 +14,7 @@ import io
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -84,6 +84,22 @@ class Plan:
         """Whether shares of the designs estimate probabilities: on a grid or at corners they do not."""
         return self.sampling in ("lhs", "sobol", "random", "saltelli")
 
+    def located(self, found: Problem, number: int) -> Problem:
+        """Return a problem of a design with the place of its values, which were passed on like those of --set.
+
+        The case is valid without them, so that in a list each problem comes from the line of the design.
+
+        Parameters
+        ----------
+        found : Problem
+        number : int
+            Number of the design, from 0.
+        """
+        if self.lines:
+            return replace(found, where=f"{self.file}:{self.lines[number]}")
+        varied = (one for one in self.variables if found.where.startswith(f"--set {one.key}="))
+        return next((replace(found, where=one.where) for one in varied), found)
+
 
 def plan(
     variables: Sequence[Variable], sampling: Sampling | None, designs: int | None = None, seed: int = 0
@@ -120,42 +136,38 @@ def plan(
     chosen = sampling or ("grid" if all(one.values for one in variables) else "lhs")
     rows: Sequence[tuple[Value, ...]]
     if chosen == "grid":
-        rows = _grid(variables, designs)
+        ranged = next((one for one in variables if not one.values), None)
+        if ranged is not None:
+            wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
+            raise InputError(
+                Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
+            )
+        if designs is not None:
+            raise InputError(
+                Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
+            )
+        count = math.prod(len(one.values) for one in variables)
+        if count > MOST_DESIGNS:
+            raise InputError(
+                Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}")
+            )
+        rows = list(itertools.product(*(one.values for one in variables)))
     elif chosen == "corners":
-        rows = _corners(variables)
+        texts = next((one for one in variables if not one.numeric), None)
+        if texts is not None or len(variables) > 16:
+            what = (
+                f"{texts.key} has words"
+                if texts
+                else f"{len(variables)} keys have {2 ** len(variables)} corners"
+            )
+            raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
+        ends = [(one.low, one.high) for one in variables]
+        # The nominal design, then all combinations of both ends.
+        rows = [tuple(one.nominal for one in variables), *itertools.product(*ends)]
     else:
         unit = _unit(chosen, len(variables), designs, seed)
         rows = list(zip(*(one.at(unit[:, i]) for i, one in enumerate(variables)), strict=True))
     return Plan(tuple(variables), chosen, rows, seed)
-
-
-def _grid(variables: Sequence[Variable], designs: int | None) -> list[tuple[Value, ...]]:
-    ranged = next((one for one in variables if not one.values), None)
-    if ranged is not None:
-        wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
-        raise InputError(
-            Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
-        )
-    if designs is not None:
-        raise InputError(
-            Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
-        )
-    count = math.prod(len(one.values) for one in variables)
-    if count > MOST_DESIGNS:
-        raise InputError(Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}"))
-    return list(itertools.product(*(one.values for one in variables)))
-
-
-def _corners(variables: Sequence[Variable]) -> list[tuple[Value, ...]]:
-    """Return the nominal design, then all combinations of both ends."""
-    texts = next((one for one in variables if not one.numeric), None)
-    if texts is not None or len(variables) > 16:
-        what = (
-            f"{texts.key} has words" if texts else f"{len(variables)} keys have {2 ** len(variables)} corners"
-        )
-        raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
-    ends = [(one.low, one.high) for one in variables]
-    return [tuple(one.nominal for one in variables), *itertools.product(*ends)]
 
 
 def _unit(sampling: str, keys: int, designs: int | None, seed: int) -> Array:
@@ -214,7 +226,17 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
     """
     if overridden:
         raise InputError(Problem(f"--vary {overridden[0].key}", "cannot be combined with --list"))
-    lines = _lines(file)
+    try:
+        text = read_bounded(file, LARGEST_LIST).decode("utf-8-sig")
+        table = csv.reader(io.StringIO(text, newline=""))
+        # Each with its number, from 1.
+        lines = [(table.line_num, line) for line in table if any(cell.strip() for cell in line)]
+    except TooLarge as error:
+        expected = f"CSV of at most {LARGEST_LIST / 1e6:g} MB with the keys in its first line"
+        raise InputError(Problem(str(file), str(error), "", expected)) from None
+    except (OSError, ValueError, csv.Error) as error:
+        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
     if len(lines) < 2:
         raise InputError(
             Problem(str(file), "has no designs", "", "keys in the first line, one design per line")
@@ -241,17 +263,3 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
         columns.append(of_values(key, str(file), values))
     rows = list(zip(*(one.values for one in columns), strict=True))
     return Plan(tuple(columns), "list", rows, file=str(file), lines=numbers)
-
-
-def _lines(file: Path) -> list[tuple[int, list[str]]]:
-    """Return the lines of a table that are not empty, each with its number from 1."""
-    try:
-        text = read_bounded(file, LARGEST_LIST).decode("utf-8-sig")
-        table = csv.reader(io.StringIO(text, newline=""))
-        return [(table.line_num, line) for line in table if any(cell.strip() for cell in line)]
-    except TooLarge as error:
-        expected = f"CSV of at most {LARGEST_LIST / 1e6:g} MB with the keys in its first line"
-        raise InputError(Problem(str(file), str(error), "", expected)) from None
-    except (OSError, ValueError, csv.Error) as error:
-        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None

@@ -80,16 +80,20 @@ def rates(
     """
     case, material = task.load(values, cache.tables)
     value, slope = np.zeros(len(targets)), np.full((len(targets), len(by)), np.nan)
+    # By key the shapes with a slightly smaller and larger dimension, and the difference of the dimension.
+    shapes: dict[str, tuple[Shape, Shape, float]] = {}
+    for i, key in enumerate(task.keys):
+        translated = any(not modes()[one.mode].rotational for one in targets)
+        if key in by and key.startswith("geometry.") and translated and not plates(case.geometry):
+            hair = HAIR * max(abs(values[i]), 1e-3)
+            ends = (_changed(values, i, step * hair) for step in (-1.0, 1.0))
+            sides = [task.load(one, cache.tables)[0].geometry for one in ends]
+            shapes[key] = (sides[0], sides[1], 2.0 * hair)
     names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
     of_law = {key: name for key, name in names.items() if name in material.parameters}
     for i, one in enumerate(targets):
         value[i], known = _rate(
-            cache.bodies,
-            case,
-            material,
-            one,
-            _shapes(cache, task, case, one, values, by),
-            of_law,
+            cache.bodies, case, material, one, {} if modes()[one.mode].rotational else shapes, of_law
         )
         for j, key in enumerate(by):
             slope[i, j] = known.get(key, np.nan)
@@ -104,24 +108,6 @@ def rates(
             )
             slope[left, j] = (high - low) / (2.0 * step)
     return TargetRates(value, slope)
-
-
-def _shapes(
-    cache: DesignCache, task: StudyTask, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
-) -> dict[str, tuple[Shape, Shape, float]]:
-    """Return by key the shapes with slightly smaller and larger dimension, and the difference of the dimension."""
-    if modes()[one.mode].rotational or plates(case.geometry):
-        return {}
-    found = {}
-    for key in by:
-        if key.startswith("geometry."):
-            i = task.keys.index(key)
-            hair = HAIR * max(abs(values[i]), 1e-3)
-            sides = [
-                task.load(_changed(values, i, step * hair), cache.tables)[0].geometry for step in (-1.0, 1.0)
-            ]
-            found[key] = (sides[0], sides[1], 2.0 * hair)
-    return found
 
 
 def _changed(values: Sequence[float], i: int, by: float) -> list[float]:

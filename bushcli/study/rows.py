@@ -271,7 +271,7 @@ class Rows:
                 yield line.rstrip(b"\r\n") + b"\n"
 
     def _number(self, row: Row) -> int:
-        """Return the number of the design of a row, or raise an error if the row has not the columns of the study."""
+        """Return the number of a row's design; raise an error if the row lacks columns of the study."""
         self._table([row])
         number = row[DESIGN]
         if not (type(number) is int and 0 <= number < self.count):

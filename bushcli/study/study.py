@@ -102,23 +102,12 @@ def first_valid_design(cache: DesignCache, task: StudyTask, plan: Plan) -> tuple
         try:
             return task.load(values, cache.tables)[0], values
         except InputError as error:
-            first = first or InputError(*(_located(one, plan, number) for one in error.problems))
+            first = first or InputError(*(plan.located(one, number) for one in error.problems))
         except ValueError as error:
             first = first or error
     if isinstance(first, InputError):
         raise first
     raise InputError(Problem("study", str(first)))
-
-
-def _located(found: Problem, plan: Plan, number: int) -> Problem:
-    """Return a problem of a design with the place of its values, which `task.load` passes on like those of --set.
-
-    The case is valid without them, so that in a list each problem comes from the line of the design.
-    """
-    if plan.lines:
-        return replace(found, where=f"{plan.file}:{plan.lines[number]}")
-    varied = (one for one in plan.variables if found.where.startswith(f"--set {one.key}="))
-    return next((replace(found, where=one.where) for one in varied), found)
 
 
 def study(
@@ -176,16 +165,21 @@ def study(
         if resumed < len(plan.rows):
             task = with_fineness(cache, task, values)
         _solve(cache, task, plan, pool, rows, notify)
-    found = _summed_up(case, task, plan, rows, limits, resumed)
     # How many designs have such numbers is known from their rows, which numbers from the first one.
     odd = [replace(one, message=f"the first design: {one.message}") for one in unusual(first, first.material)]
-    return replace(found, conditions=(*found.conditions, *odd)), rows
+    return _summed_up(case, task, plan, rows, limits, resumed, odd), rows
 
 
 def _summed_up(
-    case: Case, task: StudyTask, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
+    case: Case,
+    task: StudyTask,
+    plan: Plan,
+    rows: Rows,
+    limits: Mapping[str, Limits],
+    resumed: int,
+    odd: Sequence[Condition],
 ) -> Study:
-    """Return the statistics of the rows."""
+    """Return the statistics of the rows, with the conditions `odd` of the first design."""
     known = [one.name for one in task.answers]
     found = columns(rows, plan.keys, known)
     summaries = {
@@ -219,7 +213,7 @@ def _summed_up(
         failed=lost,
         resumed=resumed,
         seconds=seconds,
-        conditions=_conditions(plan, lost, summaries, doubted, rows.damaged),
+        conditions=(*_conditions(plan, lost, summaries, doubted, rows.damaged), *odd),
     )
 
 

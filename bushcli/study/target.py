@@ -59,13 +59,7 @@ class Target:
 
 
 def unit_of(mode: str, kind: str) -> str:
-    """Return the displayed unit of a kind of rate or answer: mm, deg, N, N mm, N/mm, N mm/deg, MPa.
-
-    Parameters
-    ----------
-    mode, kind : str
-        As of a target.
-    """
+    """Return the displayed unit of a kind of rate or answer: mm, deg, N, N mm, N/mm, N mm/deg, MPa."""
     found = modes()[mode]
     if found.specimen == "coupon" and kind != "travel":
         return "MPa"

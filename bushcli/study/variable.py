@@ -226,20 +226,9 @@ def _called(key: str, spec: str, text: str) -> Variable | None:
     return Variable(key, spec, ppf=lambda u: ppf(u, *numbers), low=low, high=high, nominal=nominal)
 
 
-def _triangular(u: Array, low: float, mode: float, high: float) -> Array:
-    """Return the quantiles (n,) of a triangular distribution at probabilities (n,)."""
-    rising = low + np.sqrt(u * (high - low) * (mode - low))
-    falling = high - np.sqrt((1.0 - u) * (high - low) * (high - mode))
-    return np.where(u < (mode - low) / (high - low), rising, falling)
-
-
 # Name -> arguments, whether they are valid, and the quantile function of probability and arguments.
 _DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], Callable[..., bool], Callable[..., Array]]] = {
-    "uniform": (
-        ("LOW", "HIGH"),
-        lambda low, high: low < high,
-        lambda u, low, high: low + (high - low) * u,
-    ),
+    "uniform": (("LOW", "HIGH"), lambda low, high: low < high, lambda u, low, high: low + (high - low) * u),
     "normal": (
         ("MEAN", "STANDARD_DEVIATION"),
         lambda mean, std: std > 0.0,
@@ -253,7 +242,11 @@ _DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], Callable[..., bool], Callable[.
     "triangular": (
         ("LOW", "MODE", "HIGH"),
         lambda low, mode, high: low <= mode <= high and low < high,
-        _triangular,
+        lambda u, low, mode, high: np.where(
+            u < (mode - low) / (high - low),
+            low + np.sqrt(u * (high - low) * (mode - low)),
+            high - np.sqrt((1.0 - u) * (high - low) * (high - mode)),
+        ),
     ),
 }
 _BOUNDED = ("uniform", "triangular")

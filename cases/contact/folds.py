@@ -1,8 +1,9 @@
 """Pairs of facets so near to each other along the surface that the mesh cannot resolve a fold between them.
 
 Where a compressed surface creases, it folds within one or two elements, however fine the mesh. The facets there
-penetrate each other by half an element at once, and their contact would stop the march. Facets on the two walls of a
-slot are as near to each other at its bottom; but they face each other in the body at rest, and they do meet.
+suddenly penetrate each other by half an element, and their contact would stop the march. Facets on the two walls of a
+slot are as near to each other at its bottom, but they face each other in the undeformed body, and their contact is
+kept.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
 
 
 def _upright(bodies: Bodies) -> Array:
-    """Outward unit normals at the centres of the soft facets, in the body at rest."""
+    """Return the outward unit normals of the undeformed body at the centres of the soft facets."""
     basis, soft = bodies.basis, bodies.soft
     middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
     slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])

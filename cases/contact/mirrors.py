@@ -100,7 +100,7 @@ def mirror_planes(mesh: NamedMesh, free: Patch) -> list[MirrorPlane]:
 
 
 def _unfolded(free: Patch, axis: int) -> Ints:
-    """Facets without those next to the plane that do not face it at rest.
+    """Return the facets, except those at the plane that do not face it at rest.
 
     They would meet their mirror images only in a fold of the surface that the mesh does not resolve
     (`cases.contact.folds`): a free end, say, which meets the plane at a right angle.

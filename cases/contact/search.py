@@ -128,7 +128,7 @@ class ContactSearch:
         return Inside(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
     def _beyond(self, x: Array) -> Iterator[tuple[NDArray[Any], ...]]:
-        """Points beyond each plane of symmetry, however deep, as the columns of `Inside`."""
+        """Return points beyond a plane of symmetry, at any depth, as the columns of `Inside`."""
         b, d = self.bodies, x.shape[1]
         for number, plane in enumerate(b.planes):
             at = self._places(plane, x)

@@ -1,4 +1,4 @@
-"""Vibrations of finite amplitude about an equilibrium: harmonic balance of a rubber that amplitude thins.
+"""Vibrations of finite amplitude about an equilibrium: harmonic balance for rubber that softens with amplitude.
 
 A branch whose relaxation the motion itself speeds up (`forms.branches.payne`) answers a sine of local shear amplitude
 gamma with a first harmonic s(gamma) that depends on it. The bushing's state and the local moduli are brought into
@@ -107,7 +107,7 @@ class UnevenModel:
         self._take()
 
     def _take(self) -> None:
-        """Compute the strains of new vectors, and the matrices over all."""
+        """Compute the strains of the new vectors, and the matrices over all vectors."""
         basis, points = self._basis, self._basis.pencil.model.body.rubber.points
         new = basis.vectors[len(self._strains) :]
         strains = [np.einsum("prk,pk->pr", self._root, points.gradients(one)).ravel() for one in new]

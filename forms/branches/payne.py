@@ -1,4 +1,4 @@
-"""A spectrum of Maxwell branches on a clock of time and path: relaxation that amplitude thins (Payne effect).
+"""A spectrum of Maxwell branches whose clock advances with time and strain path: the Payne effect.
 
 While filled rubber moves, it relaxes faster than at rest, the more so the larger the motion has been. In a step
 
@@ -58,12 +58,13 @@ ROUNDED = 1e-7
 def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Array, Array]:
     """Return moduli (over the law's) and relaxation times at rest (s) of the branches, shape (BRANCHES,) each.
 
-    The modulus per decade is proportional to time^slope between tau and tau 10^-decades.
+    The modulus per decade is g time^slope, time in s, between tau and tau 10^-decades: branches that are faster than a
+    recording change no constant. Where g is the sum of all, it correlates with the slope by -0.99 in loops and holds.
 
     Parameters
     ----------
     g : float or complex
-        Sum of the moduli over the law's initial shear modulus, a ratio.
+        Modulus per decade at a time of 1 s, over the law's initial shear modulus, a ratio.
     tau : float or complex
         Longest time, s.
     decades : float or complex
@@ -72,9 +73,8 @@ def spectrum(g: Scalar, tau: Scalar, decades: Scalar, slope: Scalar) -> tuple[Ar
         Power of the time.
     """
     # The middles of equal parts: the error falls with the square of their number.
-    shares = 10.0 ** (-decades * (np.arange(BRANCHES) + 0.5) / BRANCHES)
-    moduli = shares**slope
-    return g * moduli / moduli.sum(), tau * shares
+    times = tau * 10.0 ** (-decades * (np.arange(BRANCHES) + 0.5) / BRANCHES)
+    return g * decades / BRANCHES * times**slope, times
 
 
 def contribution(
@@ -118,7 +118,7 @@ def update(step: Step, *, path: Scalar, offset: Scalar, exponent: Scalar, fading
 def _passed(
     step: Step, path: Scalar, offset: Scalar, exponent: Scalar, fading: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
-    """What passes on the clock, how far the strain leaves the range so far, and its distance from the centre."""
+    """Return the clock's advance, by how much the strain leaves its range so far, its distance from the centre."""
     Xi, radius = _faded(step, fading)
     way, distance = (_distance(tensor, step.isochoric) for tensor in (step.internal["C"], Xi))
     beyond = ufl.max_value(distance - radius, 0)

@@ -227,7 +227,7 @@ def _owner(face: int) -> int:
 
 
 def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
-    """Return, of two colours on the faces, the one nearer to the axis or farther from it."""
+    """Return which of the two colours of the faces lies nearer to the axis, or farther from it."""
     groups: dict[tuple[int, int, int], list[Sampled]] = {}
     for face in faces:
         if face.tag in part.colours:
@@ -274,7 +274,7 @@ def radius_of(face: Sampled, axis: Axis) -> float:
 
 
 def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
-    """Return the coaxial faces that face the axis and are nearest to it, or face away and are farthest."""
+    """Return the coaxial faces nearest to the axis that face it, or the farthest ones that face away from it."""
     toward = -1.0 if bond == "inner" else 1.0
     radii: dict[int, float] = {}
     for face in faces:

@@ -72,7 +72,7 @@ def _plane(found: FoundPart, component: int, reach: float) -> int:
 
 
 def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tuple[int, ...]]:
-    """Solids at positive coordinates by region; the others are removed."""
+    """Return the solids at positive coordinates, by region, and remove the others."""
     occ = model().occ
     components = ["xyz".index(plane) for plane in found.planes]
     regions: dict[str, tuple[int, ...]] = {}
@@ -93,7 +93,7 @@ def _kept(found: FoundPart, made: list[list[tuple[int, int]]]) -> dict[str, tupl
 def _boundaries(
     found: FoundPart, regions: Mapping[str, tuple[int, ...]], originals: Mapping[int, int]
 ) -> Faces:
-    """Name the outer faces: those in a plane of symmetry, and the others by the face that they are a piece of."""
+    """Name the outer faces: after the plane of symmetry that contains them, else after the face they were cut from."""
     count: dict[int, int] = {}
     for solids in regions.values():
         for solid in solids:

@@ -70,7 +70,7 @@ def require_bonds(
 
 
 def _own_axis(part: Part, faces: Sequence[Sampled], axis: Axis) -> Axis | None:
-    """Return the axis of most curved faces where none of them is coaxial with the given one; None otherwise."""
+    """Return the axis of most curved faces if no face is coaxial with the given one; otherwise None."""
     if any(face.kind != "Plane" and is_coaxial(face, axis, part.size) for face in faces):
         return None
     return find_axis(faces, part.size, axis.point)

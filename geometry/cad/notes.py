@@ -126,7 +126,7 @@ def notes_of(
 
 
 def _unused(part: Part, bonds: Bonds) -> list[str]:
-    """Sentences about colours and names of faces that the file has and from which no bond was taken."""
+    """Return sentences about colours and names of faces in the file that defined no bond."""
     found = []
     if bonds.unused:
         why = "the bonds are known without them" if len(bonds.unused) == 2 else "there are not two of them"

@@ -211,7 +211,7 @@ def _read(path: Path) -> Any:
 
 
 def _groups(mesh: Any) -> dict[str, list[Any]]:
-    """Cell sets by lower-case name: for each block of cells the indices in it."""
+    """Return the cell sets by lower-case name: for each block of cells, indices within it."""
     found = {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
     numbers = mesh.cell_data.get("gmsh:physical")
     if not found and numbers is not None:

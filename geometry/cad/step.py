@@ -85,7 +85,7 @@ def read_step(path: Path) -> StepText:
 
 
 def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
-    """Refuse points without coordinates, which end the process or become zero, and what is listed twice."""
+    """Refuse points without coordinates, which crash the process or become zero, and lists that repeat an entity."""
     for number, (kind, body) in entities.items():
         if kind in ("CARTESIAN_POINT", "DIRECTION") and not _POINT.match(body):
             values = body[body.find("(") :][:60]
@@ -100,7 +100,7 @@ def _refuse_wrong(entities: Mapping[int, tuple[str, str]], where: str) -> None:
 
 
 def _statements(text: str) -> Iterator[str]:
-    """Yield what stands between semicolons, except those in quotes; a search by one pattern could take hours."""
+    """Yield the statements between semicolons outside quotes; one regular expression could take hours."""
     parts: list[str] = []
     quotes = 0
     for part in _without_comments(text).split(";"):

@@ -95,7 +95,7 @@ def refuse_overlaps(loops: Sequence[Loop], where: str) -> None:
 
 
 def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
-    """Faces with their regions, before they are cut at each other."""
+    """Return the faces with their regions, before they are cut where they overlap."""
     occ = model().occ
     points: dict[tuple[float, float], int] = {}
     wires = [occ.addCurveLoop([_add(curve, points) for curve in loop.curves]) for loop in loops]
@@ -174,7 +174,7 @@ def _inside(point: Any, polygon: Any) -> bool:
 
 
 def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
-    """Faces by region; `made` are the pieces of each face that was drawn."""
+    """Return the faces by region; `made` are the pieces into which each drawn face was cut."""
     there = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()

@@ -117,7 +117,7 @@ def _all_curves(entities: Iterable[Any], scale: float, hidden: Set[str], where: 
 
 
 def _named(entity: Any) -> str:
-    """Words for an entity: its type, its number in the file, and its layer."""
+    """Return how messages name an entity: by its type, its number in the file, and its layer."""
     return f'{entity.dxftype()} {entity.dxf.get("handle", "")} on layer "{entity.dxf.get("layer", "0")}"'
 
 

@@ -191,7 +191,7 @@ def _is_mirror(curve: int) -> bool:
 
 
 def _narrow(drawn: Drawn, inside: float) -> dict[int, float]:
-    """Sizes on the curves around thin plates, into which some elements must fit."""
+    """Return element sizes on the curves around thin plates, so that some elements fit across them."""
     sizes: dict[int, float] = {}
     for name, faces in drawn.regions.items():
         if name == RUBBER:

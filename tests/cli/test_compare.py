@@ -85,7 +85,7 @@ def test_what_cannot_be_compared_is_refused(two: tuple[Path, Path], tmp_path: Pa
         ([two[0], two[0]], "given twice"),
         ([two[0], two[0] / "result.json"], "given twice"),
         ([two[0], tmp_path / "empty"], "is a directory"),
-        ([two[0], tmp_path / "broken"], "not a result that can be compared"),
+        ([two[0], tmp_path / "broken"], "is not the result of a command on a case"),
         ([two[0], tmp_path / "none.toml"], "no such case file"),
     ):
         refused = bushcli("compare", *arguments)

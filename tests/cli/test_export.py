@@ -185,7 +185,7 @@ def test_a_folder_without_a_result_is_refused(cli, tmp_path):
     (tmp_path / "result.json").write_text('{"command": "doctor"}')
     done = cli("export", tmp_path, "--to", "abaqus")
     assert done.returncode == 2
-    assert "not a result that can be exported" in done.stderr
+    assert "is not the result of a command on a case" in done.stderr
 
 
 def test_an_effect_can_be_left_out(cli, case):

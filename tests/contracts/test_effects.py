@@ -136,6 +136,14 @@ def test_derivatives_where_it_is_off(one: Effect) -> None:
     check_derivatives([typical(one).off()])
 
 
+def test_derivatives_of_a_rig_that_was_zeroed_under_a_preload() -> None:
+    zeroed = ActiveEffect(effect("offset"), {"zeroed": 1.0, "preload": 1.234})
+    others = [typical(one) for one in RIG if one.name != "offset"]
+    check_derivatives([zeroed])
+    check_derivatives([*others, zeroed])
+    check_derivatives([zeroed.off()])
+
+
 @pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
 def test_derivatives_where_it_acts(one: Effect) -> None:
     active = [typical(one)]

@@ -243,8 +243,10 @@ def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float 
     time, q = path()
     turn = np.radians(2.0) * q
     body = Rubber(law("yeoh"), YEOH, 2000.0)
+    active = [ActiveEffect(effect(name), values).started() for name, values in secret.items()]
+    assembled = [one for one in active if one.effect.acts == "assembly"]
     answer = Simulation(
-        whole.geometry, modes()["torsional"], body, whole.mesh.refinement, (), time, turn, None
+        whole.geometry, modes()["torsional"], body, whole.mesh.refinement, assembled, time, turn, None
     ).solve(YEOH)
     moment = (
         zero + answer.force + NOISE * np.ptp(answer.force) * np.random.default_rng(12).normal(size=len(q))
@@ -255,6 +257,23 @@ def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float 
     with (folder / "case.toml").open("a") as file:
         file.write('\n[[recordings]]\nmode = "torsional"\nfile = "torsional.csv"\n')
     return load_case(folder / "case.toml", ())
+
+
+ASYMMETRIC = {"offset": {"zeroed": 1.0, "preload": 3.0}, "debonding": {"length": 6.0, "bond": 0.0}}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ASYMMETRIC)
+def test_a_preload_zeroed_out_and_a_lost_bond_are_told_apart(tmp_path: Path, name: str) -> None:
+    """Either makes the axial stiffness differ between + and -; only the bond also softens torsion."""
+    concealed = with_torsion(tmp_path, {name: ASYMMETRIC[name]})
+    found = diagnose(concealed, effects=[*ASYMMETRIC, "permanent_set", "free_play"], maps=False)
+    assert names(found) == [name]
+    assert found.probability[name] > 0.9
+    if name == "offset":
+        preload = found.effects[0].parameters["preload"]
+        assert found.effects[0].channels == ("axial",)
+        assert abs(preload.value - 3.0) < 3 * preload.std < 2.0
 
 
 RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
@@ -287,6 +306,8 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     document = diagnosis_json(found)
     assert [one["name"] for one in document["effects"]] == ["offset", "offset"]
     assert document["probability"]["offset"] > 0.95
+    # The plain law is fitted outside the search.
+    assert 0 < sum(one["solves"] for one in document["searched"]["trials"]) < document["forward_solves"]
     # The second offset's parameters carry the name of its rig, in the order of the channels' names.
     assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 

@@ -121,7 +121,7 @@ def test_vectors_are_added_until_the_balance_is_that_of_the_whole_body(mode: str
 
 def test_constants_are_found_from_a_noisy_sweep() -> None:
     truth = {"tau": 500.0, "decades": 4.5, "slope": -0.2, "path": 2e4, "offset": 0.05, "exponent": 1.8}
-    moduli, times = spectrum(4.0, truth["tau"], truth["decades"], truth["slope"])
+    moduli, times = spectrum(0.92, truth["tau"], truth["decades"], truth["slope"])
     thinned = ThinnedSpectrum(moduli, times, truth["path"], truth["offset"], truth["exponent"])
     strain = np.geomspace(1e-4, 0.2, 25)
     exact = 2.0 * (1.0 + thinned.harmonics(np.sqrt(3.0) * strain, 1.0)[0])

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.curve.curve import Curve
+from bushcli.curve.curve import Curve, ExactCurve
 
 
 def response(q):
@@ -142,6 +142,36 @@ def test_initial_stiffness_of_a_coupon_is_its_youngs_modulus():
     curve = Curve("uniaxial", stretch - 1, 0.4 * (stretch - stretch**-2))
     # The parabola leaves out the third derivative, -24 mu: at 20 % of the strain some per cent of the slope.
     assert curve.initial_stiffness() == pytest.approx(1.2, rel=0.03)
+
+
+#: Responses of stiffness 200 at rest, over a travel of 1.
+SHAPES = {
+    "cubic": lambda q: 200 * q * (1 + q**2),
+    "quintic": lambda q: 200 * q * (1 + 0.3 * q**2 + 2 * q**4),
+    "stop": lambda q: 200 * q * (1 + 20 * q**6),
+    "tangent": lambda q: 440 / np.pi * np.tan(np.pi * q / 2.2),
+    "softening": lambda q: 120 * np.tanh(q / 0.6),
+}
+
+
+@pytest.mark.parametrize("kind", [Curve, ExactCurve])
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("steps", [3, 4, 6, 10, 20, 40])
+def test_a_coarse_curve_at_equal_forces_has_the_right_initial_stiffness_or_none(kind, shape, steps):
+    """Equal steps of force begin with a large step of displacement where the response stiffens."""
+    fine = np.linspace(0.0, 1.0, 20_001)
+    force = SHAPES[shape](fine)
+    at = np.linspace(0.0, force[-1], steps + 1)
+    found = kind("axial", np.interp(at, force, fine), at).initial_stiffness()
+    assert math.isnan(found) or found == pytest.approx(200, rel=0.03)
+    if steps >= 10 and shape in ("cubic", "softening"):
+        assert not math.isnan(found)
+
+
+def test_a_coarse_curve_of_an_elastic_stop_has_no_initial_stiffness():
+    # Four equal steps of force: the first goes to 0.81 of the travel, and a cubic through it had -2880 N/mm at rest.
+    q = np.array([0.0, 0.8077, 0.8962, 0.9539, 1.0])
+    assert math.isnan(ExactCurve("axial", q, SHAPES["stop"](q)).initial_stiffness())
 
 
 def test_stiffness_of_two_points():

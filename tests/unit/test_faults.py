@@ -217,6 +217,15 @@ def test_a_relaxation_test_of_a_soft_or_hard_elastomer_is_no_fault(modulus):
     assert find_faults(bushing(), [held(modulus)]) == ()
 
 
+@pytest.mark.parametrize(("sign", "found"), [(1.0, []), (-1.0, [("hold", "sign", True)])])
+def test_a_hold_alone_says_nothing_of_units_and_shows_its_sign(sign, found):
+    """Three hundred times too stiff a rubber, if stiffness were read from it."""
+    time = np.arange(1.0, 600.0)
+    stress = sign * 900.0 * (1.0 + np.exp(-time / 30.0))
+    hold = Recording("uniaxial", np.full(len(time), 0.5), stress, time, name="hold", units=("stretch", "MPa"))
+    assert kinds(find_faults(bushing(), [hold])) == found
+
+
 def test_a_unit_that_is_probably_wrong_is_a_warning_with_its_probability():
     """Rubber of 30 MPa is rare, but it exists: nothing contradicts it."""
     (fault,) = find_faults(bushing(), [held(55.0)])

@@ -225,6 +225,14 @@ def test_refuses_with_place_and_reason(tmp_path, content, message):
         read_recording(source(tmp_path, content))
 
 
+@pytest.mark.parametrize("force", [100.0 + 50.0 * 0.8 ** np.arange(6), -100.0 - 50.0 * 0.8 ** np.arange(6)])
+def test_a_hold_from_its_full_displacement_on_is_read(tmp_path, force):
+    recording = read_recording(source(tmp_path, HEAD + table((T, 0 * Q + 3, force))))
+    assert [branch.kind for branch in branches(recording)] == ["hold"]
+    with pytest.raises(RecordingError, match=r"nothing moves .*and the file has the times"):
+        read_recording(source(tmp_path, "displacement_mm,force_N\n" + table((0 * Q + 3, force))))
+
+
 def test_refuses_files_that_are_none(tmp_path):
     with pytest.raises(RecordingError, match="no such file"):
         read_recording(Source("axial", tmp_path / "absent.csv"))

@@ -117,6 +117,15 @@ def test_offsets_shift_the_curve():
     )
 
 
+def test_a_rig_zeroed_under_a_preload_counts_from_there():
+    """Through a compliant rig and a stop beside the bushing; the preload is that of the rig's own displacement."""
+    acting = [active("bump_stop", stiffness=500.0, gap=1.0), active("rig_compliance", compliance=2e-3)]
+    zeroed = active("offset", zeroed=1.0, preload=1.7)
+    expected = force(*acting, q=SWEEP + 1.7) - force(*acting, q=np.array([1.7]))
+    np.testing.assert_allclose(force(*acting, zeroed), expected, atol=1e-9)
+    np.testing.assert_allclose(force(*acting, zeroed, active("gain", error=0.1)), 1.1 * expected, atol=1e-9)
+
+
 def test_an_offset_is_taken_off_before_the_dead_band():
     got = force(active("free_play", half_width=0.5), active("offset", force=0.0, displacement=0.5))
     assert np.all(got[(SWEEP >= 0.0) & (SWEEP <= 1.0)] == 0.0)

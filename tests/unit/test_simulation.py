@@ -81,3 +81,33 @@ def test_derivatives_of_warm_rubber_behind_a_spring_are_exact():
         scale = np.abs(exact.slope[:, column]).max()
         # The shared displacement is found to 1e-7 of the travel.
         np.testing.assert_allclose(found, exact.slope[:, column], atol=2e-3 * scale, rtol=0, err_msg=name)
+
+
+MEMORIES = {
+    "none": {"rig_compliance": {"compliance": 2e-4}},
+    "viscoelasticity": {"viscoelasticity": {"g1": 0.3, "tau1": 4.0}, "rig_compliance": {"compliance": 2e-4}},
+}
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_a_rig_zeroed_under_a_preload_logs_the_rest_of_the_curve(memory):
+    """Against the path from rest through a preload that has relaxed; its derivative against a difference."""
+    time = np.linspace(0.0, 12.0, 25)
+    q = np.interp(time, [0, 4, 8, 12], [0, 3, -3, 0])
+    present = [ActiveEffect(effects()[name], values) for name, values in MEMORIES[memory].items()]
+    zeroed = ActiveEffect(effects()["offset"], {"zeroed": 1.0, "preload": 1.5})
+    logged = Simulation(RING, modes()["axial"], RUBBER, Refinement(2, 4), [*present, zeroed], time, q, None)
+    names = ("offset.preload", "C10")
+    found = logged.solve({}, names)
+    before = np.array([-1e5, -9e4, -1e-3])
+    path = np.concatenate([[0.0, 1.5, 1.5], 1.5 + q])
+    whole = Simulation(
+        RING, modes()["axial"], RUBBER, Refinement(2, 4), present, np.append(before, time), path, None
+    )
+    force = whole.solve({}).force
+    assert found.force[0] == pytest.approx(0.0, abs=1e-6 * np.ptp(force))
+    assert found.force == pytest.approx(force[3:] - force[2], abs=2e-4 * np.ptp(force))
+    for name, at, step in (("offset.preload", 1.5, 1e-3), ("C10", 0.5, 1e-4)):
+        near = [logged.solve({"offset.preload": 1.5, "C10": 0.5, name: at + h}).force for h in (-step, step)]
+        by = found.slope[:, names.index(name)]
+        assert by == pytest.approx((near[1] - near[0]) / (2.0 * step), abs=1e-3 * np.abs(by).max())

@@ -427,7 +427,7 @@ def test_command(tmp_path: Path) -> None:
 
 def test_without_amplitude_a_thinned_spectrum_counts_once(tmp_path: Path) -> None:
     constants = {
-        "g": 2.0,
+        "g": 0.65,
         "tau": 30.0,
         "decades": 3.0,
         "slope": 0.1,

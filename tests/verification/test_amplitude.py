@@ -20,7 +20,7 @@ from forms.law import law
 from geometry.shape import Refinement, shapes
 
 PAYNE = {
-    "g": 1.5, "tau": 30.0, "decades": 3.5, "slope": 0.1, "path": 2000.0, "offset": 0.01, "exponent": 0.9
+    "g": 0.45, "tau": 30.0, "decades": 3.5, "slope": 0.1, "path": 2000.0, "offset": 0.01, "exponent": 0.9
 }  # fmt: skip
 PERIODS, SAMPLES = 2.5, 60
 

@@ -23,7 +23,7 @@ from cases.sine import ThinnedSpectrum
 from forms.branches.payne import spectrum
 from geometry.shape import Refinement, shapes
 
-SPECTRUM = {"g": 1.0, "tau": 20.0, "decades": 4.0, "slope": -0.1}
+SPECTRUM = {"g": 0.2, "tau": 20.0, "decades": 4.0, "slope": -0.1}
 CLOCK = {"path": 300.0, "offset": 0.01, "exponent": 1.3}
 RECOVERY = 30.0
 MU = 1.0  # of LAWS["yeoh"] in tests/conftest.py

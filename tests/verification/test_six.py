@@ -257,7 +257,7 @@ def test_work_of_the_reactions_is_the_stored_energy(rubber):
 def test_sensitivities_with_memory_and_a_free_motion(name, rubber):
     """With the tangent of a clock, which is not symmetric, too."""
     if name == "payne":
-        typical = {"g": 1.0, "tau": 20.0, "decades": 4.0, "slope": -0.1, "path": 300.0, "exponent": 1.3}
+        typical = {"g": 0.2, "tau": 20.0, "decades": 4.0, "slope": -0.1, "path": 300.0, "exponent": 1.3}
         feature = Installed("memory", effect("payne").feature(), typical)
     else:
         branch, typical = branches()[name], branches()[name].typical

@@ -52,7 +52,7 @@ def channel(case, effects=()):
     "moved", [{"C10": 0.56, "C20": -0.056, "C30": 0.0112}, {"C10": 0.53}, {"C20": -0.045}], ids=str
 )
 def test_constants_near_a_march_are_followed_to_first_order(case, moved):
-    """Values within 0.1 % of those of a march, derivatives within 5 % of the largest (that by C20 is 4.6 % off)."""
+    """Values within 0.1 % of those of a march with these constants, derivatives within 5 % (by C20: 4.6 % off)."""
     relaxing = ActiveEffect(effects()["viscoelasticity"], {"g1": 0.3, "tau1": 0.01})
     values = YEOH | {"viscoelasticity.g1": 0.3, "viscoelasticity.tau1": 0.01}
     names = (*YEOH, "viscoelasticity.g1")

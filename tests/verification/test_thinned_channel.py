@@ -42,8 +42,8 @@ name = "rig"
 file = "table.csv"
 amplitude_is = "peak"
 """
-TRUE = {"C10": 0.5, "g": 0.8, "offset": 0.03}
-START = {"C10": 0.4, "g": 0.5, "offset": 0.05}
+TRUE = {"C10": 0.5, "g": 0.2, "offset": 0.03}
+START = {"C10": 0.4, "g": 0.12, "offset": 0.05}
 FIXED = tuple(f"payne.{name}" for name in ("tau", "decades", "slope", "path", "exponent"))
 
 
@@ -64,7 +64,7 @@ def case(tmp_path_factory):
 
 
 def test_derivatives_follow_the_balance(case):
-    """Within what the moving of amplitudes within the body changes: up to 0.3 %."""
+    """Within what the moving of amplitudes within the body changes: up to 1 %."""
     task = Task(case, "neo_hookean")
     problem, *_ = task.problem()
     (channel,) = problem.channels
@@ -74,7 +74,7 @@ def test_derivatives_follow_the_balance(case):
         moved = np.eye(len(x))[i] * 0.02 * x
         ends = [channel.solve(problem.parameters(x + d), task.names).force for d in (moved, -moved)]
         expected = (ends[0] - ends[1]) / (0.04 * x[i])
-        np.testing.assert_allclose(slope[:, i], expected, atol=0.005 * np.abs(expected).max(), err_msg=name)
+        np.testing.assert_allclose(slope[:, i], expected, atol=0.01 * np.abs(expected).max(), err_msg=name)
 
 
 def test_concealed_constants_are_found_from_all_amplitudes(case):

@@ -3,6 +3,9 @@
 The bushing's displacement is q - displacement and the logged force Q + force, with q the recorded displacement and Q
 the force. Both are amplitudes. They do not grow with the excursion as permanent set does.
 
+A rig that was set to zero while a preload acted logs q = 0 where the bushing is at `preload`: the bushing's
+displacement is then q + preload, and the logged force Q(q + preload) - Q(preload).
+
 References
 ----------
 ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 (toe compensation),
@@ -14,6 +17,7 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"
+AT = ("at_rest", "under_preload")
 
 
 def drive(q: Signal, given: Given) -> Signal:
@@ -24,9 +28,9 @@ def drive(q: Signal, given: Given) -> Signal:
     q : Signal
         Displacement as recorded (n,), mm or rad.
     given : Given
-        Value of `displacement` (mm or rad) with its derivatives.
+        Value of `displacement` (mm or rad) with its derivatives; none where the rig was zeroed under a preload.
     """
-    return q - given["displacement"]
+    return q - given["displacement"] if "displacement" in given else q
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
@@ -39,9 +43,9 @@ def read(force: Signal, time: Array | None, given: Given) -> Signal:
     time : (n,) array or None
         Seconds since the recording began; not used.
     given : Given
-        Value of `force` (N or N mm) with its derivatives.
+        Value of `force` (N or N mm) with its derivatives; none where the rig was zeroed under a preload.
     """
-    return force + given["force"]
+    return force + given["force"] if "force" in given else force
 
 
 EFFECT = Effect(
@@ -59,6 +63,7 @@ EFFECT = Effect(
             1e7,
             off=0.0,
             of_channel=True,
+            under=AT[0],
             prior=Prior("t", 0.03, of="force", source=ZERO),
         ),
         EffectParameter(
@@ -70,7 +75,44 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             of_channel=True,
-            prior=Prior("t", 0.03, of="travel", source=ZERO),
+            under=AT[0],
+            prior=Prior(
+                "t",
+                0.03,
+                of="travel",
+                source=f"{ZERO}; 0.5 times travel where the force is not near zero at a displacement near zero",
+                unrested=0.5,
+            ),
+        ),
+        EffectParameter(
+            "preload",
+            "mm",
+            "displacement at which both signals were set to zero",
+            0.01,
+            -100.0,
+            100.0,
+            off=0.0,
+            sizes=(-0.3, 0.3),
+            scale="amplitude",
+            of_channel=True,
+            under=AT[1],
+            prior=Prior(
+                "t",
+                0.5,
+                of="travel",
+                source="engineering judgement: where a part is clamped under load, zero may be anywhere in the travel",
+            ),
+        ),
+        EffectParameter(
+            "zeroed",
+            "1",
+            "whether the signals were set to zero at rest or under a preload",
+            0.0,
+            0.0,
+            1.0,
+            of_mesh=True,
+            choices=AT,
+            prior=Prior("choice", 2.0, source="engineering judgement: neither is unusual"),
         ),
     ),
     how_often="occasional",
@@ -78,6 +120,6 @@ EFFECT = Effect(
     needs="curvature that differs between + and -, to separate the offsets; two amplitudes, to exclude permanent set",
     rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
-    rig=RigChange(drive=drive, read=read, order=0),
+    rig=RigChange(zero="preload", drive=drive, read=read, order=0),
     shown=("axial", {"force": 100.0, "displacement": -0.3}),
 )

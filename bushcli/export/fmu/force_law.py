@@ -228,7 +228,7 @@ class ChannelForceLaw:
         return self.force
 
     def _move(self, q: float) -> None:
-        """Go to a displacement, and save it where it is the largest so far."""
+        """Move to a displacement, and store it if it is the largest so far."""
         self.q = q
         if self.set:
             first = self.extremes
@@ -249,7 +249,7 @@ class ChannelForceLaw:
             self._relax(self.clocked + i * len(one.maxwell), one.maxwell, rise, time)
 
     def _relax(self, first: int, maxwell: list[tuple[float, float]], rise: float, time: float) -> None:
-        """Advance Maxwell branches, the first of which is the state of this index, by a rise of H in a time, s."""
+        """Advance the Maxwell branches, whose states begin at this index, by a change of H in a time step, s."""
         for i, (g, tau) in enumerate(maxwell, first):
             y = time / tau
             # (1 - exp(-y)) / y without loss of digits.

@@ -316,7 +316,7 @@ def _with_row(
 
 
 def _quantity(words: str, unit: DynamicUnit | None) -> str:
-    """Return the quantity of the longest phrase in a name; of equally long ones that whose unit fits."""
+    """Return the quantity of the longest phrase found in a name; between equally long ones the unit decides."""
     best, longest = "", (0, False)
     for quantity, phrases in _WORDS.items():
         for phrase in phrases:

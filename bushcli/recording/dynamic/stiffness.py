@@ -179,7 +179,7 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
 def _refuse_contradictions(
     columns: StiffnessColumns, values: Mapping[str, Array], storage: Array, loss: Array, pair: Sequence[str]
 ) -> None:
-    """Refuse further quantities that do not agree with the pair, naming what would make them agree."""
+    """Refuse quantities that contradict the pair used, and say what would make them agree."""
     size = np.hypot(storage, loss)
     if pair == ("stiffness", "storage") or pair == ("stiffness", "loss"):
         whole, part, label = values["stiffness"], values[pair[1]], columns.labels.get(pair[1])

@@ -43,7 +43,7 @@ def units_within(text: str, timed: bool) -> Iterator[tuple[str, str]]:
 
 
 def _units_at_end(text: str, timed: bool) -> Iterator[tuple[str, str]]:
-    """Yield the same for units at the end: ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm``."""
+    """Yield the units at the end of a name: ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm``."""
     slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
     if slash and (_is_unit(slash[2]) or not _names_something(slash[2])):
         yield slash[1].strip(), slash[2]

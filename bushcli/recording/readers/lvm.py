@@ -228,7 +228,7 @@ def _begin(head: Mapping[str, list[str]], channel: int) -> datetime | None:
 
 
 def _joined(segments: Sequence[_Segment]) -> _Segment | None:
-    """Return segments with the same channels as one, if their times increase; else None."""
+    """Return segments with the same channels as one table if their times increase; else None."""
     first = segments[0]
     if any(
         (one.names, one.units, one.x_unit) != (first.names, first.units, first.x_unit) for one in segments

@@ -1,4 +1,4 @@
-"""The time of a recording: repaired if only its stamps are wrong, refused if the order of the samples is wrong.
+"""Time stamps of a recording: repaired if only the stamps are wrong, refused if the samples are out of order.
 
 These faults are repaired, and the number of repairs is reported:
 

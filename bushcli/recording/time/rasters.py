@@ -181,7 +181,7 @@ def stamped(table: Table, columns: Sequence[int], source: Source, mode: Mode) ->
 
 
 def _shift(one: RasterColumns, other: RasterColumns, together: bool) -> float | None:
-    """Return what has to be added to the stamps of the other to count from the same instant, s; None if not known."""
+    """Return the offset, s, that brings another clock's stamps to the same origin; None if it is not known."""
     a, b = one.stamps.begin, other.stamps.begin
     if a is not None and b is not None:
         return (b.nanoseconds - a.nanoseconds) / 1e9 if a.reference == b.reference else None

@@ -1,4 +1,4 @@
-"""The bushing itself: its mesh, and its deformed shape coloured by the largest principal stretch, in true scale.
+"""Draws the bushing in true scale: its mesh, and its deformed shape coloured by the largest principal stretch.
 
 A half-plane is drawn as a section, a twisted half-plane as a body of revolution with a quarter left open, a solid from
 the side on which it is cut.
@@ -210,7 +210,10 @@ class _Drawing:
         """Replace the axes by arrows for the directions and a bar of known length."""
         axes.set_axis_off()
         (left, right), bottom = axes.get_xlim(), axes.get_ylim()[0]
-        length = _round_length(0.3 * self.extent)
+        # The largest of 1, 2, 5 times a power of ten that does not exceed this length.
+        most = 0.3 * self.extent
+        power = 10.0 ** np.floor(np.log10(most))
+        length = float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9)))
         y = bottom + 0.01 * self.extent
         axes.plot([right - length, right], [y, y], color=INK[0], lw=2.0, solid_capstyle="butt")
         middle = (right - length / 2, y)
@@ -223,9 +226,3 @@ class _Drawing:
             axes.annotate("", tip, (origin[0], origin[1]), arrowprops=arrow)
             label = (origin[0] + 0.1 * x, origin[1] + 0.1 * y)
             axes.annotate(name, label, ha="center", va="center", fontsize=9, color=GREY[0])
-
-
-def _round_length(length: float) -> float:
-    """Return the largest of 1, 2, 5 times a power of ten that does not exceed a length."""
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-9)))

@@ -59,7 +59,13 @@ def map_title(found: LocalMap) -> str:
 def map_figure(found: LocalMap) -> Figure:
     """Draw the map in colours that are symmetric about zero change."""
     flat = found.points.shape[1] == 2
-    polygons, values, order = _section(found) if flat else _solid(found)
+    if not flat:
+        polygons, values, order = _solid(found)
+    else:  # the faces of the half-plane and of its mirror image
+        (corners,) = _SECTION[numbering(found)]
+        faces = found.points[found.cells[:, corners]]
+        polygons = np.concatenate([faces, faces * np.array([-1.0, 1.0])])
+        values, order = np.concatenate([found.factor, found.factor]), np.ones(len(polygons))
     top = float(np.quantile(np.abs(found.factor), 1.0 - _BEYOND)) if len(found.factor) else 0.0
     norm = Normalize(-100.0 * max(top, _LEAST), 100.0 * max(top, _LEAST))
     mappable = ScalarMappable(norm, _COLOURS)
@@ -112,15 +118,6 @@ def map_figure(found: LocalMap) -> Figure:
             )
         axes.set_title(literal(fill(map_title(found), _LINE)), fontsize=10.5, color=INK[0])
         return figure
-
-
-def _section(found: LocalMap) -> tuple[Array, Array, Array]:
-    """Return the faces of the half-plane and of its mirror image."""
-    (corners,) = _SECTION[numbering(found)]
-    faces = found.points[found.cells[:, corners]]
-    mirrored = faces * np.array([-1.0, 1.0])
-    values = np.concatenate([found.factor, found.factor])
-    return np.concatenate([faces, mirrored]), values, np.ones(len(values))
 
 
 def _solid(found: LocalMap) -> tuple[Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Interpretation of a CAD file or a section, with areas and volumes."""
+"""Draws how a CAD file or a section was interpreted, with areas and volumes."""
 
 from __future__ import annotations
 

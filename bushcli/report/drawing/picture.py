@@ -20,12 +20,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, NullLocator
 
-from bushcli.report.document import Panels, Picture, Plot, Series
+from bushcli.report.document import Panels, Picture, Plot
 from bushcli.report.drawing.looks import DIVERGING, GREY, INK, LOOKS
 from bushcli.report.drawing.prepared import prepared, shade, tick, ticks
 
@@ -159,7 +158,16 @@ def draw(axes: Axes, plot: Plot) -> None:
         else:
             handles.setdefault(region.label, Patch(color=fill))
     for i, one in enumerate(plot.series):
-        handles.setdefault(one.label, _series(axes, one, 2 + 0.1 * i))
+        look, is_line = LOOKS[one.key], one.mark in ("line", "both")
+        (drawn,) = axes.plot(
+            one.x, one.y, color=look.colours[0], lw=look.width, ls=_dash(one.key) if is_line else "none",
+            marker={"line": "", "dots": "o", "both": "o", "crosses": "x"}[one.mark],
+            ms=max(3.0, 1.6 * look.width) if one.mark != "crosses" else 5.5, zorder=2 + 0.1 * i,
+        )  # fmt: skip
+        if one.error is not None and one.error.any():
+            bars: dict[str, Any] = {"fmt": "none", "ecolor": GREY[0], "elinewidth": 1.1, "capsize": 2.5}
+            axes.errorbar(one.x, one.y, one.error, zorder=2.05 + 0.1 * i, **bars)
+        handles.setdefault(one.label, drawn)
     for note in plot.notes:
         side = {"left": ("right", -5), "right": ("left", 5), "middle": ("center", 0)}[note.place]
         axes.annotate(
@@ -168,33 +176,6 @@ def draw(axes: Axes, plot: Plot) -> None:
         )  # fmt: skip
     handles.pop("", None)
     _head(axes, plot, handles)
-
-
-def _series(axes: Axes, one: Series, level: float) -> Line2D:
-    look = LOOKS[one.key]
-    marks = {"line": "", "dots": "o", "both": "o", "crosses": "x"}[one.mark]
-    (drawn,) = axes.plot(
-        one.x,
-        one.y,
-        color=look.colours[0],
-        lw=look.width,
-        ls=_dash(one.key) if one.mark in ("line", "both") else "none",
-        marker=marks,
-        ms=max(3.0, 1.6 * look.width) if one.mark != "crosses" else 5.5,
-        zorder=level,
-    )
-    if one.error is not None and one.error.any():
-        axes.errorbar(
-            one.x,
-            one.y,
-            one.error,
-            fmt="none",
-            ecolor=GREY[0],
-            elinewidth=1.1,
-            capsize=2.5,
-            zorder=level + 0.05,
-        )
-    return drawn
 
 
 def _dash(key: str) -> Any:

@@ -1,4 +1,4 @@
-"""A plot made ready to be drawn: curves thinned, limits found, numbers moved apart; the same for both drawings."""
+"""Prepares a plot for both drawings: thins its curves, finds its limits, moves its numbers apart."""
 
 from __future__ import annotations
 
@@ -157,13 +157,22 @@ def thinned(x: Array, y: Array, most: int, dots: bool = False) -> tuple[Array, A
         drawn: NDArray[np.intp] = at
         if len(at) > most:
             new = np.zeros(len(at), dtype=bool)
-            new[_envelope(column[at], y[at])] = True
+            # The lowest and the highest sample of each column.
+            order = np.argsort(column[at], kind="stable")
+            new[order[_extremes(column[at][order], y[at][order])]] = True
             cell = column[at].astype(np.int64) * columns + row[at]
             if dots:
                 new[np.unique(cell, return_index=True)[1]] = True
                 drawn = at[new & good[at]]
             else:
-                drawn = _new_segments(at, cell, new, good[at], columns)
+                # Segments that join cells that were joined before are left out; -1 interrupts the curve.
+                low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
+                joins = new[:-1] | new[1:]
+                joins[np.unique(low * columns**2 + high, return_index=True)[1]] = True
+                joins &= good[at][:-1] & good[at][1:]
+                used = np.append(joins, False) | np.append(False, joins)
+                begins = np.flatnonzero(used & ~np.append(False, joins))
+                drawn = np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
         if len(drawn) <= most:
             break
     gap = drawn < 0
@@ -186,29 +195,6 @@ def _extremes(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
         first = np.flatnonzero(y == extreme.reduceat(y, start)[run])
         kept[first[np.diff(run[first], prepend=-1) > 0]] = True
     return np.flatnonzero(kept)
-
-
-def _envelope(column: NDArray[np.int16], y: Array) -> NDArray[np.intp]:
-    """Return the lowest and the highest sample of each column."""
-    order = np.argsort(column, kind="stable")
-    return np.asarray(order[_extremes(column[order], y[order])])
-
-
-def _new_segments(
-    at: NDArray[np.intp],
-    cell: NDArray[np.int64],
-    outer: NDArray[np.bool_],
-    good: NDArray[np.bool_],
-    columns: int,
-) -> NDArray[np.intp]:
-    """Return the samples without segments that join cells that were joined before; -1 interrupts the curve."""
-    low, high = np.minimum(cell[:-1], cell[1:]), np.maximum(cell[:-1], cell[1:])
-    new = outer[:-1] | outer[1:]
-    new[np.unique(low * columns**2 + high, return_index=True)[1]] = True
-    new &= good[:-1] & good[1:]
-    used = np.append(new, False) | np.append(False, new)
-    begins = np.flatnonzero(used & ~np.append(False, new))
-    return np.insert(at[used], np.searchsorted(np.flatnonzero(used), begins[1:]), -1)
 
 
 # -- areas and their numbers -------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.response import Response
     from cases.stretches import Surface
     from geometry.shape import Shape
     from geometry.view import View
@@ -42,7 +42,7 @@ def direct_pictures(
     names: Mapping[str, str],
     tables: Sequence[ComparedTable] = (),
 ) -> Iterator[Panels | Picture]:
-    """Yield curves, tables, coupons, deformed shapes and meshes of a direct prediction."""
+    """Yield curves, tables, coupons, the deformed shape of each channel, and each mesh once."""
     from bushcli.report.cycles import response_histories
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
@@ -59,7 +59,27 @@ def direct_pictures(
     if fit is not None:
         yield fit_panels(fit)
     yield from _interpretation(response.case.geometry)
-    yield from _bodies(response.channels, names)
+    meshes: list[Surface] = []
+    for channel in response.channels:
+        if channel.surface is None:
+            continue
+        shown, at, file = quantities(channel.mode), channel.surface.displacement, names[channel.name]
+        reached = f"{at:.3g} s"
+        if not channel.in_time:
+            value = f"{float(f'{shown.at(at):.3g}'):g}"
+            reached = f"{value} {shown.displacement_unit}" if shown.displacement_unit else f"stretch {value}"
+        title = f"{capital(channel.name)}: deformed at {reached}"
+        figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
+        yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
+        if any(_same(channel.surface, other) for other in meshes):
+            continue
+        meshes.append(channel.surface)
+        served = [
+            c.name for c in response.channels if c.surface is not None and _same(channel.surface, c.surface)
+        ]
+        title = f"Mesh for {listed(served)}"
+        figure = mesh_figure(channel.surface, title, _note(channel.surface))
+        yield picture(f"{file}-mesh", "mesh", title, figure, channel.name)
 
 
 def mesh_pictures(shape: Shape, meshes: Sequence[Meshed]) -> Iterator[Picture]:
@@ -80,24 +100,6 @@ def geometry_picture(view: View, title: str, measures: Mapping[str, float]) -> P
 def _interpretation(shape: Shape) -> Iterator[Picture]:
     if shape.view is not None:
         yield geometry_picture(shape.view, INTERPRETED, shape.measures())
-
-
-def _bodies(channels: Sequence[Simulated], names: Mapping[str, str]) -> Iterator[Picture]:
-    """Yield the deformed shape of each channel, and each mesh once."""
-    drawn: list[Surface] = []
-    for channel in channels:
-        if channel.surface is None:
-            continue
-        title, file = _deformed_title(channel, channel.surface), names[channel.name]
-        figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
-        yield picture(f"{file}-deformed", "deformed", title, figure, channel.name)
-        if any(_same(channel.surface, other) for other in drawn):
-            continue
-        drawn.append(channel.surface)
-        served = [c.name for c in channels if c.surface is not None and _same(channel.surface, c.surface)]
-        title = f"Mesh for {listed(served)}"
-        figure = mesh_figure(channel.surface, title, _note(channel.surface))
-        yield picture(f"{file}-mesh", "mesh", title, figure, channel.name)
 
 
 def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
@@ -125,16 +127,6 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
     if found.next_test is not None and not found.next_test.frequency:
         yield places.next_test_panels(found, found.next_test)
-
-
-def _deformed_title(channel: Simulated, surface: Surface) -> str:
-    name = capital(channel.name)
-    if channel.in_time:
-        return f"{name}: deformed at {surface.displacement:.3g} s"
-    shown = quantities(channel.mode)
-    reached = f"{float(f'{shown.at(surface.displacement):.3g}'):g}"
-    unit = f" {shown.displacement_unit}" if shown.displacement_unit else ""
-    return f"{name}: deformed at {'' if unit else 'stretch '}{reached}{unit}"
 
 
 def _note(surface: Surface, deformed: bool = False) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from bushcli.report.document import Note, Picture, Plot, Region, Series, Stripe
+from bushcli.report.document import Picture, Plot, Region, Series, Stripe
 from bushcli.report.drawing.prepared import pane, position, prepared, shade, tick, ticks
 
 Array = NDArray[np.floating[Any]]
@@ -78,6 +78,15 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
     fixed = plot.x_names or plot.y_names
     names = f'data-fixed="{"x" * bool(plot.x_names)}{"y" * bool(plot.y_names)}" data-log="{plot.log}"'
     title = html.escape(plot.heading or " over ".join(reversed(plot.labels)))
+    marks = [
+        _mark(plot, one.at[0], f'<circle r="9"/><text y="4">{one.number}</text>', f" as-{one.key}")
+        for one in plot.regions
+        if one.number and one.at is not None
+    ]
+    for note in plot.notes:
+        shift = {"left": -6, "right": 6, "middle": 0}[note.place]
+        text = f'<text class="note-{note.place}" x="{shift}" y="4">{html.escape(note.text)}</text>'
+        marks.append(_mark(plot, np.array(note.at), text))
     return Markup(
         "\n".join(
             [
@@ -94,8 +103,7 @@ def svg(plot: Plot, prefix: str = "") -> Markup:
                 *(_region(plot, region) for region in plot.regions),
                 *(_series(plot, series) for series in plot.series),
                 "</svg>",
-                f'<g class="numbers">{"".join(_number(plot, one) for one in plot.regions if one.number)}'
-                f"{''.join(_note(plot, one) for one in plot.notes)}</g>",
+                f'<g class="numbers">{"".join(marks)}</g>',
                 f'<rect class="edge" x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}"/>',
                 f'<text class="axis" x="{left + width / 2:g}" y="{plot.height - 8:g}">{html.escape(plot.labels[0])}'
                 "</text>",
@@ -202,23 +210,13 @@ def _region(plot: Plot, region: Region) -> str:
     return f'<path class="region as-{region.key}"{number} d="{shapes}"/>'
 
 
-def _number(plot: Plot, region: Region) -> str:
-    assert region.at is not None
-    x, y = (float(v) for v in position(plot, *region.at[0]))
+def _mark(plot: Plot, at: Array, inside: str, role: str = "") -> str:
+    """Return what keeps its size at a point of the axes: a number, a text."""
+    x, y = (float(v) for v in position(plot, *at))
     left, top, _, _ = pane(plot)
     return (
-        f'<g class="mark as-{region.key}" data-x="{x:.2f}" data-y="{y:.2f}" '
-        f'transform="translate({left + x:.2f} {top + y:.2f})"><circle r="9"/><text y="4">{region.number}</text></g>'
-    )
-
-
-def _note(plot: Plot, note: Note) -> str:
-    x, y = (float(v) for v in position(plot, *note.at))
-    left, top, _, _ = pane(plot)
-    shift = {"left": -6, "right": 6, "middle": 0}[note.place]
-    return (
-        f'<g class="mark" data-x="{x:.2f}" data-y="{y:.2f}" transform="translate({left + x:.2f} {top + y:.2f})">'
-        f'<text class="note-{note.place}" x="{shift}" y="4">{html.escape(note.text)}</text></g>'
+        f'<g class="mark{role}" data-x="{x:.2f}" data-y="{y:.2f}" '
+        f'transform="translate({left + x:.2f} {top + y:.2f})">{inside}</g>'
     )
 
 

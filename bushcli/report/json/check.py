@@ -11,7 +11,6 @@ from bushcli.report.json.common import cleaned, faults_json, head, part
 from bushcli.report.json.dynamic_tables import dynamic_tables_json
 from bushcli.report.quantity import quantities
 from bushcli.report.views.check import Checked
-from bushcli.standards import Observed
 
 
 def check_json(found: Checked) -> dict[str, Any]:
@@ -24,7 +23,22 @@ def check_json(found: Checked) -> dict[str, Any]:
         document["dynamic"] = dynamic_tables_json(found.tables)
     tests = found.tests
     document |= {
-        "protocol": [_observed(one) for one in (*tests.recordings, *tests.coupons)],
+        "protocol": [
+            {
+                "channel": one.channel,
+                "cycles": len(one.compared),
+                "conditioning": one.conditioning,
+                "amplitudes": [per * value for value in one.compared],
+                "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
+                "rates": [per * rate for rate in one.rates],
+                "holds_s": one.holds,
+                "rests_s": one.rests,
+                "pauses_s": one.pauses,
+                **part(one, "timed from_rest unloads"),
+            }
+            for one in (*tests.recordings, *tests.coupons)
+            for per in [quantities(one.mode).per_internal]
+        ],
         "standards": [
             {"channel": channel, "standard": name, "clauses": asked} for channel, name, asked in tests.judged
         ],
@@ -52,20 +66,4 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
         "force": [float(curve.force.min()), float(curve.force.max())],
         "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
-    }
-
-
-def _observed(one: Observed) -> dict[str, Any]:
-    per = quantities(one.mode).per_internal
-    return {
-        "channel": one.channel,
-        "cycles": len(one.compared),
-        "conditioning": one.conditioning,
-        "amplitudes": [per * value for value in one.compared],
-        "conditioning_amplitudes": [per * value for value in one.amplitudes[: one.conditioning]],
-        "rates": [per * rate for rate in one.rates],
-        "holds_s": one.holds,
-        "rests_s": one.rests,
-        "pauses_s": one.pauses,
-        **part(one, "timed from_rest unloads"),
     }

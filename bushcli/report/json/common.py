@@ -104,25 +104,18 @@ def material_json(material: Material) -> dict[str, Any]:
     return part(material, "law bulk_modulus parameters")
 
 
-def cleaned(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with JSON's own types only."""
-    clean = _clean(document)
-    assert isinstance(clean, dict)
-    return clean
-
-
-def _clean(value: Any) -> Any:
+def cleaned(value: Any) -> Any:
     """Return a value in JSON's own types."""
     if is_dataclass(value):
-        return {one.name: _clean(getattr(value, one.name)) for one in fields(value)}
+        return {one.name: cleaned(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): _clean(item) for key, item in value.items()}
+        return {str(key): cleaned(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
-        return _clean(value.tolist())
+        return cleaned(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [_clean(item) for item in value]
+        return [cleaned(item) for item in value]
     if isinstance(value, np.generic):
-        return _clean(value.item())
+        return cleaned(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     return value

@@ -1,4 +1,4 @@
-"""Results beside each other -> JSON-ready data."""
+"""A comparison of results -> JSON-ready data."""
 
 from __future__ import annotations
 

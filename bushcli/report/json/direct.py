@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from bushcli.report.cycles import by_name, energy_unit, response_histories
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.json.cycles import history_json
 from bushcli.report.json.fit import fit_part
-from bushcli.report.quantity import quantities, shown_motion
+from bushcli.report.quantity import Quantities, quantities, shown_motion
 from bushcli.report.verdict import Verdict, all_within_10_percent, judge
 from bushcli.report.views.direct import displacement_at, problems_of
-from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
@@ -49,81 +48,20 @@ def direct_json(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     shown = quantities(channel.mode)
-    coupon = modes()[channel.mode].specimen == "coupon"
-    document: dict[str, Any] = {
-        "name": channel.name,
-        "mode": channel.mode,
-        "units": {
-            "displacement": "stretch - 1"
-            if coupon and shown.rest
-            else shown.displacement_unit or shown.displacement,
-            "force": shown.force_unit,
-            "stiffness": shown.stiffness_unit,
-            "energy": energy_unit(channel.mode),
-        },
-        "time": channel.curve.time,
-        # A stretch is given relative to rest, where it is zero, as in the case file's path; that of the leading one of
-        # six motions is no displacement of the path.
-        **({} if channel.six else {"displacement": shown.shown(channel.curve.displacement) - shown.rest}),
-        "force": channel.curve.force,
-        "stiffness": {
-            "initial": shown.stiffness(channel.curve.initial_stiffness()),
-            "secant": shown.stiffness(channel.curve.secant_stiffness()),
-        },
-        "complete": not channel.stopped,
-        "stopped": channel.stopped,
-        "reach": shown.at(channel.reach) - shown.rest,
-        "newton_iterations": channel.newton,
-        "steps_tried": len(channel.attempts),
-        "steps_rejected": sum(not attempt.accepted for attempt in channel.attempts),
-        "unknowns": channel.unknowns,
-        "principal_stretches": list(channel.strained.range),
-        "unstable_percent": 100 * channel.strained.unstable,
-        "mesh_error_percent": channel.mesh_error,
-        "seconds": dict(channel.seconds),
-    }
+    document: dict[str, Any] = {key: of(channel, shown) for key, of in _CURVE.items()}
     if found is not None:
-        source = channel.recording.source if channel.recording else None
         document["recording"] = {
-            "file": str(source) if source else None,
+            "file": str(channel.recording.source) if channel.recording and channel.recording.source else None,
             "samples": len(channel.recording.displacement) if channel.recording else 0,
-            **part(found, "rms_percent peak_percent noise_percent"),
-            "stiffness_measured": shown.stiffness(found.measured.secant),
-            "stiffness_simulated": shown.stiffness(found.predicted.secant),
-            "stiffness_ratio": found.stiffness_ratio,
-            "initial_stiffness_measured": shown.stiffness(found.measured.initial),
-            "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
-            "within_10_percent": found.within_10_percent,
-            "within_tolerance": found.within,
-            "tolerance_percent": found.tolerance.percent,
-            **part(found, "compared force_range"),
+            **{key: of(found, shown) for key, of in _MISFIT.items()},
         }
-    document |= _six(channel)
-    document["contact"] = [
-        {
-            "surfaces": one.surfaces,
-            "first": one.first if channel.in_time else shown.at(one.first),
-            "largest_force": one.force,
-            "at": one.at if channel.in_time else shown.at(one.at),
-            **part(one, "radius height"),
-        }
-        for one in channel.touched
-    ]
-    return document
-
-
-def _six(channel: Simulated) -> dict[str, Any]:
-    """Return motions, reactions and stiffness matrices of a channel as JSON-ready data, where there are any."""
-    document: dict[str, Any] = {}
     if channel.six is not None:
         six, motion = channel.six, shown_motion(channel.six)
-        document = {
+        # The displacement of the leading motion is none of the path.
+        del document["displacement"]
+        document |= {
             "mode": "path",
-            "units": {
-                "motion": "mm, deg",
-                "force": "N, N mm",
-                "stiffness": quantities(channel.mode).stiffness_unit,
-            },
+            "units": {"motion": "mm, deg", "force": "N, N mm", "stiffness": shown.stiffness_unit},
             "time": six.time,
             "motion": {name: motion[:, k] for k, name in enumerate(MOTIONS)},
             "force": {name: six.force[:, k] for k, name in enumerate(REACTIONS)},
@@ -133,12 +71,67 @@ def _six(channel: Simulated) -> dict[str, Any]:
             "reach": channel.reach if channel.stopped else float(six.time[-1]),
         }
     for state, (displacement, matrix) in (channel.stiffness or {}).items():
-        name = "stiffness_matrix" if state == "end" else f"stiffness_matrix_{state}"
-        document[name] = matrix.tolist()
+        document["stiffness_matrix" if state == "end" else f"stiffness_matrix_{state}"] = matrix
         document["stiffness_matrix_state"] = "unrelaxed" if channel.unrelaxed else "relaxed"
         if state == "at":
             document["stiffness_matrix_at_displacement"] = displacement_at(channel, displacement)
+    document["contact"] = [
+        {
+            "surfaces": one.surfaces,
+            "first": displacement_at(channel, one.first),
+            "largest_force": one.force,
+            "at": displacement_at(channel, one.at),
+            **part(one, "radius height"),
+        }
+        for one in channel.touched
+    ]
     return document
+
+
+# A stretch is given relative to rest, where it is zero, as in the case file's path.
+_CURVE: dict[str, Callable[[Simulated, Quantities], Any]] = {
+    "name": lambda one, _: one.name,
+    "mode": lambda one, _: one.mode,
+    "units": lambda one, shown: {
+        "displacement": "stretch - 1" if shown.rest else shown.displacement_unit or shown.displacement,
+        "force": shown.force_unit,
+        "stiffness": shown.stiffness_unit,
+        "energy": energy_unit(one.mode),
+    },
+    "time": lambda one, _: one.curve.time,
+    "displacement": lambda one, shown: shown.shown(one.curve.displacement) - shown.rest,
+    "force": lambda one, _: one.curve.force,
+    "stiffness": lambda one, shown: {
+        "initial": shown.stiffness(one.curve.initial_stiffness()),
+        "secant": shown.stiffness(one.curve.secant_stiffness()),
+    },
+    "complete": lambda one, _: not one.stopped,
+    "stopped": lambda one, _: one.stopped,
+    "reach": lambda one, shown: shown.at(one.reach) - shown.rest,
+    "newton_iterations": lambda one, _: one.newton,
+    "steps_tried": lambda one, _: len(one.attempts),
+    "steps_rejected": lambda one, _: sum(not attempt.accepted for attempt in one.attempts),
+    "unknowns": lambda one, _: one.unknowns,
+    "principal_stretches": lambda one, _: one.strained.range,
+    "unstable_percent": lambda one, _: 100 * one.strained.unstable,
+    "mesh_error_percent": lambda one, _: one.mesh_error,
+    "seconds": lambda one, _: one.seconds,
+}
+_MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
+    "rms_percent": lambda one, _: one.rms_percent,
+    "peak_percent": lambda one, _: one.peak_percent,
+    "noise_percent": lambda one, _: one.noise_percent,
+    "stiffness_measured": lambda one, shown: shown.stiffness(one.measured.secant),
+    "stiffness_simulated": lambda one, shown: shown.stiffness(one.predicted.secant),
+    "stiffness_ratio": lambda one, _: one.stiffness_ratio,
+    "initial_stiffness_measured": lambda one, shown: shown.stiffness(one.measured.initial),
+    "initial_stiffness_simulated": lambda one, shown: shown.stiffness(one.predicted.initial),
+    "within_10_percent": lambda one, _: one.within_10_percent,
+    "within_tolerance": lambda one, _: one.within,
+    "tolerance_percent": lambda one, _: one.tolerance.percent,
+    "compared": lambda one, _: one.compared,
+    "force_range": lambda one, _: one.force_range,
+}
 
 
 def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:

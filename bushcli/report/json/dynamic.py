@@ -15,7 +15,8 @@ from cases.six import MOTIONS
 
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+    from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.vibrations import DynamicCurve
 
 
 def dynamic_json(response: DynamicResponse, fit: Fit | None) -> dict[str, Any]:

@@ -56,20 +56,19 @@ def inverse_json(case: Case, fits: Sequence[Fit]) -> dict[str, Any]:
     document["profiles"] = best.profiles
     document["evaluations"] = [vars(one) | {"step": None, "radius": None} for one in best.evaluations]
     if len(fits) > 1:
-        document["models"] = [_model(fit) for fit in fits]
+        document["models"] = [
+            {
+                "law": fit.material.law,
+                "number_of_parameters": len(fit.parameters),
+                "parameters": {name: estimate.value for name, estimate in fit.parameters.items()},
+                "misfit": {key: c.rms_percent for key, c in curves.items() if not c.held_out},
+                "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
+                "cost": fit.cost,
+                "bic": information_criterion(fit),
+                **part(fit, "converged sweeps forward_solves failed_solves seconds"),
+                "problems": [condition.name for condition in fit.conditions],
+            }
+            for fit in fits
+            for curves in [curves_by_mode(fit)]
+        ]
     return cleaned(document)
-
-
-def _model(fit: Fit) -> dict[str, Any]:
-    curves = curves_by_mode(fit)
-    return {
-        "law": fit.material.law,
-        "number_of_parameters": len(fit.parameters),
-        "parameters": {name: estimate.value for name, estimate in fit.parameters.items()},
-        "misfit": {key: c.rms_percent for key, c in curves.items() if not c.held_out},
-        "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
-        "cost": fit.cost,
-        "bic": information_criterion(fit),
-        **part(fit, "converged sweeps forward_solves failed_solves seconds"),
-        "problems": [condition.name for condition in fit.conditions],
-    }

@@ -1,1 +1,1 @@
-"""Which curves, axes and labels a result is shown by: result -> plots, without Matplotlib."""
+"""Results -> plots as values: curves, axes and labels, without Matplotlib."""

@@ -63,12 +63,13 @@ def prior_panels(found: Diagnosis) -> Panels | None:
                 continue
             also = derived_text(quantity)
             heading = f"{effect.label}: {name} = {value.text}{f' ({also})' if also else ''}"
-            rows.append([_strip(value, f"value-{len(rows)}", heading, labelled=not rows)])
+            rows.append([interval_plot(value, f"value-{len(rows)}", heading, labelled=not rows)])
     title = "Values with 95 % intervals: posterior and prior"
     return Panels("priors", "priors", title, rows) if rows else None
 
 
-def _strip(one: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
+def interval_plot(one: ShownQuantity, name: str, heading: str, labelled: bool) -> Plot:
+    """Return prior and posterior intervals of one value as bars, with a dot at its most probable value."""
     assert one.prior is not None
     low, high = one.prior
     logarithmic = low > 0 and one.value > 0 and one.lower > 0 and high > _DECADES * low

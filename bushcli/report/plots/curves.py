@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from bushcli.curve.curve import Curve
 from bushcli.report.document import Panels, Plot, Region, Series
 from bushcli.report.plots.direct import around, capital, rest_lines
 from bushcli.report.quantity import quantities
@@ -24,11 +21,13 @@ def batch_panels(found: Batch) -> list[Panels]:
     for curve in found.curves:
         shown = quantities(curve.mode)
         parts = [part for part in found.parts if part.mode == curve.mode]
-        series = [
-            _joined(key, label, drawn)
-            for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True))
-            if (drawn := [part.recording for part in parts if bool(part.outlier) == is_outlier])
-        ]
+        series = []
+        for key, label, is_outlier in (("part", "parts", False), ("left_out", "outliers", True)):
+            drawn = [part.recording for part in parts if bool(part.outlier) == is_outlier]
+            if drawn:  # one series, with gaps, so that no line joins two curves
+                x = [value for one in drawn for value in (shown.shown(one.displacement), [np.nan])]
+                force = [value for one in drawn for value in (one.force, [np.nan])]
+                series.append(Series(key, label, np.concatenate(x), np.concatenate(force)))
         q = shown.shown(curve.mean.displacement)
         series.append(Series("after", "mean", q, curve.mean.force))
         # Up to the turning points, each of which belongs to both branches.
@@ -39,13 +38,6 @@ def batch_panels(found: Batch) -> list[Panels]:
         title = f"{capital(curve.mode)}: {curve.parts} parts, their mean and the band of their tolerance"
         panels.append(Panels(f"{curve.mode}-batch", "curve", title, [[plot]], curve.mode))
     return panels
-
-
-def _joined(key: str, label: str, curves: Sequence[Curve]) -> Series:
-    """Return curves as one series, with gaps, so that no line joins two of them."""
-    q = [value for one in curves for value in (quantities(one.mode).shown(one.displacement), [np.nan])]
-    force = [value for one in curves for value in (one.force, [np.nan])]
-    return Series(key, label, np.concatenate(q), np.concatenate(force))
 
 
 def compare_panels(found: Comparison) -> list[Panels]:

@@ -31,7 +31,7 @@ def history_panels(histories: Sequence[ChannelHistory], names: Mapping[str, str]
     for history in histories:
         found.append(cycle_panels(history, names[history.name]))
         if holds := drawn_holds(history):
-            found.append(_hold_panels(history, holds, names[history.name]))
+            found.append(hold_panels(history, holds, names[history.name]))
     return found
 
 
@@ -55,12 +55,12 @@ def cycle_panels(history: ChannelHistory, file: str) -> Panels:
         f"{file}-cycles",
         "cycles",
         title,
-        [[loops], [_energy(history), _secant(history, shown)]],
+        [[loops], [energy_plot(history), secant_plot(history, shown)]],
         history.name,
     )
 
 
-def _energy(history: ChannelHistory) -> Plot:
+def energy_plot(history: ChannelHistory) -> Plot:
     """Return the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
     found = {
         key: {one.number: one.energy for one in cycles if one is not None and one.closed}
@@ -91,7 +91,9 @@ def _energy(history: ChannelHistory) -> Plot:
 _LABELS = {"recorded": "recorded", "after": "simulated"}
 
 
-def _secant(history: ChannelHistory, shown: Quantities) -> Plot:
+def secant_plot(history: ChannelHistory, shown: Quantities) -> Plot:
+    """Return the secant stiffness of each cycle, recorded and simulated."""
+
     def values(cycles: Sequence[Cycle | None]) -> dict[int, Uncertain]:
         per = 1.0 / shown.per_internal
         known = [cycle for cycle in cycles if cycle is not None]
@@ -141,7 +143,7 @@ def drawn_holds(history: ChannelHistory) -> list[tuple[Hold, Hold | None, Hold |
     return [entry for entry in timed if entry in by_change[:_MOST]]
 
 
-def _hold_panels(
+def hold_panels(
     history: ChannelHistory, drawn: Sequence[tuple[Hold, Hold | None, Hold | None]], file: str
 ) -> Panels:
     """Return the force over the logarithm of the time since the start of each hold."""
@@ -157,7 +159,7 @@ def _hold_panels(
     title = (
         f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"
     )
-    plots = [_relaxation(history, hold, recorded) for hold, recorded, _ in drawn]
+    plots = [relaxation_plot(history, hold, recorded) for hold, recorded, _ in drawn]
     return Panels(f"{file}-holds", "holds", title, in_rows(plots, 2), history.name)
 
 
@@ -168,7 +170,8 @@ def in_rows(plots: Sequence[Plot], across: int) -> list[list[Plot]]:
     return [wide[i : i + across] for i in range(0, len(wide), across)]
 
 
-def _relaxation(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> Plot:
+def relaxation_plot(history: ChannelHistory, hold: Hold, recorded: Hold | None) -> Plot:
+    """Return the force over the time of one hold, recorded and simulated."""
     assert history.path.time is not None
     shown = quantities(history.mode)
     cut = slice(hold.start, hold.stop)

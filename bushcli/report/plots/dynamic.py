@@ -18,7 +18,7 @@ from bushcli.report.views.dynamic import (
 )
 
 if TYPE_CHECKING:
-    from bushcli.simulate.dynamic import DynamicCurve
+    from bushcli.simulate.vibrations import DynamicCurve
 
 # Frequencies that span more than this factor are drawn on a logarithmic axis.
 WIDE = 20.0
@@ -29,12 +29,12 @@ COLOURS = 10
 
 
 def dynamic_panels(curves: Sequence[DynamicCurve], names: Mapping[str, str]) -> list[Panels]:
-    """Return the plots of each load case, of which the names of the files are given."""
-    return [_panels([one for one in curves if one.name == name], file) for name, file in names.items()]
+    """Return the plots of each load case, of which the names of the files are given; a preload has a colour."""
+    return [dynamic_panel([one for one in curves if one.name == name], file) for name, file in names.items()]
 
 
-def _panels(curves: Sequence[DynamicCurve], file: str) -> Panels:
-    """Return lines from the reduced model, dots at the frequencies that were asked for; a colour for each preload."""
+def dynamic_panel(curves: Sequence[DynamicCurve], file: str) -> Panels:
+    """Return the plots of one load case."""
     asked = np.unique(np.concatenate([curve.frequency for curve in curves]))
     wide = bool(asked[-1] > WIDE * asked[0])
     lines = np.unique([*(np.geomspace if wide else np.linspace)(asked[0], asked[-1], _DENSE), *asked])

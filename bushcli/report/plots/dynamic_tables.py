@@ -18,15 +18,9 @@ Array = NDArray[np.float64]
 
 
 def table_panels(one: ComparedTable, file: str) -> Panels:
-    """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|.
-
-    Parameters
-    ----------
-    one : ComparedTable
-    file : str
-        Name of the table's files.
-    """
+    """Return |K*| and loss angle over frequency or amplitude, a colour for each curve, and the loss angle over |K*|."""
     table, unit = one.table, table_units(one.table)[2]
+    how = "predicted" if one.held_out else "simulated"
     of_frequency = table.over_frequency
     over = table.frequency if of_frequency else table.amplitude
     measured = table.stiffness, np.degrees(table.loss_angle)
@@ -40,10 +34,11 @@ def table_panels(one: ComparedTable, file: str) -> Panels:
     for i, rows in enumerate(table.conditions()):
         rows = rows[np.argsort(over[rows], kind="stable")]
         colour, label = f"line-{i % COLOURS}", f"measured, {preload_of(table.rows(rows))}"
+        errors: list[Array | None] = [None, None]
+        if one.errors is not None:
+            errors = [one.errors[0, rows], np.degrees(one.errors[1, rows])]
         points = [
-            Series(
-                colour, label if k == 0 else "", over[rows], measured[k][rows], "dots", _error(one, k, rows)
-            )
+            Series(colour, label if k == 0 else "", over[rows], measured[k][rows], "dots", errors[k])
             for k in range(2)
         ]
         for k, point in enumerate(points):
@@ -53,9 +48,8 @@ def table_panels(one: ComparedTable, file: str) -> Panels:
             found = np.abs(simulated[rows]), np.degrees(np.angle(simulated[rows]))
             last = i == len(table.conditions()) - 1
             for k in range(2):
-                series[k].append(
-                    Series(key, _named(one, key) if last and k == 0 else "", over[rows], found[k])
-                )
+                named = "before" if key == "before" else f"{how} (held out)" if one.held_out else how
+                series[k].append(Series(key, named if last and k == 0 else "", over[rows], found[k]))
             series[2].append(Series(key, "", *found))
         if one.spread is not None:
             ends = [np.abs(one.simulated[rows]), np.degrees(np.angle(one.simulated[rows]))]
@@ -69,25 +63,12 @@ def table_panels(one: ComparedTable, file: str) -> Panels:
     above = Plot("stiffness", ("", f"|K*| [{unit}]"), series[0], regions[0], log=log)
     below = Plot("angle", (axis, "loss angle [deg]"), series[1], regions[1], log=log)
     wicket = Plot("wicket", (f"|K*| [{unit}]", "loss angle [deg]"), series[2], height=300.0)
-    return Panels(f"{file}-table", "table", _title(one), [[above], [below], [wicket]], table.name, note=_NOTE)
+    misfit = f"{percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees rms"
+    title = f"{capital(table.name)}: {how} within {misfit}"
+    return Panels(f"{file}-table", "table", title, [[above], [below], [wicket]], table.name, note=_NOTE)
 
 
 _NOTE = (
     "Bars: one standard error of the measured row; pale: 95 % interval of the simulated curve. In the lowest plot, the "
     "wicket plot, a row that belongs to no curve stands apart."
 )
-
-
-def _title(one: ComparedTable) -> str:
-    misfit = f"{percent(one.stiffness_percent)} and {number(one.loss_angle_deg)} degrees rms"
-    return f"{capital(one.table.name)}: {'predicted' if one.held_out else 'simulated'} within {misfit}"
-
-
-def _named(one: ComparedTable, key: str) -> str:
-    return "before" if key == "before" else "predicted (held out)" if one.held_out else "simulated"
-
-
-def _error(one: ComparedTable, k: int, rows: NDArray[np.intp]) -> Array | None:
-    if one.errors is None:
-        return None
-    return one.errors[0, rows] if k == 0 else np.degrees(one.errors[1, rows])

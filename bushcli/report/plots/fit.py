@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
-from bushcli.inverse.refit import RISE_95
+from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
 from bushcli.report.cycles import fit_histories
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
@@ -29,11 +29,14 @@ def fit_panels(fit: Fit) -> Panels:
     """Return recorded points and fitted curve of every coupon or channel, with where the law is unstable."""
     worst = max(curve.rms_percent for curve in fit.curves)
     title = f"{fit.material.law} fitted to {curves_of(fit)}: {percent(worst)} rms at worst"
-    plots = [_coupon(curve, fit.stability.get(curve.recording.mode), i) for i, curve in enumerate(fit.curves)]
+    plots = [
+        coupon_plot(curve, fit.stability.get(curve.recording.mode), i) for i, curve in enumerate(fit.curves)
+    ]
     return Panels("coupons", "coupons", title, in_rows(plots, 2))
 
 
-def _coupon(curve: FittedCurve, stable: tuple[float, float] | None, index: int) -> Plot:
+def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: int) -> Plot:
+    """Return one test with the fitted curve, and the stretches at which the law is unstable."""
     shown = quantities(curve.recording.mode)
     q, force = smooth(curve.smooth or curve.fitted)
     at = shown.shown(curve.recording.displacement)
@@ -65,10 +68,10 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
         found.append(ranking_panels(fits))
     if best.profiles:
         kind = "profiles" if len(best.profiles) > 1 else "certainty"
-        plots = [_profile(best, one, best.parameters[one.name]) for one in best.profiles]
+        plots = [profile_plot(best, one, best.parameters[one.name]) for one in best.profiles]
         found.append(Panels("profiles", kind, "Profile likelihood", in_rows(plots, 2)))
     if len(best.parameters) > 1:
-        found.append(_correlation(best))
+        found.append(correlation_panels(best))
     if best.evaluations:
         found.append(convergence_panels(best))
     if len(best.end_points) > 1:
@@ -129,11 +132,11 @@ def ranking_panels(fits: Sequence[Fit]) -> Panels:
     order = sorted(curves, key=lambda name: curves[name].held_out)
     unfinished = "; grey: not converged" if not all(fit.converged for fit in fits) else ""
     title = f"Laws by misfit, best first (number of parameters){unfinished}"
-    plots = [_ranked(fits, curves[name], i) for i, name in enumerate(order)]
+    plots = [ranked_plot(fits, curves[name], i) for i, name in enumerate(order)]
     return Panels("ranking", "ranking", title, in_rows(plots, 2))
 
 
-def _ranked(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
+def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
     """Return the misfits of all laws on one channel, each with its number, and the noise of the recording."""
     rms = np.array([{c.name: c.rms_percent for c in fit.curves}.get(curve.name, np.nan) for fit in fits])
     noise = curve.noise_percent
@@ -168,7 +171,7 @@ def bar(at: float, start: float, end: float, height: float = 0.62) -> Array:
     return np.array([(start, low), (end, low), (end, high), (start, high)])
 
 
-def _correlation(fit: Fit) -> Panels:
+def correlation_panels(fit: Fit) -> Panels:
     """Return the correlation of the parameters' errors as a map with numbers."""
     count = len(fit.parameters)
     cells = [(i, j, float(fit.correlation[i, j])) for i in range(count) for j in range(count)]
@@ -195,7 +198,7 @@ def _correlation(fit: Fit) -> Panels:
     return Panels("correlation", "certainty", title, [[plot]])
 
 
-def _profile(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
+def profile_plot(fit: Fit, profile: Profile, estimate: Estimate) -> Plot:
     """Return a profile with the line that ends its 95 % interval."""
     good = np.isfinite(profile.rise)
     values, rise = profile.values[good], profile.rise[good]

@@ -110,14 +110,16 @@ def missing_panels(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]
         if any(one.along == along for one in profiles)
     ]
     plots = [
-        _missing([one for one in profiles if one.along == along], quantities(channel.mode)) for along in kinds
+        profile_plot([one for one in profiles if one.along == along], quantities(channel.mode))
+        for along in kinds
     ]
     title = f"{channel.name}: what the most probable model leaves"
     note = "recorded - simulated; bands and bars: two standard deviations to either side"
     return Panels(f"{file}-missing", "missing", title, in_rows(plots, 2), channel.name, note)
 
 
-def _missing(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
+def profile_plot(profiles: Sequence[MissingProfile], units: Quantities) -> Plot:
+    """Return the misfit along one quantity, a line for each branch."""
     along = profiles[0].along
     factor = units.per_internal if along == "rate" else 1.0
     series, regions, every = [], [], []

@@ -31,14 +31,7 @@ def master_columns(one: TableSpectrum) -> dict[str, Array]:
 
 
 def table_panels(one: TableSpectrum | TableSweep, file: str) -> Panels:
-    """Return the plots of what a table says: its master curve, or its moduli over amplitude.
-
-    Parameters
-    ----------
-    one : TableSpectrum or TableSweep
-    file : str
-        Name of its files.
-    """
+    """Return the plots of what a table says: its master curve, or its moduli over amplitude."""
     from bushcli.inverse.coupon_tables import TableSweep
 
     return sweep_panels(one, file) if isinstance(one, TableSweep) else master_panels(one, file)
@@ -79,14 +72,7 @@ def master_panels(one: TableSpectrum, file: str) -> Panels:
 
 
 def sweep_panels(one: TableSweep, file: str) -> Panels:
-    """Return storage and loss over the amplitude: dots as measured, lines as fitted, in the colour of the temperature.
-
-    Parameters
-    ----------
-    one : TableSweep
-    file : str
-        Name of its files.
-    """
+    """Return storage and loss over the amplitude: dots as measured, lines as fitted, a colour for each temperature."""
     table, plots = one.table, []
     for part, mark, of in (("storage", "'", np.real), ("loss", "''", np.imag)):
         series = []

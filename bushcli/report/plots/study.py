@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -27,21 +26,30 @@ _ZOOMED = 3
 
 
 def study_panels(found: Study) -> list[Panels]:
-    """Return all plots of a study."""
+    """Return all plots of a study: tornado, bands, each answer over each key with a dot per design, histograms."""
     units = {one.name: one.unit for one in found.task.answers}
     labels = {name: f"{name} [{units[name]}]" if units[name] else name for name in found.summaries}
     made = []
     drawn = {name: one for name, one in found.summaries.items() if one.influences}
     if drawn:
-        plots = [_tornado(one, labels[name], i) for i, (name, one) in enumerate(drawn.items())]
+        plots = [tornado_plot(one, labels[name], i) for i, (name, one) in enumerate(drawn.items())]
         made.append(
             Panels("tornado", "tornado", "Change of each answer by each key alone", in_rows(plots, 2))
         )
     made += [band_panels(found, one) for one in found.bands]
     if found.summaries and any(found.samples.values()):
         names = [name for name in found.summaries if name in found.samples]
-        made.append(_scatters(found, names[:DOWN], labels))
-        plots = [_spread(found, name, labels[name]) for name in names[: 2 * DOWN]]
+        keys = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS]
+        keys = keys or [found.plan.keys[0]]
+        rows = [
+            [scatter_plot(found, name, key, labels[name], key == keys[0]) for key in keys]
+            for name in names[:DOWN]
+        ]
+        is_many = len(keys) > _ZOOMED
+        width = max(300.0, 900.0 / len(keys)) if is_many else 900.0 / len(keys)
+        rows = [[replace(plot, width=width) for plot in row] for row in rows]
+        made.append(Panels("scatter", "scatter", "Answers against the varied keys", rows, still=is_many))
+        plots = [spread_plot(found, name, labels[name]) for name in names[: 2 * DOWN]]
         made.append(Panels("spread", "histogram", "Spread of the answers", in_rows(plots, 3)))
     return made
 
@@ -53,7 +61,7 @@ def _limits(found: Summary, axis: str) -> list[Stripe]:
     return [Stripe("limit", x=end) if axis == "x" else Stripe("limit", y=end) for end in ends]
 
 
-def _tornado(found: Summary, label: str, index: int) -> Plot:
+def tornado_plot(found: Summary, label: str, index: int) -> Plot:
     """Return a bar per key for the change between its 5 % and 95 % quantiles, the longest on top."""
     ordered = sorted(found.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
     chosen = ordered[:MOST_KEYS]
@@ -98,17 +106,8 @@ def band_panels(found: Study, one: Band) -> Panels:
     return Panels(f"band-{file}", "band", title, [[plot]], one.channel)
 
 
-def _scatters(found: Study, names: Sequence[str], labels: Mapping[str, str]) -> Panels:
-    """Return each answer over each key, with a dot per design."""
-    varied = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS]
-    keys = varied or [found.plan.keys[0]]
-    rows = [[_scatter(found, name, key, labels[name], key == keys[0]) for key in keys] for name in names]
-    width = max(300.0, 900.0 / len(keys)) if len(keys) > _ZOOMED else 900.0 / len(keys)
-    rows = [[replace(plot, width=width) for plot in row] for row in rows]
-    return Panels("scatter", "scatter", "Answers against the varied keys", rows, still=len(keys) > _ZOOMED)
-
-
-def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot:
+def scatter_plot(found: Study, name: str, key: str, label: str, first: bool) -> Plot:
+    """Return one answer over one key, a dot for each design."""
     x, y = found.samples[key], np.array(found.samples[name], dtype=float)
     names: list[tuple[float, str]] = []
     if any(isinstance(value, str) for value in x):
@@ -130,7 +129,7 @@ def _scatter(found: Study, name: str, key: str, label: str, first: bool) -> Plot
     )
 
 
-def _spread(found: Study, name: str, label: str) -> Plot:
+def spread_plot(found: Study, name: str, label: str) -> Plot:
     """Return a histogram of an answer with its limits."""
     one = found.summaries[name]
     values = np.array(found.samples[name], dtype=float)

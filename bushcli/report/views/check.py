@@ -61,13 +61,13 @@ def check_document(found: Checked) -> Document:
     """Return the document of a case that was checked."""
     case, seen = found.case, conditions(found.case)
     names = load_case_names(case.load_cases, case.recordings)
-    loads = [_load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
+    loads = [load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
     heads = ("load case", "mode", "program", "from", "to", "")
     sections = [
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
         notes_section(case.geometry),
         Section("Load cases", [Table("Load cases", heads, tuple(loads), left=3)]),
-        Section("Vibrations", [_dynamic_table(case.vibrations)]),
+        Section("Vibrations", [vibration_table(case.vibrations)]),
         Section("Recordings", [_recording_table("Recordings", found.curves)]),
         Section("Coupon tests", [_recording_table("Coupon tests", found.coupons)]),
         *([dynamic_tables_section(found.tables)] if found.tables else []),
@@ -76,7 +76,7 @@ def check_document(found: Checked) -> Document:
     return Document("", (), "plain", sections, found.conditions, seen)
 
 
-def _dynamic_table(tests: Sequence[DynamicTest]) -> Table:
+def vibration_table(tests: Sequence[DynamicTest]) -> Table:
     """Return a row for each dynamic test: frequencies and preloads."""
     heads = ("vibration", "mode", "preload", "", "amplitude", "", "frequencies", "from", "to", "")
 
@@ -115,7 +115,8 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     )
 
 
-def _load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+    """Return a load case as a row: its program, and the range of what it prescribes."""
     if load.six is not None:
         six = load.six
         moved = [MOTIONS[k] for k in range(6) if np.ptp(six.motion[:, k]) > 0.0]

@@ -1,4 +1,4 @@
-"""Results beside each other -> their document: curves, keys and numbers that differ, problems."""
+"""A comparison of results -> its document: curves, keys and numbers that differ, problems."""
 
 from __future__ import annotations
 

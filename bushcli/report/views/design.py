@@ -33,7 +33,7 @@ def design_document(found: Design) -> Document:
     sections = [
         Section("", [Paragraph(began, on="page")]),
         *(Section(table.title, [table]) for table in tables),
-        Section(_SPREAD, [_spreads(found), note(_NOTE)]),
+        Section(_SPREAD, [spread_table(found), note(_NOTE)]),
     ]
     met = all(one.met for one in found.targets)
     lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(found))]
@@ -80,7 +80,8 @@ _DESIGN: Columns[tuple[str, Dimension]] = (
 )
 
 
-def _spreads(found: Design) -> Table:
+def spread_table(found: Design) -> Table:
+    """Return the change of each rate at the upper limit of each tolerance."""
     keys: tuple[str, ...] = ()
     rows: list[Row] = []
     for one in found.targets:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
-from bushcli.report.document import Document, Row, Section, Table, figures, paragraphs
+from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -62,7 +62,7 @@ def direct_document(response: Response, misfits: Mapping[str, Misfit], fit: Fit 
         Section(
             "Channels",
             [
-                _compared(response, misfits) if misfits else _simulated(response),
+                comparison_table(response, misfits) if misfits else stiffness_table(response),
                 *paragraphs([error], kind="note"),
             ],
         ),
@@ -106,7 +106,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     return with_hysteresis(known, response_histories(response, misfits))
 
 
-def _simulated(response: Response) -> Table:
+def stiffness_table(response: Response) -> Table:
+    """Return the stiffness of each channel that was not compared with a recording."""
     heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
     rows: list[Row] = []
     for channel in response.channels:
@@ -119,7 +120,7 @@ def _simulated(response: Response) -> Table:
     return Table("Simulated stiffness", heads, tuple(rows), left=2)
 
 
-def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
     """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel."""
     heads = ("channel", "stiffness", "simulated", "measured", "sim/meas", "rms", "peak", "noise")
     rows: list[Row] = []
@@ -150,26 +151,30 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
 
 def solution_table(response: Response) -> Table:
     """Return the numbers of the solution of each channel."""
-    rows = []
-    for channel in response.channels:
-        rejected = sum(not attempt.accepted for attempt in channel.attempts)
-        low, high = channel.strained.range
-        steps = str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
-        unstable = percent(100 * channel.strained.unstable) if channel.strained.unstable else "none"
-        error = "not checked" if channel.mesh_error is None else percent(channel.mesh_error)
-        ended = "yes" if not channel.stopped else f"stopped: {channel.stopped}"
-        solved = (
-            str(channel.unknowns),
-            steps,
-            str(channel.newton),
-            f"{low:.2f} to {high:.2f}",
-            unstable,
-            error,
-        )
-        rows.append((channel.name, *solved, f"{sum(channel.seconds.values()):.2f} s", ended))
-    heads = ("channel", "unknowns", "steps", "Newton", "stretches*", "unstable states", "mesh error", "time")
     title = "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)"
-    return Table(title, (*heads, "complete"), tuple(rows))
+    return table_of(title, response.channels, _SOLUTION)
+
+
+def steps_in_words(channel: Simulated) -> str:
+    """Return the number of steps tried, and of those cut back."""
+    rejected = sum(not attempt.accepted for attempt in channel.attempts)
+    return str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
+
+
+_SOLUTION: Columns[Simulated] = (
+    ("channel", lambda one: one.name),
+    ("unknowns", lambda one: str(one.unknowns)),
+    ("steps", steps_in_words),
+    ("Newton", lambda one: str(one.newton)),
+    ("stretches*", lambda one: f"{one.strained.range[0]:.2f} to {one.strained.range[1]:.2f}"),
+    (
+        "unstable states",
+        lambda one: percent(100 * one.strained.unstable) if one.strained.unstable else "none",
+    ),
+    ("mesh error", lambda one: "not checked" if one.mesh_error is None else percent(one.mesh_error)),
+    ("time", lambda one: f"{sum(one.seconds.values()):.2f} s"),
+    ("complete", lambda one: f"stopped: {one.stopped}" if one.stopped else "yes"),
+)
 
 
 def contact_table(response: Response) -> Table:
@@ -195,12 +200,13 @@ def six_tables(response: Response) -> Iterator[Table]:
     """Yield the tables of a prediction's paths and stiffness matrices."""
     for channel in response.channels:
         if channel.six is not None and len(channel.six.time):
-            yield _path_table(channel.name, channel.six)
+            yield path_table(channel.name, channel.six)
         for state, (displacement, matrix) in (channel.stiffness or {}).items():
-            yield _matrix_table(channel, state, displacement, matrix)
+            yield matrix_table(channel, state, displacement, matrix)
 
 
-def _path_table(name: str, six: SixCurve) -> Table:
+def path_table(name: str, six: SixCurve) -> Table:
+    """Return motions and reactions at some times of a path."""
     chosen = np.unique(np.linspace(0, len(six.time) - 1, min(_ROWS, len(six.time))).round().astype(int))
     motion = shown_motion(six)
     moving = [k for k in range(6) if k in six.free or np.any(motion[:, k])]
@@ -218,7 +224,8 @@ def _path_table(name: str, six: SixCurve) -> Table:
     return Table(title, tuple(heads), tuple(rows), left=0)
 
 
-def _matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array) -> Table:
+    """Return one stiffness matrix of a channel."""
     heads = ("", *(f"{name}, {'mm' if k < 3 else 'rad'}" for k, name in enumerate(MOTIONS)))
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
     rows = []

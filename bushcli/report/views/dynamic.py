@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.conditions import conditions
-from bushcli.report.document import Columns, Document, Paragraph, Section, Table, figures, table_of
+from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import number, quantities
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
@@ -18,7 +18,8 @@ from cases.six import MOTIONS
 
 if TYPE_CHECKING:
     from bushcli.inverse import Fit
-    from bushcli.simulate.dynamic import DynamicCurve, DynamicResponse
+    from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.simulate.vibrations import DynamicCurve
 
 # Rows of a printed table; the page, the CSV file and the JSON have all.
 _ROWS = 10
@@ -34,7 +35,7 @@ def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
         Fit to the coupons; None where the case gives the parameters.
     """
     count = len({(curve.name, curve.preload) for curve in response.curves})
-    tables = [_table(curve) for curve in response.curves]
+    tables = [frequency_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
     lines = [] if response.complete else ["Not every preload has a result: see the problems."]
     return Document(
@@ -48,7 +49,7 @@ def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
             Section(
                 "Tables", [replace(one, on="terminal") for one in tables], "both", "All frequencies", tables
             ),
-            Section("Solution", [_solved(response)]),
+            Section("Solution", paragraphs([solution_line(response)], kind="note")),
         ],
         response.conditions,
         conditions(response.case, response.material),
@@ -102,7 +103,8 @@ _PRELOADS: Columns[DynamicCurve] = (
 )
 
 
-def _table(curve: DynamicCurve) -> Table:
+def frequency_table(curve: DynamicCurve) -> Table:
+    """Return stiffness and loss angle at each frequency, for one preload and amplitude."""
     unit, K = stiffness_unit(curve.mode), curve.stiffness
     name = f"{title(curve)}: {point_in_words(curve)}, preload {preload_in_words(curve)}"
     if curve.amplitude is not None:
@@ -119,7 +121,8 @@ def _table(curve: DynamicCurve) -> Table:
     return table_of(name, range(len(K)), columns, left=0, most=_ROWS)
 
 
-def _solved(response: DynamicResponse) -> Paragraph:
+def solution_line(response: DynamicResponse) -> str:
+    """Return how the vibrations were solved, and how long it took."""
     text = f"static march {response.seconds['static']:.1f} s, the rest {response.seconds['dynamic']:.2f} s"
     if response.curves:
         worst = max(curve.reduction_error for curve in response.curves)
@@ -131,4 +134,4 @@ def _solved(response: DynamicResponse) -> Paragraph:
             f"{kind} about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
             f"reduction at most {number(worst, 2)}; {text}"
         )
-    return Paragraph(text, "note")
+    return text

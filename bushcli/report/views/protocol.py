@@ -20,13 +20,13 @@ _MARKS = {True: "yes", False: "no", None: "not known"}
 def protocol_sections(found: Protocol) -> list[Section]:
     """Return the sections that describe the tests of a case."""
     said = [f"{channel}: {text}" for channel, text in found.remarks]
-    tests = [_line(one) for one in (*found.recordings, *found.coupons)]
+    tests = [observed_line(one) for one in (*found.recordings, *found.coupons)]
     lacks = [
         f"{one.question} ({', '.join(one.channels)}): {one.why}. To answer it, {one.remedy}."
         for one in found.lacks
     ]
     return [
-        Section("How the files were read", paragraphs([*map(_file, found.files), *said])),
+        Section("How the files were read", paragraphs([*map(file_line, found.files), *said])),
         Section("What the tests are", paragraphs(tests)),
         *(
             Section(
@@ -43,7 +43,7 @@ def protocol_sections(found: Protocol) -> list[Section]:
     ]
 
 
-def _file(one: Recording | RecordedProgram) -> str:
+def file_line(one: Recording | RecordedProgram) -> str:
     """Return which columns of a file were read as what, and in which units."""
     words = []
     coupon = modes()[one.mode].specimen == "coupon"
@@ -65,7 +65,8 @@ def _file(one: Recording | RecordedProgram) -> str:
     return f"{one.name}: {'; '.join(words)}"
 
 
-def _line(one: Observed) -> str:
+def observed_line(one: Observed) -> str:
+    """Return cycles, rates, holds and pauses of a test in words."""
     shown = quantities(one.mode)
     unit = f"{shown.displacement_unit}/s" if shown.displacement_unit else "1/s"
     cycles = len(one.compared)

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 
 def tables_document(
-    case: Case,
-    found: Sequence[TableSpectrum | TableSweep],
-    problems: Sequence[Condition],
+    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
 ) -> Document:
     """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
@@ -33,12 +31,7 @@ def tables_document(
     names = {one.table.name for one in found}
     count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
     return Document(
-        f"Relaxation spectra of {count}",
-        [],
-        "plain",
-        spectra_sections(found),
-        problems,
-        conditions(case),
+        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
     )
 
 
@@ -46,10 +39,11 @@ def spectra_sections(found: Sequence[TableSpectrum | TableSweep]) -> list[Sectio
     """Return a section for each spectrum: its misfit, its terms, the shifts with temperature, the master curve."""
     from bushcli.inverse.coupon_tables import TableSweep
 
-    return [_sweep(one) if isinstance(one, TableSweep) else _section(one) for one in found]
+    return [sweep_section(one) if isinstance(one, TableSweep) else spectrum_section(one) for one in found]
 
 
-def _sweep(one: TableSweep) -> Section:
+def sweep_section(one: TableSweep) -> Section:
+    """Return the fit of a table of amplitudes at each temperature."""
     symbol = one.table.quantity
     heads = (
         "temperature [°C]",
@@ -75,7 +69,8 @@ def _sweep(one: TableSweep) -> Section:
     )
 
 
-def _section(one: TableSpectrum) -> Section:
+def spectrum_section(one: TableSpectrum) -> Section:
+    """Return the relaxation spectrum of a table, with the shifts by temperature."""
     fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
     symbol = one.table.quantity
     heads = ("model", f"{symbol}_inf [MPa]", "constants", "misfit storage", "misfit loss")

@@ -45,7 +45,11 @@ _SOBOL = (
 def study_document(found: Study) -> Document:
     """Return the document of a study."""
     indices = _SOBOL if found.plan.sampling == "saltelli" else ""
-    explained = [(_answers(found), _ANSWERS), (_worst(found), _WORST), (_influences(found), _ALONE + indices)]
+    explained = [
+        (answer_table(found), _ANSWERS),
+        (worst_table(found), _WORST),
+        (influence_table(found), _ALONE + indices),
+    ]
     sections = [
         Section("What matters", [figures("tornado")]),
         Section("Curves of all designs", [figures("band")]),
@@ -103,7 +107,8 @@ def lines(found: Study) -> list[str]:
     return text
 
 
-def _answers(found: Study) -> Table:
+def answer_table(found: Study) -> Table:
+    """Return the statistics of each answer, with the share within its limits."""
     limited = any(one.limits for one in found.summaries.values())
     heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
     heads += ("limits", "within", "95 % interval") if limited else ()
@@ -124,7 +129,8 @@ def _answers(found: Study) -> Table:
     return Table("Answers", heads, tuple(rows), left=2)
 
 
-def _worst(found: Study) -> Table:
+def worst_table(found: Study) -> Table:
+    """Return the designs with the lowest and the highest value of each answer."""
     rows = tuple(
         (
             *(name, what, number(extreme.value, 4, (one.limits.low, one.limits.high) if one.limits else ())),
@@ -137,7 +143,8 @@ def _worst(found: Study) -> Table:
     return Table("Worst cases", ("answer", "", "value", "design", *found.plan.keys), rows, left=2)
 
 
-def _influences(found: Study) -> Table:
+def influence_table(found: Study) -> Table:
+    """Return the influence of each key on each answer, the strongest first."""
     indices = found.plan.sampling == "saltelli"
     heads: Row = ("answer", "key", "correlation", "of ranks", "at 5 %", "at 95 %")
     heads += ("Sobol first", "±", "Sobol total", "±") if indices else ()

@@ -10,6 +10,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from datetime import datetime
 from functools import cache
 from itertools import groupby
@@ -33,21 +34,14 @@ def page(
     pictures: Sequence[Picture] = (),
     inputs: Sequence[Path] = (),
 ) -> str:
-    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
-
-    Parameters
-    ----------
-    document : Document
-    result : mapping of str to object
-        The same as JSON-ready data.
-    pictures : sequence of Picture
-        Those of the folder.
-    inputs : sequence of Path
-        The files that the case reads, whose digests are shown.
-    """
+    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance."""
     sections = on("page", document.illustrated(pictures).sections)
     blocks = [block for section in sections for block in (*section.blocks, *section.folded)]
     code = script() if any(isinstance(block, Picture) and block.panels for block in blocks) else ""
+    digests = []
+    for path in inputs:
+        with suppress(OSError), path.open("rb") as opened:  # a file may be gone since it was read
+            digests.append((path, hashlib.file_digest(opened, "sha256").hexdigest()))
     return (
         _environment()
         .get_template("report.html")
@@ -60,20 +54,11 @@ def page(
             digest=base64.b64encode(hashlib.sha256(code.encode()).digest()).decode(),
             result=result,
             terms=terms([document.headline, *document.lines]),
-            inputs=[(path, digest) for path in inputs if (digest := _checksum(path))],
+            inputs=digests,
             date=datetime.now().astimezone(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
         )
     )
-
-
-def _checksum(path: Path) -> str:
-    """Return the SHA-256 digest of a file; empty if it cannot be read any more."""
-    try:
-        with path.open("rb") as opened:
-            return hashlib.file_digest(opened, "sha256").hexdigest()
-    except OSError:
-        return ""
 
 
 def _grouped(blocks: Iterable[Block]) -> Iterator[tuple[str, list[Block]]]:

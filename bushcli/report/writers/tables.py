@@ -15,9 +15,9 @@ from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
     from bushcli.mismatch.maps import LocalMap
-    from bushcli.simulate.dynamic import DynamicCurve
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.response import SixCurve
+    from bushcli.simulate.vibrations import DynamicCurve
     from bushcli.study.batch import Batch, BatchCurve
     from bushcli.study.compare import Comparison
 

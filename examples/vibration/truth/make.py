@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import load_case
-from bushcli.simulate.dynamic import DynamicCurve, vibrate
+from bushcli.simulate.dynamic import vibrate
 from bushcli.simulate.predict import predict
+from bushcli.simulate.vibrations import DynamicCurve
 
 Complex = NDArray[np.complex128]
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bushcli.case import load_case
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effects
 from bushcli.evidence import prior
 from bushcli.evidence.prior import ODDS, ParameterPrior, effect_odds, log_odds
+from bushcli.recording import Recording
 
 SCALES = {
     "duration": 120.0,
@@ -55,6 +58,19 @@ def static(*names):
     return [(name, "static") for name in names]
 
 
+@pytest.mark.parametrize(
+    ("zeroed_at", "shown"), [(0.0, True), (0.05, True), (0.5, False), (-0.5, False), (1.5, False)]
+)
+def test_the_zero_of_a_displacement_is_wide_open_where_no_rest_is_shown(zeroed_at, shown):
+    """A load cell that reads the true force, beside a displacement that counts from a preload."""
+    q = np.concatenate([np.linspace(0.0, 1.0, 30), np.linspace(1.0, -1.0, 60), np.linspace(-1.0, 0.0, 30)])
+    loop = 0.05 * np.sign(np.gradient(q))
+    one = Recording("axial", q, 100.0 * (q + zeroed_at + loop), None, name="axial")
+    case = load_case(Path(__file__).parents[3] / "examples" / "batch" / "case.toml", ())
+    found = prior.known_parameters(case, (active("offset"),), 0.8, [one])["offset.displacement"]
+    assert found.prior.low == (0.03 if shown else 0.5)
+
+
 def test_odds_multiply_and_the_plain_law_has_none():
     assert log_odds((), False, False, False, static("axial", "radial")) == 0.0
     both = log_odds((active("mullins"), active("swaging")), True, False, True, static("axial"))
@@ -64,10 +80,8 @@ def test_odds_multiply_and_the_plain_law_has_none():
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
-    one = log_odds(
-        (active("offset", ("axial",)),), False, False, False, static("axial", "radial", "torsional")
-    )
-    assert one == pytest.approx(math.log(effect_odds("offset") / 3))
+    one = log_odds((active("gain", ("axial",)),), False, False, False, static("axial", "radial", "torsional"))
+    assert one == pytest.approx(math.log(effect_odds("gain") / 3))
     assert log_odds(
         (active("mullins"),), False, False, False, static("axial", "radial", "torsional")
     ) == pytest.approx(math.log(effect_odds("mullins")))

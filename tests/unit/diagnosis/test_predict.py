@@ -11,11 +11,12 @@ from scipy.optimize import brentq, lsq_linear, minimize
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
+from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import known_parameters
 from bushcli.likelihood.form import Left
 from bushcli.selection.columns import Candidate, columns, trials
-from bushcli.selection.fit import SETTLED, TURNS
+from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, reachable
@@ -155,7 +156,7 @@ def test_what_the_law_does_itself_is_no_share_of_its_own(made):
 @pytest.mark.parametrize("name", ["permanent_set", "drift", "warming", "time_lag"])
 def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
     """From real derivatives on a coupon, as accurately as the search assumes."""
-    some, reason = trials(made.case, made.state.model, effect(name), made.recordings)
+    some, reason = trials(made.case, made.state.model, effect(name), made.recordings, 1.0)
     assert some, reason
     features = made.problem.likelihood.features[0]
     added = []
@@ -259,9 +260,9 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     exact = minimize(cost, np.zeros(len(x)), jac=True, method="SLSQP", constraints=[margins])
     assert exact.success
     found = beside._solved(())[0]
-    cuts = beside.edge.cuts.after(beside._room.values - beyond.fitted.x)
-    held = beside._room.active(cuts, np.zeros(len(misfit)))
-    optimum = beside._room.within(cuts.only(held)).optimum(np.zeros(len(misfit)))
+    cuts = beside.edge.cuts.after(beside._tangent.values - beyond.fitted.x)
+    held = beside._tangent.active(cuts, np.zeros(len(misfit)))
+    optimum = beside._tangent.within(cuts.only(held)).optimum(np.zeros(len(misfit)))
     assert edge.margins(optimum).min() > -0.02
     rest = np.concatenate(
         [

@@ -37,7 +37,7 @@ def having(made, *rigs):
 
 
 def tried(made, model, recordings):
-    return [one.active.identity for one in trials(made.case, model, LAG, recordings)[0]]
+    return [one.active.identity for one in trials(made.case, model, LAG, recordings, 1.0)[0]]
 
 
 def test_all_channels_share_it_or_one_has_its_own(made, recordings):
@@ -68,10 +68,12 @@ def test_an_offset_across_the_load_is_tried_where_its_reaction_was_recorded(made
         motion = np.zeros((len(one.displacement), 6))
         path = None if number is None else RecordedPath(one.time, motion, (), number, "path")
         model, effects = made.state.model, effect("misalignment")
-        amplitudes += [t.amplitudes for t in trials(case, model, effects, [replace(radial, six=path)])[0]]
+        amplitudes += [
+            t.amplitudes for t in trials(case, model, effects, [replace(radial, six=path)], 1.0)[0]
+        ]
     assert amplitudes == [("offset",), ("offset",), ("offset", "offset_across")]
     conical = replace(one, name="conical", mode="conical")
-    assert trials(case, model, effects, [conical])[0][0].amplitudes == ("offset", "tilt")
+    assert trials(case, model, effects, [conical], 1.0)[0][0].amplitudes == ("offset", "tilt")
     assert effect("misalignment").branches == 1
 
 
@@ -112,12 +114,27 @@ def test_the_derivative_by_one_of_a_channel_is_a_part_of_that_by_one_in_all(made
         problem=problem,
         fitted=replace(fitted, simulated=fitted.simulated * 2, jacobians=fitted.jacobians * 2),
     )
-    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None).beside(state, True)
+    found = Derivatives(problem, Workers(1), [LAG], lambda *text: None, 1.0).beside(state, True)
     assert asked == ["time_lag"]
     slopes = {one.trial.active.identity: one.slopes for one in found}
     both, nothing = slopes["time_lag"], np.zeros_like(slopes["time_lag"][0])
     np.testing.assert_array_equal(slopes["time_lag@uniaxial"], (both[0], nothing))
     np.testing.assert_array_equal(slopes["time_lag@planar"], (nothing, both[1]))
+
+
+def test_derivatives_beside_a_stiffer_law_are_those_beside_the_first(coupon):
+    """The grid of an energy, of Mullins' softening, is that of the first law: nothing is marched for the second."""
+    made, asked = coupon("yeoh"), []
+    found = Derivatives(
+        made.problem, Workers(1, cache=made.cache), [effect("mullins")], lambda *t: asked.append(t), 1.0
+    )
+    start = {name: 1.1 * value for name, value in made.state.model.start.items()}
+    stiffer = replace(
+        made.state, fitted=replace(made.state.fitted, model=replace(made.state.model, start=start))
+    )
+    first, second = found.beside(made.state), found.beside(stiffer)
+    assert len(asked) == len(first) > 1
+    assert [one.trial for one in first] == [one.trial for one in second]
 
 
 def test_a_spike_sets_no_scale_of_a_prior(coupon):

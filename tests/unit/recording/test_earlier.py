@@ -160,6 +160,38 @@ def test_without_times_the_path_is_counted_in_samples():
     assert np.sqrt(np.mean((found - force[110:191]) ** 2)) < 0.005 * np.ptp(force)
 
 
-def test_a_recording_that_never_moves_gives_no_rate_for_a_ramp():
-    recording = Recording("axial", np.full(30, 2.0), np.linspace(500.0, 400.0, 30), np.arange(30.0))
-    assert earlier(recording) is None
+@pytest.mark.parametrize(
+    ("begins", "time", "path"),
+    [
+        # A clock that counts from the loading; one that begins with the record, and one of a longer test.
+        (10.0, [-11.0, -10.0], [0.0, 2.0]),
+        (0.0, [-1.0], [0.0]),
+        (500.0, [-1.0], [0.0]),
+    ],
+)
+def test_a_hold_without_its_ramp_was_loaded_when_its_clock_began(begins, time, path):
+    seconds = begins + 10.0 * np.arange(30.0)
+    before = earlier(Recording("axial", np.full(30, 2.0), np.linspace(500.0, 400.0, 30), seconds))
+    assert before is not None
+    assert not before.repeats
+    np.testing.assert_allclose(before.time, time)
+    np.testing.assert_allclose(before.displacement, path)
+
+
+def test_the_rate_of_the_ramp_is_that_of_the_motion_without_holds():
+    # 2 mm held for 100 s, then to 4 mm within 10 s: loaded at 0.2 mm/s.
+    seconds = np.arange(0.0, 111.0, 1.0)
+    q = np.interp(seconds, [0.0, 100.0, 110.0], [2.0, 2.0, 4.0])
+    before = earlier(Recording("axial", q, 100.0 * q, seconds))
+    assert before is not None
+    assert before.time == pytest.approx([-10.0], rel=0.02)
+
+
+def test_a_hold_without_its_ramp_is_simulated_as_with_it():
+    # Loaded in half a second; the record begins 10 s later, and its clock counts from the end of the loading.
+    seconds = np.concatenate([[-0.5, 0.0], np.arange(10.0, 200.0, 5.0)])
+    q = np.where(seconds >= 0.0, 2.0, 0.0)
+    whole = simulated(seconds, q, "viscoelasticity")
+    hold = Recording("axial", q[2:], whole[2:], seconds[2:])
+    found = simulated(hold.time, hold.displacement, "viscoelasticity", earlier(hold))
+    np.testing.assert_allclose(found, whole[2:], rtol=2e-3)

@@ -11,14 +11,15 @@ from bushcli.effects.titles import phrase, title
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
+    Columns,
     Document,
-    Paragraph,
     Row,
     Section,
     Table,
     figures,
     note,
     paragraphs,
+    table_of,
 )
 from bushcli.report.quantity import listed, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
@@ -26,6 +27,7 @@ from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
 from bushcli.report.views.dynamic_tables import compared_section
+from bushcli.selection.searched import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
@@ -61,7 +63,7 @@ _TRIALS = (
 def diagnosis_document(found: Diagnosis) -> Document:
     """Return the document of a diagnosis."""
     is_faulty = found.verdict == "faulty_data"
-    missing = _missing(found)
+    missing = missing_section(found)
     left_out = Section(
         "What was left out",
         [*paragraphs(effect_lines(found)), effect_table(found), note(_VALUES), figures("priors")],
@@ -93,20 +95,14 @@ def diagnosis_document(found: Diagnosis) -> Document:
         *([curves] if found.channels or is_faulty else []),
         compared_section([one.compared for one in found.tables]),
         *([] if words.is_missing(found) else [missing]),
-        _record(found),
-        Section(
-            "Where in the bushing",
-            [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")],
-        ),
+        record_section(found),
+        Section("Where in the bushing", [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")]),
         Section(
             "Parameters",
-            [parameter_table(found), *([] if is_faulty else [Paragraph(_law_values(found), on="terminal")])],
+            [parameter_table(found), *paragraphs([] if is_faulty else [law_line(found)], "terminal")],
         ),
-        Section(
-            "Next test",
-            [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")],
-        ),
-        _search(found),
+        Section("Next test", [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")]),
+        search_section(found),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
     faults = [] if is_faulty else fault_lines(found.faults)
@@ -127,7 +123,7 @@ def diagnosis_document(found: Diagnosis) -> Document:
     )
 
 
-def _missing(found: Diagnosis) -> Section:
+def missing_section(found: Diagnosis) -> Section:
     """Return the section on unknown physics; on the terminal only where it may be missing."""
     what = "Recorded minus simulated force of the most probable model, without noise"
     what += ": the force that the unknown physics adds." if words.is_missing(found) else "."
@@ -138,7 +134,7 @@ def _missing(found: Diagnosis) -> Section:
     return Section("Misfit that the most probable model leaves", blocks, on="page")
 
 
-def _record(found: Diagnosis) -> Section:
+def record_section(found: Diagnosis) -> Section:
     """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
     if found.verdict == "faulty_data":
         return Section("Where in the record", [figures("record_map")])
@@ -149,7 +145,8 @@ def _record(found: Diagnosis) -> Section:
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
 
-def _search(found: Diagnosis) -> Section:
+def search_section(found: Diagnosis) -> Section:
+    """Return how many models were fitted, and what these recordings cannot show."""
     failed = f"{found.failed_solves} trial{'s' * (found.failed_solves != 1)} failed"
     solved = f"{found.forward_solves} simulations of one channel, {failed}, {found.seconds:.0f} s"
     blocks = [
@@ -200,7 +197,8 @@ def untestable_lines(found: Diagnosis) -> list[str]:
     ]
 
 
-def _law_values(found: Diagnosis) -> str:
+def law_line(found: Diagnosis) -> str:
+    """Return the law of the most probable model with its values."""
     own = {name: quantity for name, quantity in found.parameters.items() if "." not in name}
     if own and not found.law_fixed:
         values = ", ".join(f"{name} {shown(name, q, found.measured).text}" for name, q in own.items())
@@ -327,13 +325,19 @@ def misfit_table(found: Diagnosis) -> Table:
 
 def trial_table(found: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
-    rows: list[Row] = []
-    for order, one in enumerate(found.searched.trials, start=1):
-        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit))
-        rows.append((str(order), words.model_title(one.law, one.effects), one.text, *values))
-    heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
     name = "Models in the order of the search (ln of evidence times odds)"
-    return Table(name, heads, tuple(rows), left=3)
+    return table_of(name, enumerate(found.searched.trials, start=1), _TRIED, left=3)
+
+
+_TRIED: Columns[tuple[int, TriedModel]] = (
+    ("", lambda one: str(one[0])),
+    ("model", lambda one: words.model_title(one[1].law, one[1].effects)),
+    ("remark", lambda one: one[1].text),
+    ("predicted", lambda one: logarithm(one[1].predicted)),
+    ("found", lambda one: logarithm(one[1].log_evidence)),
+    ("misfit/noise", lambda one: number(one[1].misfit)),
+    ("simulations", lambda one: str(one[1].solves)),
+)
 
 
 def untestable_table(found: Diagnosis) -> Table:

@@ -2,8 +2,9 @@
 
 A full Gauss-Newton step leaves a misfit whose evidence is calculated as for a prediction (`selection.predict`). A fit
 ends in its minimum if the step would hardly lower the misfit: one more solution would only confirm this. It is given up
-if that evidence, with its slack, would not bring the model to a share of the posterior that matters, with or without
-the unknown effect. What it has found so far is entered then: its weight is negligible, as at its minimum.
+if that evidence, with its slack, would hardly change the model's share of the posterior, with or without the unknown
+effect: what it has found so far is entered then. A search near its minimum also ends where the variances of the misfit
+have changed, since the next one begins with these.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.evidence.density import Posterior
+from bushcli.evidence.density import SETTLED, Posterior
 from bushcli.evidence.laplace import Evidence
 from bushcli.inverse.local import HeldBack, Hopeless, Settled, Stopped, full_step
 
@@ -23,21 +24,27 @@ Array = NDArray[np.float64]
 # Share of the posterior below which a model does not matter: a hundred such models would change it by less than the
 # search may leave undone (`selection.queue.LEFT`).
 NEGLIGIBLE = 5e-4
-# Points in a row whose promise is too small before a fit is given up, or that kept too little of it. A single one may
-# lie far off the valley.
+# Points in a row from which too little can be gained before a fit is given up, or that gained too little of what was
+# predicted. A single one may lie far off the valley.
 TWICE = 2
 # A search whose trials the law's stability rejects, and whose steps lower the misfit by less than this share of what a
-# full step promises, goes on along the edge of stability: in practice p04 twelve steps towards a debonded bond gained
-# 1 to 4 % of the promise each, and five along the edge nearly all of it.
-KEPT = 0.1
+# full step predicts, goes on along the edge of stability: in practice p04 twelve steps towards a debonded bond gained
+# 1 to 4 % of that each, and five along the edge nearly all of it.
+LEAST_RATIO = 0.1
 # A fit ends where a full step would gain less than this many nats: no parameter is then further from its best value
 # than a fifth of its standard deviation.
 NOTHING = 0.02
+# A model of a small share of the posterior need not be known as well: its fit ends where a full step would change the
+# posterior by less than this. Probabilities that differ by less count as the same (`benchmarks/constants.md`).
+UNCHANGED = 0.002
+# Gain (nats) below which a fit goes on with the variances of its misfit, if they have changed: their change moves the
+# optimum by more.
+ROUGH = 1.0
 # The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
 # not make an effect visible (`selection.queue.FAINT`).
 NOTHING_AT_WALL = 0.5
-# Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
-# the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step promised
+# Possible error of the predicted evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
+# the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step predicted
 # 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`selection.queued`): the effect
 # is in the model.
 SLACK, SHARE_SLACK = 2.0, 0.15
@@ -65,7 +72,7 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
     return Needed(least - odds, least - odds_unknown)
 
 
-class Promise:
+class StoppingRule:
     """Decides when a fit ends, from the gain predicted for a full Gauss-Newton step.
 
     Parameters
@@ -84,7 +91,9 @@ class Promise:
         # Variances, sum of squares and gain at the last point.
         self._last: tuple[tuple[float, ...], float, float] = ((), 0.0, 0.0)
 
-    def ends(self, x: Array, failed: bool = False, rejected: bool = False) -> Stopped | None:
+    def ends(
+        self, x: Array, failed: bool = False, rejected: bool = False, last: bool = True
+    ) -> Stopped | None:
         """Return why the fit ends at a point of its search, or None.
 
         Parameters
@@ -95,6 +104,8 @@ class Promise:
             Whether a trial from the last point could not be solved.
         rejected : bool
             Whether trials of the search were rejected because the law is unstable there.
+        last : bool
+            Whether no search with other variances follows.
         """
         step, gain = self._step(x)
         slow = self._is_slow(x, gain)
@@ -103,8 +114,12 @@ class Promise:
             return HeldBack("the law's stability limits the search")
         if gain < (NOTHING_AT_WALL if failed else NOTHING):
             return Settled("no step lowers the misfit")
-        self._short = self._short + 1 if self._falls_short(x, step, gain) else 0
-        return Hopeless("the misfit cannot become low enough to matter") if self._short >= TWICE else None
+        if not last and gain < ROUGH and self._problem.rescaled(x)[0] > SETTLED:
+            return Settled("the variances of the misfit have changed")
+        self._short = self._short + 1 if self._change(x, step, gain) < UNCHANGED else 0
+        if self._short >= (TWICE if gain > ROUGH else 1):
+            return Hopeless("a lower misfit would not change the posterior")
+        return None
 
     def is_at_wall(self, x: Array) -> bool:
         """Whether a search that ended at `x` (p,) might have gone on to a visibly better fit."""
@@ -114,9 +129,9 @@ class Promise:
         """Whether the last step gained much less than predicted; `gain` is the predicted gain of the next."""
         rows = self._problem.residual(x)
         now = (self._problem.variances, float(rows @ rows), gain)
-        (variances, before, promised), self._last = self._last, now
-        kept = 0.5 * (before - now[1]) / self._problem.unit**2
-        return variances == now[0] and kept < KEPT * promised
+        (variances, before, predicted), self._last = self._last, now
+        gained = 0.5 * (before - now[1]) / self._problem.unit**2
+        return variances == now[0] and gained < LEAST_RATIO * predicted
 
     def _step(self, x: Array) -> tuple[Array, float]:
         """Return the full step (p,) from solvable parameters, and its predicted gain in nats."""
@@ -125,16 +140,29 @@ class Promise:
         step, left = full_step(problem, x)
         return step, 0.5 * (float(value @ value) - left) / problem.unit**2
 
-    def _falls_short(self, x: Array, step: Array, gain: float) -> bool:
-        """Whether the evidence after a step (p,) that gains so many nats, and its slack, are too small to matter."""
+    def _change(self, x: Array, step: Array, gain: float) -> float:
+        """Return by how much a step (p,) that gains so many nats may change the model's share of the posterior.
+
+        Far from the minimum it is the whole share, because what the model has there says nothing.
+        """
         if self._needed is None:
-            return False
-        problem = self._problem
+            return math.inf
+        problem, needed = self._problem, self._needed
         forces = problem.forces(x)
         assert forces is not None
         slopes = [one.of(slope) for one, (_, slope) in zip(problem.features, forces, strict=True)]
-        misfit = [z + J @ step for z, J in zip(problem.misfit(forces), slopes, strict=True)]
         known = [problem.known.get(name) for name in problem.names]
-        found = Evidence(problem.likelihood, misfit, slopes, x + step, known, self._off)
-        slack = SLACK + SHARE_SLACK * gain
-        return found.log + slack < self._needed.log and found.log_unknown + slack < self._needed.log_unknown
+        misfit = problem.misfit(forces)
+        after = [z + J @ step for z, J in zip(misfit, slopes, strict=True)]
+        now, then = (
+            max(found.log - needed.log, found.log_unknown - needed.log_unknown)
+            for found in (
+                Evidence(problem.likelihood, rows, slopes, at, known, self._off)
+                for rows, at in ((misfit, x), (after, x + step))
+            )
+        )
+        # A prior may be steeper than the step takes it for: the evidence now counts if it is higher.
+        most = max(now, then) + SLACK * min(gain / ROUGH, 1.0) + SHARE_SLACK * gain
+        # The exponential overflows at 709.
+        had = 0.0 if gain > ROUGH else math.exp(min(now, 699.0))
+        return NEGLIGIBLE * (math.exp(min(most, 700.0)) - had)

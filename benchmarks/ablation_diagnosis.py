@@ -1,0 +1,133 @@
+"""What each mechanism of the search of `bushcli diagnose` is worth: recordings are diagnosed with one off at a time.
+
+``setup/enter python benchmarks/ablation_diagnosis.py FOLDER ... [--only WORD]`` prints a table of
+benchmarks/ablation.md. Each FOLDER has a ``case.toml``. The whole catalogue, one process; neither maps nor the next
+test are calculated, and the answer is refitted only where that is what is off.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from bushcli.case import load_case
+from bushcli.diagnosis import diagnose as diagnosing
+from bushcli.diagnosis.aftermath import Extras
+from bushcli.evidence import stopping_rule
+from bushcli.inverse.channel import FollowedChannel, SweptChannel
+from bushcli.selection import fit, queue
+from bushcli.selection.law_edge import LawEdge
+from bushcli.selection.prediction_errors import NONE, PredictionErrors
+
+HEADS = (
+    "without",
+    "recordings",
+    "other verdict",
+    "probability changes by",
+    "misfit grows by",
+    "marches",
+    "processor time",
+)
+
+
+def patches() -> dict[str, list[Any]]:
+    """Return what takes each mechanism out, by name."""
+    plain_queue = queue.Search._queue
+
+    def hopeless(search: Any, one: Any, *given: Any, **named: Any) -> None:
+        plain_queue(search, replace(one, hope=0.0), *given, **named)
+
+    never = property(lambda self: False)
+    return {
+        "-": [],
+        "errors learned from fits": [patch.object(PredictionErrors, "expected", lambda self, found: NONE)],
+        "predictions within the law's stability": [patch.object(LawEdge, "cut_off", lambda self, x: False)],
+        "begin at a finite size": [
+            patch.object(queue.Search, "_start_beside_effects", lambda self, one: None)
+        ],
+        "fits that cannot matter are given up": [patch.object(queue, "needed_of", lambda *given: None)],
+        "end before a minimum is confirmed": [patch.object(stopping_rule, "NOTHING", 0.0)],
+        "variances before the minimum": [patch.object(stopping_rule, "ROUGH", 0.0)],
+        "held back by stability, along the edge": [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
+        "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
+        "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
+        "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],
+        "marches are given up": [patch.object(fit, "FAILED_STEPS", None)],
+        "what a fit may find in addition": [patch.object(queue.Search, "_queue", hopeless)],
+        "one effect more beside a poor one": [patch.object(queue, "with_one_more", lambda *given: [])],
+        "one branch more beside a poor one": [patch.object(queue, "more_branches", lambda *given: [])],
+        "others in place of an effect": [patch.object(queue.Search, "_expand_without", lambda *given: None)],
+        "reliable predictions count": [patch.object(queue.Search, "counted", property(lambda self: []))],
+        "the answer fitted to its end": [patch.object(diagnosing, "closest", lambda search, state: state)],
+    }
+
+
+def diagnosed(folder: Path) -> tuple[str, dict[str, float], float, int, float]:
+    """Return verdict, probabilities, misfit (%, summed over channels), marches and processor seconds."""
+    marches = 0
+
+    def counted(solve: Any) -> Any:
+        def solved(*given: Any, **named: Any) -> Any:
+            nonlocal marches
+            marches += 1
+            return solve(*given, **named)
+
+        return solved
+
+    with ExitStack() as stack:
+        for kind in (FollowedChannel, SweptChannel):
+            stack.enter_context(patch.object(kind, "solve", counted(kind.solve)))
+        begin = time.process_time()
+        found = diagnosing.diagnose(load_case(folder / "case.toml", []), maps=False)
+        seconds = time.process_time() - begin
+    misfit = sum(one.after_percent for one in found.channels)
+    return found.verdict, dict(found.probability), misfit, marches, seconds
+
+
+def row(name: str, found: list[tuple[Any, ...]], usual: list[tuple[Any, ...]]) -> str:
+    """Return a row of the table: what changes without a mechanism."""
+    pairs = list(zip(found, usual, strict=True))
+    verdicts = sum(new[0] != old[0] for new, old in pairs)
+    change = max(
+        max(abs(new[1].get(key, 0.0) - value) for key, value in old[1].items()) for new, old in pairs
+    )
+    grown = max(new[2] / max(old[2], 1e-9) for new, old in pairs) - 1.0
+    marches, seconds = (sum(new[i] for new, _ in pairs) / sum(old[i] for _, old in pairs) for i in (3, 4))
+    return (
+        f"| {name} | {len(found)} | {verdicts} | {change:.3f} | {100 * grown:.0f} % | {marches:.2f} "
+        f"| {seconds:.2f} |"
+    )
+
+
+def main(folders: list[Path], only: str) -> None:
+    """Print the table."""
+    usual: dict[Path, tuple[Any, ...]] = {}
+    with patch.object(Extras, "make", lambda *given: None):
+        print("| " + " | ".join(HEADS) + " |\n|" + " --- |" * len(HEADS))
+        for name, changes in patches().items():
+            if name != "-" and only not in name:
+                continue
+            with ExitStack() as stack:
+                for change in changes:
+                    stack.enter_context(change)
+                found = {}
+                for folder in folders:
+                    found[folder] = diagnosed(folder)
+                    verdict, chances, *rest = found[folder]
+                    likely = {k: round(v, 3) for k, v in chances.items() if v > 0.02}
+                    print(f"{name} | {folder.name}: {verdict} {likely} {rest}", file=sys.stderr, flush=True)
+            usual = usual or found
+            print(row(name, list(found.values()), list(usual.values())), flush=True)
+
+
+if __name__ == "__main__":
+    given = sys.argv[1:]
+    word = given.pop(given.index("--only") + 1) if "--only" in given else ""
+    main([Path(one) for one in given if one != "--only"], word)

@@ -1,0 +1,282 @@
+"""Vibrations of one load case: at each preload of a march the body is reduced, and gives stiffness at any frequency."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import DynamicTest
+from bushcli.case.case import DENSITY
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import features_of
+from cases.contact.touch import touches
+from cases.dynamic.amplitude import SETTLED, UnevenModel
+from cases.dynamic.model import Branches, DynamicModel, spread
+from cases.dynamic.pencil import Pencil, Unstable
+from cases.dynamic.reduction import basis_for
+from cases.dynamic.slopes import Changes, changes
+from cases.equilibrium import Equilibrium
+from cases.load import PrescribedForce
+from cases.model import FiniteElementModel
+from cases.program import Program, path, steps_along
+from cases.ranks import summed
+from cases.sine import ThinnedSpectrum
+from cases.six import PAIR_MODES
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Largest deviation of the force from a prescribed one, as a share of the largest: the march leaves a tenth of it.
+NEAR = 1e-6
+# Gap of the plates in front of the free ends, and one that no preload closes, mm.
+_GAP, _AWAY = "snubber.gap", 1e6
+# Relative error of the stiffness by the reduction: what is promised, and what vectors are chosen for.
+PROMISED, CHOSEN = 1e-4, 1e-5
+# The same for derivatives by parameters of the model, whose error is the root of that of stiffness. Measured on a plain
+# bushing to 200 Hz against central differences: by the compressibility 9 % with 1e-5, 0.2 % with 1e-6, 3e-5 with 1e-7
+# (also with 1e-9); by the law 2e-5, 4e-7, 5e-9.
+CHOSEN_WITH_SLOPES = 1e-7
+
+
+@dataclass(frozen=True)
+class DynamicCurve:
+    """Dynamic stiffness about one preload.
+
+    Attributes
+    ----------
+    name : str
+        Name of the load case.
+    test : DynamicTest
+    preload, force : float
+        Displacement and static force there: mm or rad, N or N mm (stretch - 1, MPa of a coupon); of a pose those of the
+        motion that vibrates.
+    frequency : shape (f,)
+        Hz.
+    stiffness : shape (f,)
+        K' + i K'': N/mm, N mm/rad, MPa.
+    reduction_error : float
+        Bound of the relative error by the reduction, the largest of all frequencies.
+    vectors : int
+        Vectors to which the body was reduced.
+    model : DynamicModel
+        For other frequencies, branches and densities.
+    branches : Branches
+        Those of the rubber.
+    matrix : shape (f, 6, 6) or None
+        Of a pose: N, mm, rad.
+    touching : tuple of (str, str)
+        Surfaces in contact under the preload.
+    amplitude : float or None
+        Peak, mm or rad; None = small.
+    third_harmonic : shape (f,) or None
+        Of the force over the first; None where it is linear.
+    uneven : UnevenModel or None
+        For other amplitudes and frequencies; None of a rubber that amplitude does not change.
+    """
+
+    name: str
+    test: DynamicTest
+    preload: float
+    force: float
+    frequency: Array
+    stiffness: Complex
+    reduction_error: float
+    vectors: int
+    model: DynamicModel = field(repr=False)
+    branches: Branches
+    matrix: Complex | None = None
+    touching: tuple[tuple[str, str], ...] = ()
+    amplitude: float | None = None
+    third_harmonic: Array | None = None
+    uneven: UnevenModel | None = field(default=None, repr=False)
+
+    @property
+    def static(self) -> float:
+        """Stiffness of the relaxed rubber without inertia: the slope of the static curve at the preload."""
+        return float(self.model.stiffness(np.zeros(1), ()).real[0])
+
+    @property
+    def mode(self) -> str:
+        """Mode whose displacement and force are those of the vibration."""
+        return self.test.mode if self.test.six is None else PAIR_MODES[self.test.motion]
+
+    @property
+    def loss_angle(self) -> Array:
+        """Phase by which the force leads the displacement, rad, shape (f,)."""
+        return np.asarray(np.angle(self.stiffness), dtype=np.float64)
+
+
+def branches_of(effects: Sequence[ActiveEffect]) -> Branches:
+    """Return the Maxwell branches of effects: g and tau (s) of each, at the temperature of the channel."""
+    bonded, slower = _heated(effects)
+    return [
+        (bonded * float(one.parameters["g"]), slower * float(one.parameters["tau"]))
+        for item in features_of(effects)
+        if item.feature.branches is not None
+        for one in item.feature.branches(item.values)
+        if one.branch.name == "maxwell" and one.branch.clock == ""
+    ]
+
+
+def thinned_of(effects: Sequence[ActiveEffect]) -> ThinnedSpectrum | None:
+    """Return the relaxation of effects that amplitude thins, at the temperature of the channel; None without one."""
+    bonded, slower = _heated(effects)
+    for item in features_of(effects):
+        if item.feature.thinned is not None:
+            found = item.feature.thinned(item.values)
+            # In the time of the reference temperature: the path counts as at that.
+            return replace(
+                found, moduli=bonded * found.moduli, times=slower * found.times, path=slower * found.path
+            )
+    return None
+
+
+def _heated(effects: Sequence[ActiveEffect]) -> tuple[float, float]:
+    """Return the factors on the branches' moduli and on all relaxation times at the temperature of the channel."""
+    for item in features_of(effects):
+        if item.feature.heated is not None:
+            _, bonded, slower = item.feature.heated(item.values, item.temperature)
+            return float(bonded), float(slower)
+    return 1.0, 1.0
+
+
+class Vibrations:
+    """One load case: its model, and the curves at the preloads that were reached, one for each amplitude."""
+
+    def __init__(
+        self,
+        name: str,
+        test: DynamicTest,
+        model: FiniteElementModel,
+        branches: Branches,
+        density: float,
+        thinned: ThinnedSpectrum | None = None,
+        names: Sequence[str] = (),
+    ) -> None:
+        self.name, self.test, self.model = name, test, model
+        # Parameters of the model by which derivatives are wanted.
+        self._names = names
+        self._maxwell, self._thinned, self._density = branches, thinned, density
+        # At small amplitudes the thinned relaxation is that of branches, too.
+        self._branches = [*branches, *(() if thinned is None else thinned.branches())]
+        # By number of the preload; of the unstable ones the displacement.
+        self.curves: dict[int, list[DynamicCurve]] = {}
+        self.unstable: dict[int, float] = {}
+        self.seconds = 0.0
+
+    @property
+    def drive(self) -> PrescribedForce | None:
+        """What a march needs beside a program."""
+        return PrescribedForce() if self.test.by_force else None
+
+    def programs(self) -> Iterator[Program]:
+        """Yield the ways from rest to the preloads: on each side from the nearest to the furthest."""
+        if self.test.six is not None:
+            yield steps_along(self.test.six, self.test.steps)
+            return
+        sides = [sorted((q for q in self.test.preload if sign * q > 0.0), key=abs) for sign in (1, -1)]
+        for side in sides:
+            if side:
+                yield path(side, self.test.steps)
+        if not any(sides):
+            yield Program(np.zeros(1))
+
+    def observe(self, solver: Equilibrium) -> None:
+        """Compute the stiffness if the equilibrium is a preload."""
+        number = self._number(solver)
+        if number is None or number in self.curves or number in self.unstable:
+            return
+        begin = time.perf_counter()
+        try:
+            self.curves[number] = self._curves(solver)
+        except Unstable:
+            self.unstable[number] = solver.q
+        finally:
+            self.seconds += time.perf_counter() - begin
+
+    def _number(self, solver: Equilibrium) -> int | None:
+        """Return which preload an equilibrium is; None if it is none."""
+        test = self.test
+        if test.six is not None:
+            return 0 if solver.q == test.six.time[-1] else None
+        at, near = (solver.force, NEAR * max(map(abs, test.preload))) if test.by_force else (solver.q, 0.0)
+        return next((i for i, one in enumerate(test.preload) if abs(at - one) <= near), None)
+
+    def _curves(self, solver: Equilibrium) -> list[DynamicCurve]:
+        test, frequency = self.test, np.array(self.test.frequency)
+        metal = {name: DENSITY * one.density for name, one in self.model.mesh.sleeves.items()}
+        pencil = Pencil(self.model, solver, metal)
+        tolerance = CHOSEN_WITH_SLOPES if self._names else CHOSEN
+        basis = basis_for(pencil, spread(frequency, self._branches), self._density, tolerance)
+        found = basis.reduced()
+        number = test.motion
+        uneven_too = bool(test.amplitude) and self._thinned is not None
+        even = bool(self._names) and not uneven_too
+        slopes = changes(basis, solver, self._names, self.drive) if even else Changes()
+        model = DynamicModel(found, number, test.transfer, slopes)
+        pose, forces = solver.pose, solver.six
+        small = DynamicCurve(
+            self.name,
+            test,
+            solver.q if pose is None else float(pose[number]),
+            solver.force if forces is None else float(forces[number]),
+            frequency,
+            model.stiffness(frequency, self._branches),
+            model.error(frequency, self._branches),
+            len(found.equilibrium),
+            model,
+            self._branches,
+            None if pose is None else model.matrix(frequency, self._branches),
+            _touching(self.model),
+        )
+        if not test.amplitude:
+            return [small]
+        if self._thinned is None:
+            return [replace(small, amplitude=one) for one in test.amplitude]
+        uneven = UnevenModel(basis, self._thinned, self._maxwell, number, test.transfer)
+        # Where moduli differ most from point to point lies between: vectors for these amplitudes serve all others.
+        chosen = sorted(test.amplitude)
+        chosen = sorted({chosen[0], chosen[len(chosen) // 2], chosen[-1]})
+        ends = [uneven.enrich(one, f) for one in chosen for f in sorted({frequency.min(), frequency.max()})]
+        error = max(small.reduction_error, *ends)
+        if self._names:
+            # Over the vectors that were added.
+            slopes = changes(basis, solver, self._names, self.drive)
+            small = replace(small, model=DynamicModel(basis.reduced(), number, test.transfer, slopes))
+
+        def curve(amplitude: float) -> DynamicCurve:
+            balances = uneven.balances(np.full(len(frequency), amplitude), frequency)
+            unsettled = [one.moved for one in balances if one.moved > SETTLED]
+            return replace(
+                small,
+                stiffness=np.array([one.stiffness for one in balances]),
+                vectors=uneven.vectors,
+                matrix=None,
+                reduction_error=max([error, *unsettled]),
+                amplitude=amplitude,
+                third_harmonic=np.array([one.third for one in balances]),
+                uneven=uneven,
+            )
+
+        return list(map(curve, test.amplitude))
+
+
+def _touching(model: FiniteElementModel) -> tuple[tuple[str, str], ...]:
+    """Return which surfaces are in contact at the present state; a plate in front of the free ends is one of them."""
+    contact = model.surfaces.contact
+    met = () if contact is None else touches(contact, model.state.x.array)
+    found = [one.surfaces for one in met]
+    gap = model.parameters.constants.get(_GAP)
+    if gap is not None:
+        # The plates push if they have energy that they would not have further away.
+        near, own = model.surfaces.energy(), float(gap.value)
+        model.parameters.set({_GAP: _AWAY})
+        away = model.surfaces.energy()
+        model.parameters.set({_GAP: own})
+        if summed(model.comm, near - away) > 0.0:
+            found.append(("free end", "snubber"))
+    return tuple(found)
