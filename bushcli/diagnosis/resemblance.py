@@ -86,7 +86,7 @@ class Size:
             own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
         return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)))
 
-    def relative_to(self, others: Sequence[Size], explained: float, form: float) -> float:
+    def relative_to(self, others: Sequence[Size], explained: float, form: float = 1.0) -> float:
         """Return the size relative to the effects beside which it is.
 
         Parameters

@@ -365,7 +365,6 @@ class Diagnosis:
     missing: Missing | None
     searched: Searched
     channels: tuple[DiagnosedChannel, ...]
-    tables: tuple[DiagnosedTable, ...]
     location: Location
     remaining: Location
     next_test: NextTest | None
@@ -376,6 +375,7 @@ class Diagnosis:
     failed_solves: int
     seconds: float
     uniform_odds: bool = False
+    tables: tuple[DiagnosedTable, ...] = ()
 
     @property
     def measured(self) -> tuple[DiagnosedChannel | DiagnosedTable, ...]:

@@ -125,7 +125,7 @@ class ModelCache:
         table : DynamicTable
             N/mm or N mm/rad, of which the conditions count alone.
         values : mapping of str to float
-            Of all parameters by name.
+            Of all parameters by name, N, mm, MPa, s.
         names : sequence of str
             Parameters by which derivatives are wanted.
 
