@@ -90,8 +90,6 @@ def diagnose(
     from bushcli.runtime.store import SUFFIX
 
     case = run.load()
-    if case.dynamic:
-        run.say("tables of dynamic stiffness are not used here; inverse fits them")
     several = ranks_there_are() > 1
     if several and workers > 1:
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))

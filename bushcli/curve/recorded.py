@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -204,6 +205,28 @@ class Recording(Curve):
         found = replace(self, numbers=numbers, columns=columns, unused=unused)
         found.__dict__.update(segments=self.segments, displacement_noise=self.displacement_noise)
         return found
+
+    @property
+    def kind(self) -> Literal["static", "dynamic"]:
+        """Kind of the channel: "static", along a path, or "dynamic", a table of dynamic stiffness."""
+        return "static"
+
+    @property
+    def has_time(self) -> bool:
+        """Whether rates are known."""
+        return self.time is not None
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Largest displacement, mm or rad, and largest force, N or N mm."""
+        return float(np.abs(self.displacement).max()), float(np.abs(self.force).max())
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Time between samples and that of the whole recording, s; (nan, nan) where it has no time."""
+        if self.time is None:
+            return math.nan, math.nan
+        return float(np.median(np.diff(self.time))), float(self.time[-1] - self.time[0])
 
     @property
     def record(self) -> Recording:

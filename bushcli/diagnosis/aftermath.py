@@ -12,11 +12,14 @@ from bushcli.diagnosis import answer
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import Weighed, credible_sets
 from bushcli.diagnosis.question import Question
-from bushcli.diagnosis.result import DiagnosedChannel, NextTest
+from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, NextTest
+from bushcli.diagnosis.vibrating import diagnosed_table
 from bushcli.faults import masks
+from bushcli.inverse.channel import Channel
 from bushcli.likelihood.calibration import calibrated, factor_of
 from bushcli.likelihood.noise import Compared, noise_model
 from bushcli.mismatch.maps import LocalMap
+from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.runtime.condition import CONTINUE, Condition
 from bushcli.runtime.workers import Workers
 from bushcli.selection.model import Fitted
@@ -86,14 +89,16 @@ class Extras:
 def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progress) -> tuple[LocalMap, ...]:
     from bushcli.mismatch.bushing import local_map
 
-    if problem.case.geometry.specimen == "coupon":
+    curves = [i for i, one in enumerate(problem.recordings) if one.kind == "static"]
+    if problem.case.geometry.specimen == "coupon" or not curves:
         return ()
+    channels, compared = cache.channels(plain.model.task(problem.case)), problem.compared(plain.simulated)
     # All recordings are of one bushing: together they can show a place that none of them shows alone.
     one = local_map(
-        cache.channels(plain.model.task(problem.case)),
+        [one for one in channels if isinstance(one, Channel)],
         plain.model.start,
-        problem.compared(plain.simulated),
-        plain.jacobians,
+        [compared[i] for i in curves],
+        [plain.jacobians[i] for i in curves],
         lambda name: notify("map", name, "where in the rubber a change would help"),
     )
     return (one,)
@@ -102,7 +107,7 @@ def _maps(problem: CommonData, plain: Fitted, cache: ModelCache, notify: Progres
 def judged(
     cache: ModelCache, case: Case, plain: Fitted, compared: Sequence[Compared]
 ) -> tuple[Compared, ...]:
-    """Return the channels without the errors of their common factors, in which the misfit is located.
+    """Return the recorded curves without the errors of their common factors, in which the misfit is located.
 
     Parameters
     ----------
@@ -113,7 +118,11 @@ def judged(
     compared : sequence of Compared
     """
     channels = cache.channels(plain.model.task(case))
-    return tuple(calibrated(one, factor_of(channel)) for one, channel in zip(compared, channels, strict=True))
+    return tuple(
+        calibrated(one, factor_of(channel))
+        for one, channel in zip(compared, channels, strict=True)
+        if one.recording.kind == "static"
+    )
 
 
 def share_left(best: Weighed, plain: State) -> float:
@@ -130,8 +139,8 @@ def share_left(best: Weighed, plain: State) -> float:
 
 def before_and_after(
     cache: ModelCache, asked: Question, problem: CommonData, plain: Fitted, best: Weighed
-) -> tuple[DiagnosedChannel, ...]:
-    """Return every recording beside the plain law and the most probable model; those held out are predicted.
+) -> tuple[tuple[DiagnosedChannel, ...], tuple[DiagnosedTable, ...]]:
+    """Return recordings and tables beside the plain law and the most probable model; those held out are predicted.
 
     Parameters
     ----------
@@ -145,11 +154,12 @@ def before_and_after(
     """
     fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
     predicted = {}
-    sources = tuple(
-        s for s, r in zip(asked.case.recordings, asked.whole, strict=True) if r.name not in fitted
+    outside = replace(
+        asked.bare,
+        recordings=tuple(one for one in asked.case.recordings if one.label not in fitted),
+        dynamic=tuple(one for one in asked.case.dynamic if one.label not in fitted),
     )
-    if sources:
-        outside = replace(asked.bare, recordings=sources)
+    if len(fitted) < len(asked.whole):
         # An effect of a rig says nothing about the rig of another channel.
         bound = tuple(
             replace(one, channels=tuple(fitted)) if one.effect.of_channel and one.channels is None else one
@@ -162,7 +172,7 @@ def before_and_after(
                 except NotConverged:
                     force = np.full(len(channel.recording.force), np.nan)
                 predicted[which, channel.name] = force
-    found = []
+    found, tables = [], []
     for recording in asked.whole:
         if recording.name in fitted:
             i = fitted[recording.name]
@@ -172,5 +182,9 @@ def before_and_after(
             before, after = predicted["before", recording.name], predicted["after", recording.name]
             used = ~masks(asked.faults, recording)
             sigma = noise_model(recording, used).sigma
-        found.append(answer.channel(recording, before, after, sigma, used, recording.name not in fitted))
-    return tuple(found)
+        held_out = recording.name not in fitted
+        if isinstance(recording, RecordedTable):
+            tables.append(diagnosed_table(recording, before, after, used, held_out))
+        else:
+            found.append(answer.channel(recording, before, after, sigma, used, held_out))
+    return tuple(found), tuple(tables)

@@ -251,7 +251,7 @@ def _begun(best: Weighed, problem: CommonData) -> list[Condition]:
     effects = [one.effect for one in best.state.model.effects]
     if not any(one.has_memory and one.feature is not None for one in effects):
         return []
-    known = [(one.name, earlier(one)) for one in problem.recordings]
+    known = [(one.name, earlier(one)) for one in problem.recordings if one.kind == "static"]
     return [not_from_rest(name, before) for name, before in known if before is not None]
 
 
@@ -264,6 +264,8 @@ def _long_memory(best: Weighed, problem: CommonData) -> list[Condition]:
     for one, used, smooth in zip(
         problem.compared(best.state.fitted.simulated), problem.used, problem.likelihood.features, strict=True
     ):
+        if one.recording.kind == "dynamic":
+            continue
         before = noise_model(one.recording, used)
         units = [noise.sigma * float(np.sqrt(noise.correlation_time)) for noise in (before, one.noise)]
         if one.noise.correlation_time < MEMORY or units[1] < SWELLS * units[0]:

@@ -207,7 +207,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
     probability = probabilities(models, [one.name for one in asked.effects])
-    channels = before_and_after(cache, asked, problem, plain, best)
+    channels, tables = before_and_after(cache, asked, problem, plain, best)
     # Models are compared only if most of them have been looked at.
     unsearched = search.left > UNSEARCHED
     says: Verdict = "unexplained" if unsearched else answer.verdict(best, asked.plain)
@@ -215,6 +215,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
     unknown = probability.get("unknown", 0.0)
     extent = answer.searched(search, found.ended, found.hidden, probability)
     places = [judged(cache, asked.bare, plain, one) for one in (before, after)]
+    curves = [i for i, one in enumerate(problem.recordings) if one.kind == "static"]
     return Diagnosis(
         case=asked.case,
         verdict=says,
@@ -232,9 +233,12 @@ def _answer(asked: Question, found: _Found, extras: Extras, cache: ModelCache) -
         form_error=answer.form_error(best, search.plain, after),
         missing=None
         if unsearched or says == "explained" or (left <= 0.0 and not best.unknown)
-        else missing(after, problem.likelihood.features, unknown, left),
+        else missing(
+            [after[i] for i in curves], [problem.likelihood.features[i] for i in curves], unknown, left
+        ),
         searched=extent,
         channels=channels,
+        tables=tables,
         location=locate(places[0]),
         remaining=locate(places[1]),
         next_test=extras.test,

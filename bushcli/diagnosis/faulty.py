@@ -48,6 +48,7 @@ def refused(asked: Question, seconds: float) -> Diagnosis:
         missing=None,
         searched=Searched(False, 1.0, "faulty data", (), (), {}),
         channels=_recorded(asked),
+        tables=(),
         location=locate(()),
         remaining=locate(()),
         next_test=None,
@@ -65,6 +66,8 @@ def _recorded(asked: Question) -> tuple[DiagnosedChannel, ...]:
     kept = [one.name for one in asked.recordings]
     found = []
     for recording in asked.whole:
+        if recording.kind == "dynamic":
+            continue
         used = ~masks(asked.faults, recording)
         none = np.full(len(recording.force), np.nan)
         sigma = noise_model(recording, used).sigma

@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -30,6 +31,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis.menu import Proposal, menu
+from bushcli.diagnosis.next_table import TableProposal, expected_table, noise_of, rows, table_menu
 from bushcli.diagnosis.posterior import CREDIBLE, MEMBER, Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.effects.active import acting
@@ -102,13 +104,20 @@ def next_test(
         return None
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
-    for proposal in _menu(problem):
+    proposals: list[Proposal | TableProposal] = [*_menu(problem), *table_menu(problem)]
+    for proposal in proposals:
         notify("next", "test", proposal.name)
         questions = [(problem.case, one.state.model, _spread(one), proposal) for one in chosen]
-        answers = workers.run(expected_curve, questions)
+        predict = expected_table if isinstance(proposal, TableProposal) else expected_curve
+        answers: list[Any] = workers.run(predict, questions)
         if any(one is None for one in answers):
             continue
-        sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
+        if isinstance(proposal, TableProposal):
+            errors = noise_of(problem)
+            answers = [ExpectedCurve(*rows(one, answers[0].stiffness, errors)) for one in answers]
+            sigma = 1.0
+        else:
+            sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
         apart = np.array([[distance(a, b, sigma) for b in answers] for a in answers])
         nats = -float(np.sum(weights * np.log(np.exp(-apart) @ weights)))
         bits = nats / math.log(2.0)
@@ -228,10 +237,12 @@ def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
 
 def _menu(problem: CommonData) -> list[Proposal]:
     """Return the cheapest recordings of the modes that have been recorded, and one of each other mode."""
-    mounted = [one.mode for one in problem.recordings]
+    mounted = [one.mode for one in problem.recordings if one.kind == "static"]
     amplitudes: dict[str, float] = {}
     rate: dict[str, float] = {}
     for one in problem.recordings:
+        if one.kind == "dynamic":
+            continue
         reach = float(np.abs(one.displacement).max())
         amplitudes[one.mode] = max(reach, amplitudes.get(one.mode, 0.0))
         path = float(np.abs(np.diff(one.displacement)).sum())
@@ -240,7 +251,7 @@ def _menu(problem: CommonData) -> list[Proposal]:
         rate[one.mode] = path / float(np.ptp(one.time)) if moves and one.time is not None else reach / SECONDS
     found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
-    if wall is not None:
+    if wall is not None and mounted:
         others = {
             mode.name: mode.proposed_travel * (1.0 if mode.rotational else wall.thickness)
             for mode in modes().values()
@@ -253,14 +264,39 @@ def _menu(problem: CommonData) -> list[Proposal]:
 
 def _sigma(problem: CommonData, proposal: Proposal, span: float) -> float:
     for recording, noise in zip(problem.recordings, problem.noises, strict=True):
-        if recording.mode == proposal.channel:
+        if (recording.mode, recording.kind) == (proposal.channel, "static"):
             return noise.sigma
     return NOISE * span
 
 
 def _test(
-    proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[Weighed, Weighed], ...]
+    proposal: Proposal | TableProposal,
+    bits: float,
+    possible: float,
+    pairs: tuple[tuple[Weighed, Weighed], ...],
 ) -> NextTest:
+    names = [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]
+    separates = tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs)
+    if isinstance(proposal, TableProposal):
+        table = proposal.table
+        levels = [
+            tuple(map(float, np.unique(values[np.isfinite(values)])))
+            for values in (table.preload, table.frequency, table.amplitude, table.temperature)
+        ]
+        text = f"a table of dynamic stiffness: {proposal.text}{_gains(proposal.cost, names)}"
+        return NextTest(
+            proposal.name,
+            proposal.channel,
+            levels[0],
+            (),
+            (),
+            proposal.cost,
+            bits,
+            possible,
+            separates,
+            text,
+            *levels[1:],
+        )
     return NextTest(
         name=proposal.name,
         channel=proposal.channel,
@@ -270,8 +306,8 @@ def _test(
         minutes=proposal.cost,
         information=bits,
         possible=possible,
-        separates=tuple((_name(a, readable_name), _name(b, readable_name)) for a, b in pairs),
-        text=_words(proposal, [(_name(a, phrase), _name(b, phrase)) for a, b in pairs]),
+        separates=separates,
+        text=_words(proposal, names),
     )
 
 
@@ -287,13 +323,18 @@ def _words(proposal: Proposal, pairs: Sequence[tuple[str, str]]) -> str:
     text = f"{proposal.channel} through {points}{unit} at {' and '.join(f'{v:g}' for v in rates)}{speed}"
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
+    return f"{text}{_gains(proposal.cost, pairs)}"
+
+
+def _gains(cost: float, pairs: Sequence[tuple[str, str]]) -> str:
+    """Return the cost of a test and what it would distinguish, for the end of a sentence."""
     gain = "; ".join(f"{a} from {b}" for a, b in pairs)
     gain = (
         f"it would distinguish {gain}"
         if gain
         else "it would not settle the question, but is the most informative of the possible tests"
     )
-    return f"{text} (about {proposal.cost:.0f} minutes with the set-up of the rig); {gain}."
+    return f" (about {cost:.0f} minutes with the set-up of the rig); {gain}."
 
 
 def _name(one: Weighed, of: Callable[[str], str]) -> str:

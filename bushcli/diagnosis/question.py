@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.case.typical import unusual
-from bushcli.effects.effect import Effect, effects_on
+from bushcli.effects.effect import Effect, effects
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.faults import DataFault, find_faults, masks
+from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.identify import fit_coupons
+from bushcli.inverse.table_channel import recorded_tables
 from bushcli.likelihood.form import Likelihood
 from bushcli.likelihood.level import all_levelled
 from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.workers import Workers
@@ -75,7 +78,8 @@ class Question:
     @property
     def unusual(self) -> tuple[Condition, ...]:
         """A condition for each number of the case and of its recordings that bushings do not have."""
-        return unusual(self.case, self.case.material, self.whole)
+        paths = [one for one in self.whole if one.kind == "static"]
+        return unusual(self.case, self.case.material, paths)
 
     @property
     def fatal(self) -> bool:
@@ -110,7 +114,13 @@ def question(
         There are no recordings, one cannot be read, or a name is unknown.
     """
     whole = _checked(case, model, effects, hold_out, tables)
-    faults = find_faults(case, whole)
+    vibrating = [one for one in whole if isinstance(one, RecordedTable)]
+    faults = find_faults(case, tuple(one for one in whole if one.kind == "static"))
+    # Each row of a table has two samples.
+    faults += tuple(
+        replace(fault, samples=np.tile(fault.samples, 2))
+        for fault in table_faults(case.geometry, [one.table for one in vibrating])
+    )
     plain, source, material = _plain(case, model, tables)
     bare, recordings = _without(case, whole, hold_out)
     used = tuple(~masks(faults, one) for one in recordings)
@@ -128,19 +138,22 @@ def _checked(
     tables: TableCache,
 ) -> tuple[Recording, ...]:
     """Return the recordings of the case, after all names have been checked."""
-    if not case.recordings:
+    recordings = (
+        *(read_recording(source, tables=tables) for source in case.recordings),
+        *recorded_tables(case, tables),
+    )
+    if not recordings:
         wanted = case.expected("[[recordings]] with mode and file")
         raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
-    recordings = tuple(read_recording(source, tables=tables) for source in case.recordings)
     if model is not None and model not in laws():
         raise InputError(
             Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
         )
-    names = [one.name for one in recordings]
+    names, kinds = [one.name for one in recordings], {one.kind for one in recordings}
     for given, known, option, kind in (
         (
             only or (),
-            list(effects_on("static")),
+            [name for name, one in effects().items() if one.kinds & kinds],
             "--effects",
             "an effect that a diagnosis can find in recordings",
         ),
@@ -165,19 +178,36 @@ def _without(
     case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
 ) -> tuple[Case, tuple[Recording, ...]]:
     """Return the case without effects and held-out channels, and its recordings."""
-    kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
-    bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
-    return bare, tuple(recording for _, recording in kept_)
+    bare = replace(
+        case,
+        effects=(),
+        recordings=tuple(source for source in case.recordings if source.label not in hold_out),
+        dynamic=tuple(source for source in case.dynamic if source.label not in hold_out),
+    )
+    return bare, tuple(recording for recording in recordings if recording.name not in hold_out)
 
 
 def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
-    """Return the effects to be considered, among those that the specimen can have."""
+    """Return the effects to be considered, among those that the specimen can have.
+
+    How the bushing is assembled changes a stiffness as the law's modulus does: tables alone hardly show it, so that it
+    is considered with them only where the user asks for it.
+    """
     specimen = "coupon" if case.geometry.specimen == "coupon" else "bushing"
     return [
         effect
-        for name, effect in effects_on("static").items()
-        if specimen in effect.specimens and (only is None or name in only)
+        for name, effect in effects().items()
+        if specimen in effect.specimens
+        and (name in only if only is not None else case.recordings or _shown_by_tables(effect))
+        and (case.dynamic or "static" in effect.kinds)
     ]
+
+
+def _shown_by_tables(effect: Effect) -> bool:
+    """Whether tables alone can show an effect: relaxation and its temperature, and effects of a dynamic rig."""
+    if effect.acts == "rig":
+        return effect.kinds == {"dynamic"} or effect.may_be_shared or effect.is_factor
+    return effect.acts == "rubber" and ((effect.needs_time and effect.fades) or effect.needs_temperature)
 
 
 def _plain(

@@ -86,7 +86,7 @@ class Size:
             own = change - others @ np.linalg.lstsq(others, change, rcond=None)[0]
         return cls(float(np.linalg.norm(change)), float(np.linalg.norm(own)))
 
-    def relative_to(self, others: Sequence[Size], explained: float) -> float:
+    def relative_to(self, others: Sequence[Size], explained: float, form: float) -> float:
         """Return the size relative to the effects beside which it is.
 
         Parameters
@@ -94,9 +94,11 @@ class Size:
         others : sequence of Size
             At least one.
         explained : float
-            Root of the sum of squares of the features that all effects explain, in units of the noise.
+            Root of the sum of squares of the features that all effects explain, in units of the noise, times `form`.
+        form : float
+            Error of form over that in recordings along a path.
         """
-        most = max(one.whole for one in others)
+        most = form * max(one.whole for one in others)
         return min(self.own / max(explained, 1e-300), self.whole / max(most, 1e-300))
 
 
@@ -144,7 +146,9 @@ def resembling(
                     break
                 size, others = sizes[name], [sizes[one.identity] for one in beside]
                 total += odds[name] + (
-                    _log_density(size.relative_to(others, explained), PHI, PHI_SPREAD, PHI_MOST / PHI)
+                    _log_density(
+                        size.relative_to(others, explained, likelihood.form), PHI, PHI_SPREAD, PHI_MOST / PHI
+                    )
                     if others
                     else _log_density(size.own, LAMBDA * signal, LAMBDA_SPREAD)
                 )

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.diagnosis.words import sentences
 from bushcli.faults import DataFault
 from bushcli.mismatch.maps import LocalMap, Missing
 from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 from bushcli.selection.searched import Searched
+from bushcli.simulate.dynamic_tables import ComparedTable
 
 Array = NDArray[np.float64]
 
@@ -211,6 +213,51 @@ class DiagnosedChannel:
     path: Array
     faulty: NDArray[np.bool_]
 
+    # What the percentages are relative to.
+    of: ClassVar[str] = "of the force range"
+    kind: ClassVar[Literal["static", "dynamic"]] = "static"
+
+
+@dataclass(frozen=True)
+class DiagnosedTable:
+    """A table of dynamic stiffness with its simulations by the plain law and by the most probable model.
+
+    Attributes
+    ----------
+    compared : ComparedTable
+        Of the most probable model, with `started` of the plain law; without rows that are data faults.
+    before_percent, after_percent, noise_percent : float
+        Root mean square misfit of K*, and noise, relative to the measured one, percent.
+    held_out : bool
+        Whether the table was left out of the fits, the derivatives and the evidence.
+    places : tuple of str
+        Where the plain law misses it, in words, the largest part first.
+    remaining : tuple of str
+        Where the most probable model does.
+    """
+
+    compared: ComparedTable
+    before_percent: float
+    after_percent: float
+    noise_percent: float
+    held_out: bool
+    places: tuple[str, ...]
+    remaining: tuple[str, ...]
+
+    # What the percentages are relative to.
+    of: ClassVar[str] = "of K*"
+    kind: ClassVar[Literal["static", "dynamic"]] = "dynamic"
+
+    @property
+    def name(self) -> str:
+        """Name of the channel."""
+        return self.compared.table.name
+
+    @property
+    def mode(self) -> str:
+        """Its mode."""
+        return self.compared.table.mode
+
 
 @dataclass(frozen=True)
 class NextTest:
@@ -233,6 +280,8 @@ class NextTest:
     separates : tuple of (str, str)
         Pairs of rivals that it would distinguish, each a name or names joined by " + "; may be empty.
     text : str
+    frequency, amplitude, temperature : tuple of float
+        Of a table of dynamic stiffness, Hz, mm or rad, degrees C: `points` are its preloads. Empty for a path.
     """
 
     name: str
@@ -245,6 +294,9 @@ class NextTest:
     possible: float
     separates: tuple[tuple[str, str], ...]
     text: str
+    frequency: tuple[float, ...] = ()
+    amplitude: tuple[float, ...] = ()
+    temperature: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -313,6 +365,7 @@ class Diagnosis:
     missing: Missing | None
     searched: Searched
     channels: tuple[DiagnosedChannel, ...]
+    tables: tuple[DiagnosedTable, ...]
     location: Location
     remaining: Location
     next_test: NextTest | None
@@ -323,6 +376,23 @@ class Diagnosis:
     failed_solves: int
     seconds: float
     uniform_odds: bool = False
+
+    @property
+    def measured(self) -> tuple[DiagnosedChannel | DiagnosedTable, ...]:
+        """Recordings along a path, and tables."""
+        return (*self.channels, *self.tables)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Where the plain law misses what was measured, in words."""
+        found = sentences(self.location) if self.channels or not self.tables else ()
+        return (*found, *(text for one in self.tables for text in one.places))
+
+    @property
+    def remaining_places(self) -> tuple[str, ...]:
+        """Where the most probable model still misses it, in words; empty where it is noise."""
+        found = sentences(self.remaining) if self.remaining.mismatch else ()
+        return (*found, *(text for one in self.tables for text in one.remaining))
 
     @property
     def unsearched(self) -> bool:

@@ -262,7 +262,9 @@ class Effect:
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
     needs_temperature : bool
-        Whether it has no meaning without the temperature of the channel; a diagnosis does not consider it.
+        Whether it has no meaning without the temperature of the channel.
+    needs_amplitudes : bool
+        Whether tables of dynamic stiffness show it at two amplitudes alone.
     needs_fixed_law : bool
         Whether a law that is identified from the same recordings can reproduce all that the effect does.
     needs_free_channel : bool
@@ -301,6 +303,7 @@ class Effect:
     has_memory: bool = False
     needs_time: bool = False
     needs_temperature: bool = False
+    needs_amplitudes: bool = False
     needs_fixed_law: bool = False
     needs_free_channel: bool = False
     may_be_shared: bool = False
@@ -434,8 +437,8 @@ def effects() -> Mapping[str, Effect]:
 
 
 def effects_on(kind: Kind) -> dict[str, Effect]:
-    """Return the effects that act on channels of a kind and that a diagnosis can consider, by name."""
-    return {name: one for name, one in effects().items() if kind in one.kinds and not one.needs_temperature}
+    """Return the effects that act on channels of a kind, by name."""
+    return {name: one for name, one in effects().items() if kind in one.kinds}
 
 
 def effect_in_force_law(part: ForceLawPart) -> Effect:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.inverse.channel import Channel, StepLimit
+from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
+from bushcli.inverse.table_channel import AnyChannel
 from bushcli.likelihood.calibration import factor_of
 from bushcli.likelihood.features import Features, features
 from bushcli.likelihood.form import Judged, Likelihood
@@ -133,13 +134,13 @@ class Posterior(LeastSquaresProblem):
 
 
 def features_of(
-    channels: Sequence[Channel], used: Sequence[Mask], noises: Sequence[NoiseModel]
+    channels: Sequence[AnyChannel], used: Sequence[Mask], noises: Sequence[NoiseModel]
 ) -> tuple[Features, ...]:
     """Return the features of each channel.
 
     Parameters
     ----------
-    channels : sequence of Channel
+    channels : sequence of AnyChannel
     used : sequence of (n,) array of bool
         Samples that count.
     noises : sequence of NoiseModel

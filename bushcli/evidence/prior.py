@@ -14,9 +14,10 @@ import numpy as np
 
 from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import effect
+from bushcli.effects.effect import Kind, effect
 from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
+from bushcli.recording.dynamic.rows import RecordedTable
 
 # Odds that an effect is present in a size that is visible beside the errors of the formulas. Engineering judgement, in
 # three classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some;
@@ -61,7 +62,7 @@ def log_odds(
     other_law: bool,
     freed: bool,
     unknown: bool,
-    modes: Collection[str],
+    channels: Collection[tuple[str, Kind]],
     uniform: bool = False,
 ) -> float:
     """Logarithm of the prior odds of a model against the plain law.
@@ -73,15 +74,15 @@ def log_odds(
         that all modes have in common.
     other_law, freed, unknown : bool
         Whether the law is not the case's; is identified although coupons give one; whether the unknown effect acts.
-    modes : collection of str
-        Recorded modes.
+    channels : collection of (str, Kind)
+        Modes that were recorded, along a path or as dynamic stiffness.
     uniform : bool
         Whether all effects have the same odds.
     """
     total = 0.0
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
-        rigs = len({mode for mode in modes if one.effect.acts_on(mode)})
+        rigs = len({channel for channel in channels if one.effect.acts_on(*channel)})
         if rigs > 1 and one.effect.may_be_shared:
             odds *= SHARED if one.channels is None else (1.0 - SHARED) / rigs
         elif rigs > 1 and one.effect.of_channel:
@@ -107,24 +108,16 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
         Shear modulus, MPa.
     recordings : sequence of Recording
     """
-    times = [one.time for one in recordings if one.time is not None]
-    travel = max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0)
-    force = max((float(np.abs(one.force).max()) for one in recordings), default=1.0)
-    stiffness = max(
-        (
-            float(np.abs(one.force).max()) / max(float(np.abs(one.displacement).max()), 1e-300)
-            for one in recordings
-        ),
-        default=1.0,
-    )
+    spans, sizes = [one.span for one in recordings if one.has_time], [one.largest for one in recordings]
+    stiffness = max((force / max(travel, 1e-300) for travel, force in sizes), default=1.0)
     wall = case.geometry.wall
     thickness = wall.thickness if wall is not None else 10.0
     length = wall.inner[1] - wall.inner[0] if wall is not None else 4.0 * thickness
     return {
-        "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
-        "interval": max((float(np.median(np.diff(t))) for t in times), default=1.0),
-        "travel": travel,
-        "force": force,
+        "duration": max((one[1] for one in spans), default=1.0),
+        "interval": max((one[0] for one in spans), default=1.0),
+        "travel": max((one[0] for one in sizes), default=1.0),
+        "force": max((one[1] for one in sizes), default=1.0),
         "stiffness": stiffness,
         "compliance": 1.0 / stiffness,
         "thickness": thickness,
@@ -167,6 +160,14 @@ class ParameterPrior:
         return 0.0 if self.prior.is_logarithmic else self.prior.weight(value, self.scales)
 
 
+def _in_tables(prior: Prior, scales: Scales, recordings: Sequence[Recording]) -> Prior:
+    """Return a prior of times down to a third of those that tables show: they are far below a duration."""
+    fastest = min((one.times[0] for one in recordings if isinstance(one, RecordedTable)), default=np.inf)
+    if prior.of != "duration" or prior.shape != "log_uniform" or fastest == np.inf:
+        return prior
+    return replace(prior, low=min(prior.low, fastest / 3.0 / scales["duration"]))
+
+
 def known_parameters(
     case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]
 ) -> dict[str, ParameterPrior]:
@@ -182,13 +183,18 @@ def known_parameters(
     """
     found = {}
     for one in effects:
-        there = [recording for recording in recordings if one.acts_on(recording.name, recording.mode)]
+        there = [
+            recording
+            for recording in recordings
+            if one.acts_on(recording.name, recording.mode, recording.kind)
+        ]
         scales = scales_of(case, shear, there)
         for parameter in one.parameters:
             prior = parameter.prior
             if prior is not None:
-                if prior.unrested and not any(map(_shows_rest, there)):
+                if prior.unrested and not any(one.kind == "static" and _shows_rest(one) for one in there):
                     prior = replace(prior, low=prior.unrested)
                 one_sided = parameter.off is not None and parameter.off == parameter.lower
+                prior = _in_tables(prior, scales, there)
                 found[one.full_name(parameter)] = ParameterPrior(prior, scales, one_sided)
     return found

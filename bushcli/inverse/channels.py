@@ -170,9 +170,9 @@ def dynamic_channels(
     from bushcli.simulate.dynamic_tables import by_temperature
 
     return [
-        DynamicChannel(part, rubber, case, comm, temperature=temperature)
-        for table in read
-        for part, temperature in by_temperature(case, table)
+        DynamicChannel(one.rows(rows), rubber, case, comm, temperature=temperature)
+        for one in read
+        for rows, temperature in by_temperature(case, one)
     ]
 
 

@@ -8,8 +8,9 @@ the magnitude times the deviation of the angle, to first order. Both are proport
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -18,7 +19,7 @@ from typing_extensions import override
 
 from bushcli.case import Case, DynamicTest
 from bushcli.case.case import DENSITY
-from bushcli.effects.active import acting, in_state
+from bushcli.effects.active import ActiveEffect, acting, in_state
 from bushcli.effects.assembly import features_of
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import has_slope, vibrating
@@ -26,11 +27,12 @@ from bushcli.errors import InputError, Problem
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit, isochoric_sample
 from bushcli.inverse.problem import differences
+from bushcli.recording.dynamic.rows import ANGLE, MAGNITUDE, SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import meet
-from bushcli.simulate.dynamic import doubts, effects_left_out, unfit
-from bushcli.simulate.dynamic_tables import SPREAD, ComparedTable, check_preloads, gathered, left_out
+from bushcli.simulate.dynamic import doubts, effects_left_out, is_in_vibrations, unfit
+from bushcli.simulate.dynamic_tables import ComparedTable, check_preloads, gathered, left_out
 from bushcli.simulate.extent import Extent, of_table
 from bushcli.simulate.vibrations import PROMISED, DynamicCurve, Vibrations, branches_of, thinned_of
 from cases.dynamic.amplitude import UnevenModel
@@ -38,6 +40,7 @@ from cases.dynamic.model import Branches
 from cases.equilibrium import Equilibrium
 from cases.march import march, unsolved
 from cases.mode import modes
+from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from cases.sine import ThinnedSpectrum
 from cases.stretches import principal_stretches
@@ -45,13 +48,15 @@ from cases.stretches import principal_stretches
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Standard errors of rows for which the table states none: usual for a servo-hydraulic rig (judgement).
-MAGNITUDE, ANGLE = 0.01, np.radians(0.3)
 # Relative step of differences by a constant of the relaxation that amplitude thins: its tables of harmonics are smooth
 # (the derivatives are within 1 % of those of the whole balance: `tests/verification/test_thinned_channel.py`).
 THINNED_STEP = 1e-3
 # Sets of constants whose reduced matrices are cached: a point with its differences, and that to which a search returns.
 CACHED = 32
+# The stiffness follows the law's constants to first order while they change by no more than this factor on average, and
+# the stiffness at rest, at each preload, by no more than this share beside it. ln K* is linear in that of all moduli,
+# but for the bulk's (errors: `tests/verification/test_table_channel.py`).
+FACTOR, BESIDE = 1.15, 0.05
 
 
 @dataclass(frozen=True)
@@ -71,10 +76,57 @@ class _Reached:
     states: Array
     # Parameters of the model by which the curves have derivatives.
     names: tuple[str, ...]
+    # Constants of the model at which they were computed.
+    constants: Mapping[str, float]
+    # Constants that differ: how far, in the coordinate in which ln K* is linear, and its derivative by the constant.
+    steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def moved(self, constants: Mapping[str, float]) -> _Reached | None:
+        """Return the curves with other constants, to first order; None if these are too far.
+
+        ln K* is linear in the logarithms of the constants where a common factor on all of them is one on K*.
+        """
+        steps = {}
+        for name, value in constants.items():
+            before = self.constants[name]
+            if value == before:
+                continue
+            if name not in self.names:
+                return None
+            scales = value * before > 0.0
+            steps[name] = (
+                (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
+            )
+        for model in (one.model for group in self.curves for one in group):
+            rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
+            factor = beside = 0.0
+            for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
+                step = steps.get(name, (0.0, 1.0))[0]
+                # A factor on all moduli alone, as on those of the branches, is exact.
+                own = step * float(np.trace(change.viscous) / np.trace(model.reduced.viscous))
+                factor, beside = factor + own, beside + abs(step * float((by[i] / rest)[0]) - own)
+            if abs(factor) > math.log(FACTOR) or beside > BESIDE:
+                return None
+        return replace(self, steps=steps)
+
+
+Store = dict[tuple[tuple[str, float], ...], _Reached]
+"""Constants of a model -> the curves at its preloads."""
 
 
 class DynamicChannel(FitChannel):
     """A table of dynamic stiffness and its model; its displacements are the preloads (mm or rad) of the rows.
+
+    Parameters
+    ----------
+    table, rubber, case, comm, prepared
+        As for `bushcli.inverse.channel.Channel`.
+    temperature : float or None
+        Of the rows, degrees C, where an effect depends on it.
+    stored : callable or None
+        Returns a store of reduced matrices, from which channels with other effects begin, too. They then follow the
+        law's constants to first order as far as that is exact enough, and effects without dynamic stiffness are left
+        out. None: the channel's own, exact for each set of constants.
 
     Attributes
     ----------
@@ -94,18 +146,22 @@ class DynamicChannel(FitChannel):
         comm: MPI.Comm,
         prepared: Prepare = prepare,
         temperature: float | None = None,
+        stored: Callable[[FiniteElementModel, bool], Store] | None = None,
     ) -> None:
-        self.table, self._temperature = table, temperature
+        self.table, self._temperature, self._near = table, temperature, stored is not None
         check_preloads(case, table)
         there = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         self.active = tuple(active.started() for active in there)
+        if self._near:
+            by_force = bool((np.isnan(table.preload) & ~np.isnan(table.preload_force)).any())
+            self.active = tuple(active for active in self.active if _vibrates(active, by_force))
         self._rig = tuple(active for active in self.active if active.effect.acts == "rig")
         self._rubber = {active.name for active in self.active if active not in self._rig}
         known = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
         self._uneven = thinned_of(self.active) is not None and len(known) > 0
         self._preloads = _preloads(table, (float(known.min()), float(known.max())) if self._uneven else ())
-        problems = unfit(case.path.name, table.name, self.active)
+        problems = [] if self._near else unfit(case.path.name, table.name, self.active)
         problems += self._unfit_rig(case.path.name)
         if problems:
             raise InputError(*problems)
@@ -124,7 +180,7 @@ class DynamicChannel(FitChannel):
             remark = f"{unknown} of {len(table)} rows have no standard errors (columns storage_error and loss_error); "
             remark += f"{100 * MAGNITUDE:g} % of the stiffness and {np.degrees(ANGLE):g} degrees are assumed"
             self.table = replace(table, remarks=(*table.remarks, remark))
-        self._known: dict[tuple[float, ...], _Reached] = {}
+        self._known: Store = {} if stored is None else stored(self.model, self._uneven)
 
     @property
     @override
@@ -239,9 +295,21 @@ class DynamicChannel(FitChannel):
         """Return the reduced models of the preloads, which are used again while they are accurate enough."""
         # Constants of the model, on which the preloads depend.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
-        moving = tuple(name for name in names if name in own)
-        key = tuple(own.values())
+        if self._temperature is not None and "temperature" in self.model.constants:
+            own["temperature"] = self._temperature
+        if self._near:
+            # Another channel may ask for others.
+            held = {one.full_name(p) for one in self.active for p in one.parameters if p.of_mesh}
+            moving = tuple(name for name in own if name not in {"temperature", *held})
+        else:
+            moving = tuple(name for name in names if name in own)
+        key = tuple(own.items())
         known = self._known.pop(key, None)
+        if known is None and self._near:
+            moved = (one.moved(own) for one in self._known.values())
+            near = [one for one in moved if one is not None and self._error(one, parameters) <= PROMISED]
+            if near:
+                return min(near, key=lambda one: sum(abs(step) for step, _ in one.steps.values()))
         if (
             known is None
             or not set(moving) <= set(known.names)
@@ -250,7 +318,7 @@ class DynamicChannel(FitChannel):
             self.model.set_parameters(own)
             ends: list[Array] = []
             curves = [self._marched(group.test, parameters, moving, limit, ends) for group in self._preloads]
-            known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving)
+            known = _Reached(curves, isochoric_sample(self.model.comm, ends), moving, own)
             if len(self._known) == CACHED:
                 self._known.pop(next(iter(self._known)))
         self._known[key] = known
@@ -267,6 +335,10 @@ class DynamicChannel(FitChannel):
         density = _density(parameters)
         density = self._density if density is None else density
         branches, thinned = self._relaxation(parameters)
+        if self._near:
+            # Vectors for any relaxation that rows of these frequencies show.
+            slow, fast = 0.5 / np.pi / self.table.frequency.min(), 0.5 / np.pi / self.table.frequency.max()
+            branches = [*branches, (1.0, float(slow)), (1.0, float(fast))]
         made = Vibrations(self.name, test, self.model, branches, density, thinned, names)
 
         def observe(solver: Equilibrium) -> None:
@@ -295,29 +367,38 @@ class DynamicChannel(FitChannel):
         """Return K* (n,) as the rig measures it, and its derivatives (n, names)."""
         branches, density = self._branches(parameters), _density(parameters)
         rig = [active.with_values(parameters) for active in self._rig]
-        by = self._by_parameter(parameters, names, len(branches))
         value = np.empty(len(self.table), dtype=np.complex128)
         slope = np.zeros((len(self.table), len(names)), dtype=np.complex128)
+        # Constants that have moved since the curves were computed change them, whether they are asked for or not.
+        wanted = (*names, *(name for name in reached.steps if name not in names))
+        by = self._by_parameter(parameters, wanted, len(branches))
         for group, curves in zip(self._preloads, reached.curves, strict=True):
             for number, curve in enumerate(curves):
                 rows = group.rows[group.number == number]
                 frequency, model = self.table.frequency[rows], curve.model
-                force = np.zeros(len(names))
-                for i, name in enumerate(model.changes.names if names else ()):
-                    force[names.index(name)] = model.changes.force[i]
+                force = np.zeros(len(wanted))
+                asked = [i for i, name in enumerate(model.changes.names) if name in wanted]
+                places = [wanted.index(model.changes.names[i]) for i in asked]
+                force[places] = model.changes.force[asked]
                 if curve.uneven is not None:
-                    part, own = self._thinned(curve, curve.uneven, rows, parameters, names)
+                    part, own = self._thinned(curve, curve.uneven, rows, parameters, wanted)
                 else:
                     part = model.stiffness(frequency, branches, density)
-                    own = np.zeros((len(rows), len(names)), dtype=np.complex128)
-                    if names:
-                        own[:, [names.index(name) for name in model.changes.names]] = (
-                            model.slopes_by_parameters(frequency, branches, density).T
-                        )
+                    own = np.zeros((len(rows), len(wanted)), dtype=np.complex128)
+                    if wanted:
+                        by_constants = model.slopes_by_parameters(frequency, branches, density)
+                        own[:, places] = by_constants[asked].T
                         by_g, by_tau, by_density = model.slopes(frequency, branches, density)
                         own += np.vstack([by_g, by_tau, DENSITY * by_density]).T @ by
-                measured = vibrating(rig, part, frequency, curve.preload, curve.force, names, force)
-                value[rows], slope[rows] = measured.value, measured.slope + measured.by_part[:, None] * own
+                held = curve.force
+                if reached.steps:
+                    step, rate = np.array([reached.steps.get(name, (0.0, 1.0)) for name in wanted]).T
+                    held += float(sum(force * step))
+                    moved = np.exp((own / part[:, None]) @ step)
+                    part, own = part * moved, own * moved[:, None] * rate
+                found = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                value[rows] = found.value
+                slope[rows] = found.slope + found.by_part[:, None] * own[:, : len(names)]
         return value, slope
 
     def _thinned(
@@ -414,6 +495,13 @@ class DynamicChannel(FitChannel):
                 )
             )
         return used
+
+
+def _vibrates(one: ActiveEffect, by_force: bool) -> bool:
+    """Whether an effect changes a dynamic stiffness in a way that is known, where a preload may be a force."""
+    if one.effect.rig is not None:
+        return has_slope(one) and not (one.effect.rig.parallel is not None and by_force)
+    return one.effect.fades or is_in_vibrations(one)
 
 
 def _density(parameters: Mapping[str, float]) -> float | None:

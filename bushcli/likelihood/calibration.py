@@ -23,7 +23,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.table_channel import AnyChannel
 from bushcli.likelihood.linearised import Linearised, linearised, weighed
 from bushcli.likelihood.noise import Compared
 
@@ -42,7 +42,7 @@ SURE = 3.0
 UNREMARKABLE = 0.01
 
 
-def factor_of(channel: Channel) -> float:
+def factor_of(channel: AnyChannel) -> float:
     """Standard deviation of the common factor of a channel's forces."""
     return SECTION if channel.coupon or channel.model.mesh.dimension == 2 else SOLID
 

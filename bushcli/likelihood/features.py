@@ -9,7 +9,7 @@ short branches, by a factor that follows from its correlation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +18,24 @@ from numpy.typing import NDArray
 
 from bushcli.likelihood.noise import NoiseModel, smoothed
 from bushcli.recording import Recording, branches
+from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Degree of the polynomials, and fewest samples per coefficient, so that they average over noise: as in the noise model.
 DEGREE, PER_COEFFICIENT = 5, 3
+# The same along a curve of a table, whose rows are few and each the mean of many cycles: a relaxation time and a
+# resonance within two decades of frequency are followed to a tenth of what they change.
+TABLE_DEGREE = 6
+# Error of form in a table, over that in recordings along a path, which is a share of 0.14 of what the law leaves. Small
+# vibrations are linear, and branches describe any relaxation but for their number: three leave a share of 0.035
+# (median; standard deviation of the logarithm 0.45) of what a law leaves of fractional Kelvin-Voigt, Cole-Cole and
+# Havriliak-Negami elements over two to three decades (`benchmarks/branches.py`). A relaxation that amplitude thins
+# leaves 0.05 to 0.1 on measured strain sweeps (`benchmarks/payne.md`).
+BRANCHES, AMPLITUDES = 0.25, 0.5
+# Share of the features of a curve that such a misfit changes: their participation ratio (`benchmarks/branches.py`).
+INDEPENDENT = 0.4
 # Error of the noise's estimate over the uncertainty stated with it: 1.5 without missing physics and 1.9 with it, on
 # programs of the development deck (`benchmarks/noise.py`).
 UNDERSTATED = 1.7
@@ -51,6 +63,10 @@ class Features:
         Standard deviation of each component of the noise along `basis`, over that of independent samples.
     doubt : float
         Standard deviation of the logarithm of the noise over its estimate.
+    form : float
+        Error of form over that in recordings along a path.
+    independent : float
+        Share of the features that an error of form of a table changes independently; 0 for a path.
     """
 
     basis: Array
@@ -61,6 +77,8 @@ class Features:
     degrees: NDArray[np.int_]
     spread: Array
     doubt: float
+    form: float = 1.0
+    independent: float = 0.0
 
     @property
     def count(self) -> int:
@@ -137,7 +155,9 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
     force = basis.T @ (smoothed(bridged) * weights) / spread
     size = float(np.linalg.norm(force))
-    centred = (recording.force - float(np.mean(recording.force[used]))) * weights
+    # What a law predicts of a table is the stiffness itself.
+    middle = 0.0 if recording.kind == "dynamic" else float(np.mean(recording.force[used]))
+    centred = (recording.force - middle) * weights
     return Features(
         basis,
         weights,
@@ -147,7 +167,16 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
         degrees,
         spread,
         UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
+        _form(recording),
+        INDEPENDENT if recording.kind == "dynamic" else 0.0,
     )
+
+
+def _form(recording: Recording) -> float:
+    """Return the error of form over that in recordings along a path."""
+    if not isinstance(recording, RecordedTable):
+        return 1.0
+    return AMPLITUDES if recording.has_amplitudes else BRANCHES
 
 
 def noise_variances(basis: Array, correlations: Array) -> Array:
@@ -170,21 +199,37 @@ def noise_variances(basis: Array, correlations: Array) -> Array:
 
 def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:
     """Orthonormal polynomials (n, K) of each branch, and their degrees (K,)."""
-    clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     columns: list[Array] = []
     degrees: list[NDArray[np.int_]] = []
-    for branch in branches(recording):
-        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
-        if not len(here):
-            continue
-        degree = int(np.clip(len(here) // PER_COEFFICIENT - 1, 0, DEGREE))
-        position = _position(clock[here], branch.kind == "hold")
+    for here, position, degree in _pieces(recording, used):
         own, _ = np.linalg.qr(legvander(position, degree))
-        block = np.zeros((len(clock), own.shape[1]))
+        block = np.zeros((len(used), own.shape[1]))
         block[here] = own
         columns.append(block)
         degrees.append(np.arange(own.shape[1]))
     return np.hstack(columns), np.concatenate(degrees)
+
+
+def _pieces(recording: Recording, used: Mask) -> Iterator[tuple[NDArray[np.intp], Array, int]]:
+    """Yield the samples of each branch, or of each curve of a table, their places in it, -1 to 1, and the degree."""
+    if isinstance(recording, RecordedTable):
+        count = len(recording.table)
+        for rows, place in recording.curves():
+            kept = used[rows]
+            if kept.any():
+                middle, width = 0.5 * (place[kept].max() + place[kept].min()), np.ptp(place[kept])
+                x = 2.0 * (place[kept] - middle) / (width or 1.0)
+                # Each row is the mean of many cycles.
+                degree = min(len(np.unique(np.round(x, 6))) - 1, TABLE_DEGREE)
+                yield rows[kept], x, degree
+                yield rows[kept] + count, x, degree
+        return
+    clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
+    for branch in branches(recording):
+        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if len(here):
+            degree = int(np.clip(len(here) // PER_COEFFICIENT - 1, 0, DEGREE))
+            yield here, _position(clock[here], branch.kind == "hold"), degree
 
 
 def _position(clock: Array, hold: bool) -> Array:

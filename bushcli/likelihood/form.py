@@ -146,11 +146,15 @@ class Likelihood:
         """Effective number of features m by channel.
 
         The feature along the force is each channel's own. The others are shared: one formula is wrong in the same way
-        in all channels, and a recording that is given in two files says no more about it than in one.
+        in all recordings along a path, and one that is given in two files says no more about it than in one. Of a table
+        it is a share of its features (`Features.independent`).
         """
         counts = np.array([float(one.count) for one in self.features])
-        total = effective_features(sum(one.count for one in self.features))
-        return np.asarray(np.minimum(1.0 + (total - 1.0) * counts / counts.sum(), counts))
+        paths = np.array([not one.independent for one in self.features])
+        total, whole = effective_features(int(counts[paths].sum())), max(float(counts[paths].sum()), 1.0)
+        of_tables = counts * np.array([one.independent for one in self.features])
+        found = np.where(paths, 1.0 + (total - 1.0) * counts / whole, np.maximum(of_tables, 1.0))
+        return np.asarray(np.minimum(found, counts))
 
     @cached_property
     def count_across(self) -> Array:
@@ -167,9 +171,19 @@ class Likelihood:
         """Sum of squares D_c that effects may have to explain, by channel."""
         return self.explained_by(self.nothing)
 
+    @cached_property
+    def form(self) -> float:
+        """Error of form over that in recordings along a path: a mean over what the channels leave to effects."""
+        own = np.maximum(np.array(self.plain), 0.0) + 1e-300
+        return float(np.sqrt(np.sum(own * np.array([one.form for one in self.features]) ** 2) / own.sum()))
+
     def explained_by(self, left: Left) -> Array:
-        """Return the sum of squares D_c (channels,) that a model explains, given what it leaves."""
+        """Return the sum of squares D_c (channels,) that a model explains, given what it leaves.
+
+        In a channel whose formulas err less than those of a path it counts as that much less.
+        """
         own = np.maximum(np.maximum(np.array(self.plain), 0.0) - np.maximum(left.excess, 0.0), 0.0)
+        own = own * np.array([one.form for one in self.features]) ** 2
         share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
 

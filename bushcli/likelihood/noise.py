@@ -36,6 +36,7 @@ from bushcli.likelihood.windows import (
     noise_in_windows,
 )
 from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording.dynamic.rows import RecordedTable
 
 Array = NDArray[np.float64]
 
@@ -157,6 +158,9 @@ def noise_model(
         If branches are too short to show the correlation of the noise, it is that of the prior (`windows`). With
         coarse sampling, ``sigma`` is an upper bound, see `bushcli.curve.noise`.
     """
+    if isinstance(recording, RecordedTable):
+        # Its rows are in units of their errors.
+        return NoiseModel(1.0, freedom=recording.freedom)
     used = np.ones(len(recording.force), dtype=bool) if used is None else used
     found, sound = _found(recording, used), recording.bridged(used)
     sigma = float(np.hypot(found.sigma, sound.noise_of_motion))
@@ -206,6 +210,8 @@ def smoothed(recording: Recording) -> Array:
 
     A polynomial is fitted to each branch without the sample; the force of short branches is not changed.
     """
+    if isinstance(recording, RecordedTable):
+        return recording.force
     fitted, leverage = _polynomials(recording)
     left = (recording.force - fitted) / (1.0 - leverage)
     return np.where(np.isfinite(left), recording.force - left, recording.force)

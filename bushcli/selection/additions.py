@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
+import numpy as np
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Effect, effect_in_force_law
+from bushcli.recording.dynamic.rows import RecordedTable
+from bushcli.selection.columns import trials
 from bushcli.selection.derivatives import Derivatives
-from bushcli.selection.model import Key
+from bushcli.selection.model import Key, Model
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
 from bushcli.selection.state import CommonData, State
+
+# Moduli of all branches together over the law's where their fit begins: what tables of filled rubber show in three
+# decades is 0.1 to 0.6.
+START = 0.3
 
 
 class Fits(Protocol):
@@ -44,6 +55,46 @@ def more_branches(fits: Fits, known: Collection[Key], share: float) -> Iterator[
             continue
         for one in Beside(state, fits.derivatives.beside(state, among=own)).singles():
             yield state, one
+
+
+def relaxing(fits: Fits, plain: Model, catalogue: Sequence[Effect]) -> Iterator[Model]:
+    """Yield models that relax, with which a search begins where there are tables; each after the fit of the last one.
+
+    No rubber is without loss, so that a law alone is too far from any table for its neighbours to be judged beside it:
+    one branch of relaxation and more, whose times divide the range that tables show. Temperature and amplitude change a
+    table as much, where it has several.
+
+    Parameters
+    ----------
+    fits : Fits
+    plain : Model
+        The law alone.
+    catalogue : sequence of Effect
+        To be considered.
+    """
+    case, recordings, shear = fits.problem.case, fits.problem.recordings, fits.derivatives.shear
+    times = [one.times for one in recordings if isinstance(one, RecordedTable)]
+    if not times:
+        return
+    fast, slow = min(one for one, _ in times), max(one for _, one in times)
+    maxwell, model = effect_in_force_law("maxwell"), replace(plain, anchor=plain.start)
+    for count in range(1, maxwell.branches + 1) if maxwell in catalogue else ():
+        own = np.geomspace(slow, fast, count + 2)[1:-1]
+        values = {f"tau{i}": float(tau) for i, tau in enumerate(own, start=1)}
+        values |= {f"g{i}": START / count for i in range(1, count + 1)}
+        model = replace(model, effects=(ActiveEffect(maxwell, values).started(),))
+        yield model
+    thinned = [
+        one for one in catalogue if one.needs_amplitudes and trials(case, plain, one, recordings, shear)[0]
+    ]
+    relaxed = [model, *(replace(model, effects=(ActiveEffect(one).started(),)) for one in thinned)]
+    yield from relaxed[1:]
+    for warm in (one for one in catalogue if one.needs_temperature):
+        for beside in (fits.states[one.structure].model for one in relaxed if one.structure in fits.states):
+            for trial in trials(case, beside, warm, recordings, shear)[0]:
+                start = {name: warm.parameter(name).start for name in trial.amplitudes}
+                active = replace(trial.active, values=dict(trial.active.values) | start)
+                yield replace(trial, active=active).added_to(beside)
 
 
 def with_one_more(

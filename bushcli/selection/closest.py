@@ -26,10 +26,10 @@ from scipy.optimize import lsq_linear
 from bushcli.case import Case
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.evidence.prior import ParameterPrior, known_parameters
-from bushcli.inverse.channel import Channel
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
 from bushcli.recording import Recording, branches, force_noise
+from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.selection.fit import fitted
 from bushcli.selection.model import Fitted, Model
 from bushcli.selection.model_cache import Coarse, ModelCache
@@ -57,6 +57,8 @@ class _Closest(LeastSquaresProblem):
     ----------
     plain : LeastSquaresProblem
         The same channels and parameters.
+    recordings : sequence of Recording
+        Of the channels.
     used : sequence of (n,) array of bool
         Samples that count, by channel.
     known : mapping of str to ParameterPrior
@@ -68,6 +70,7 @@ class _Closest(LeastSquaresProblem):
     def __init__(
         self,
         plain: LeastSquaresProblem,
+        recordings: Sequence[Recording],
         used: Sequence[Mask],
         known: Mapping[str, ParameterPrior],
         start: Array,
@@ -81,7 +84,7 @@ class _Closest(LeastSquaresProblem):
             plain.states,
             stopping=STOPPING,
         )
-        self._recordings = [one.recording for one in plain.channels if isinstance(one, Channel)]
+        self._recordings = recordings
         self._used, self._known_values, self._unit = used, known, 0.0
         size = np.linalg.norm(self._rows(start)[0])
         self._unit = float(size / np.sqrt(sum(np.count_nonzero(mask) for mask in used)))
@@ -130,7 +133,7 @@ def come_closest(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, 
         return None
     sound = [channel.recording.bridged(m) for channel, m in zip(channels, used, strict=True)]
     known = known_parameters(case, task.effects, float(task.law.shear_modulus(**model.start)), sound)
-    problem = _Closest(plain, used, known, start)
+    problem = _Closest(plain, [channel.recording for channel in channels], used, known, start)
     problem.watch(problem.reached(start), start)
     end = search(problem, start)
     return fitted(model, problem, end.x, end.converged)
@@ -230,9 +233,12 @@ def held_out(state: State) -> Array:
 
 
 def _parts(recordings: Sequence[Recording]) -> list[Mask]:
-    """Samples of all channels, one after the other, that belong to each part: a cycle without its holds, or a hold."""
+    """Samples of all channels that belong to each part: a cycle without its holds, a hold, or some rows of a table."""
     names: list[tuple[int, ...]] = []
     for i, recording in enumerate(recordings):
+        if isinstance(recording, RecordedTable):
+            names += [(i, number) for number in recording.parts()]
+            continue
         for j, branch in enumerate(branches(recording)):
             name = (i, -1, j) if branch.kind == "hold" else (i, branch.cycle)
             names += [name] * (branch.stop - branch.start)
@@ -250,7 +256,9 @@ def _weights(recordings: Sequence[Recording], used: Sequence[Mask]) -> list[Arra
     """Weights (n,) of the samples by channel: noise or the floor of the force range; each channel counts alike."""
     found = []
     for one, mask in zip(recordings, used, strict=True):
-        unit = max(force_noise(one), NOISE_FLOOR * float(np.ptp(one.force[mask])))
+        unit = 1.0
+        if one.kind == "static":
+            unit = max(force_noise(one), NOISE_FLOOR * float(np.ptp(one.force[mask])))
         found.append(np.where(mask, 1.0 / (unit * np.sqrt(np.count_nonzero(mask))), 0.0))
     return found
 

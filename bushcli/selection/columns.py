@@ -20,10 +20,13 @@ from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.evidence.prior import scales_of
-from bushcli.inverse.channel import Channel, StepLimit
+from bushcli.inverse.channel import StepLimit
+from bushcli.inverse.table_channel import AnyChannel
 from bushcli.recording import Recording
+from bushcli.recording.dynamic.rows import SAMPLED, RecordedTable
 from bushcli.selection.model import Model
 from bushcli.selection.model_cache import Coarse, ModelCache
+from bushcli.simulate.dynamic_tables import temperature_levels
 from cases.march import NotConverged
 from cases.mode import modes
 from cases.six import MOTIONS
@@ -37,6 +40,8 @@ FLAT = 1e-3
 HALF = 0.5
 # Failed steps after which a march is given up: another point of the grid is as good.
 FAILED_STEPS = 2
+# Relaxation times tried per decade of the frequencies of a table, as of a recording's duration.
+DECADE = 2
 
 
 @dataclass(frozen=True)
@@ -86,11 +91,17 @@ def trials(
         Shear modulus (MPa) from which grids of stresses and energies follow: one for all models, so that derivatives
         are reused.
     """
-    acting = [one for one in recordings if effect.acts_on(one.mode)]
+    acting = [one for one in recordings if effect.acts_on(one.mode, one.kind)]
     if not acting:
         return [], "it does not act on the recorded modes"
-    if effect.needs_time and all(one.time is None for one in acting):
+    if effect.needs_time and not any(one.has_time for one in acting):
         return [], "the recordings have no time"
+    if effect.needs_temperature and (reason := _same_temperature(case, recordings)):
+        return [], reason
+    if effect.needs_amplitudes and all(
+        isinstance(one, RecordedTable) and not one.has_amplitudes for one in acting
+    ):
+        return [], "the tables have one amplitude"
     reason = unfit(case, (*(one.effect.name for one in model.effects), effect.name))
     if reason:
         return [], reason
@@ -124,19 +135,19 @@ def unfit(case: Case, names: Sequence[str]) -> str:
 def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] | None]:
     """Return the groups of channels that share one instance of the effect; None = all on which it acts.
 
-    Offsets, stops and free play belong to the rig of one mode: another one has another fixture and load cell. All modes
-    may share a load frame and a logger, or one of them have its own. An effect that needs time is tried on the channels
-    that have time.
+    Offsets, stops and free play belong to the rig of one mode: another one has another fixture and load cell, and so
+    has a dynamic rig. All modes may share a load frame and a logger, or one of them have its own. An effect that needs
+    time is tried on the channels that have time.
     """
-    timed = [one for one in acting if one.time is not None]
+    timed = [one for one in acting if one.has_time]
     some = effect.needs_time and 0 < len(timed) < len(acting)
     there = timed if some else acting
-    found = dict.fromkeys(one.mode for one in there)
+    found = dict.fromkeys((one.mode, one.kind) for one in there)
     shared = tuple(one.name for one in timed) if some else None
     if len(found) < 2 or not effect.of_rig:
         return [shared]
     own: list[tuple[str, ...] | None] = [
-        tuple(one.name for one in there if one.mode == mode) for mode in found
+        tuple(one.name for one in there if (one.mode, one.kind) == rig) for rig in found
     ]
     # One that some channels share would have the name of its first channel's own one.
     return [None, *own] if effect.may_be_shared and not some else own
@@ -164,23 +175,71 @@ def _grid(
         if parameter.choices:
             words = parameter.distinct(case.geometry, [one.mode for one in recordings])
             return [float(parameter.choices.index(word)) for word in words]
+        if parameter.unit == "degC":
+            return [float(np.mean(warm))]
         if not parameter.scan:
             return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
-        return [v for v in parameter.grid(sizes_of) if not _taken(parameter, v, present)]
+        grid = parameter.grid(sizes_of)
+        if parameter.scale == "duration":
+            grid = _times(parameter, recordings)
+        return [v for v in grid if not _taken(parameter, v, present)]
 
+    degrees = temperatures(case, recordings) if effect.needs_temperature else {}
+    warm = np.concatenate([*degrees.values(), np.zeros(0)])
+    at = {name: float(np.mean(own)) for name, own in degrees.items()}
     found = []
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
         active = ActiveEffect(
-            effect, before | off | shape, rig, "" if present is None else rig_of(present.name)
+            effect, before | off | shape, rig, "" if present is None else rig_of(present.name), at
         )
         used = [p for p in amplitudes if p in active.parameters]
         unit = scales["travel"] if used[0].scale else scales["thickness"]
         sizes: list[float | None] = [share * unit for share in used[0].sizes]
         found += [Candidate(active, tuple(p.name for p in used), shape, size) for size in sizes or [None]]
     return found
+
+
+def temperatures(case: Case, recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Return the temperatures of each recording, degrees C, nan where they are not known.
+
+    Parameters
+    ----------
+    case : Case
+    recordings : sequence of Recording
+    """
+    of_case = np.nan if case.temperature is None else case.temperature
+    sources = {one.label: one.temperature for one in case.recordings if one.temperature is not None}
+    found = {}
+    for one in recordings:
+        if isinstance(one, RecordedTable):
+            own = np.where(np.isnan(one.table.temperature), of_case, one.table.temperature)
+        else:
+            own = np.array([sources.get(one.name, of_case)]) if one.temperature is None else one.temperature
+        found[one.name] = own
+    return found
+
+
+def _same_temperature(case: Case, recordings: Sequence[Recording]) -> str:
+    """Return why recordings show no influence of the temperature; empty where they may."""
+    degrees = np.concatenate(list(temperatures(case, recordings).values()))
+    if np.isnan(degrees).any():
+        return "a recording has no temperature"
+    return "" if len(temperature_levels(degrees)) > 1 else "the recordings have one temperature"
+
+
+def _times(parameter: EffectParameter, recordings: Sequence[Recording]) -> list[float]:
+    """Return the times of a grid: shares of the durations of paths, and as many as tables resolve."""
+    found: list[float] = []
+    longest = max((one.span[1] for one in recordings if one.kind == "static" and one.has_time), default=0.0)
+    if longest:
+        found += parameter.grid({"duration": longest})
+    for fast, slow in (one.times for one in recordings if isinstance(one, RecordedTable)):
+        own = np.geomspace(fast, slow, max(2, round(DECADE * np.log10(slow / fast)) + 1))
+        found += [float(v) for v in own if all(abs(np.log(v / other)) > np.log(2.0) for other in found)]
+    return sorted(found)
 
 
 def _parameters(
@@ -246,10 +305,10 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
     found: list[Array] = []
     for channel in channels:
         recording = channel.recording
-        if not trial.active.acts_on(recording.name, recording.mode):
+        if not trial.active.acts_on(recording.name, recording.mode, recording.kind):
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, points, names, trial, () if base.fixed else tuple(base.start))
+        slope = _solved(channel, points, names, trial, case, () if base.fixed else tuple(base.start))
         if slope is None:
             return None
         found.append(slope)
@@ -257,16 +316,17 @@ def columns(cache: ModelCache, case: Case, base: Model, trial: Candidate) -> tup
 
 
 def _solved(
-    channel: Channel,
+    channel: AnyChannel,
     points: Sequence[Mapping[str, float]],
     names: Sequence[str],
     trial: Candidate,
+    case: Case,
     law: Sequence[str],
 ) -> Array | None:
     """Return the derivative at the first of several points that can be solved."""
     for values in points:
         try:
-            return _derivative(channel, values, names, trial, law)
+            return _derivative(channel, values, names, trial, case, law)
         except (NotConverged, NoEquilibrium):
             continue
     return None
@@ -291,7 +351,8 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
     An effect in the bushing is tried without the other effects in the bushing, so that its derivatives can be reused
     for all models that differ in these (`derivatives`), and beside those of the rig that move the bushing otherwise or
     log its force late. One that only scales the force, or adds to it, changes the derivatives by no more than that
-    factor. Effects of the rig, and one branch more of an effect, are tried beside all effects of the model.
+    factor. Effects of the rig, one branch more of an effect, and the temperature, which changes what others do, are
+    tried beside all effects of the model.
 
     Parameters
     ----------
@@ -299,7 +360,7 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
     trial : Candidate
     """
     others = tuple(one for one in model.effects if one.identity != trial.active.identity)
-    if trial.effect.acts == "rig" or len(others) < len(model.effects):
+    if trial.effect.acts == "rig" or len(others) < len(model.effects) or trial.effect.needs_temperature:
         return others
     return tuple(
         one for one in others if one.effect.acts == "rig" and one.effect.rig and one.effect.rig.moves
@@ -307,12 +368,18 @@ def beside(model: Model, trial: Candidate) -> tuple[ActiveEffect, ...]:
 
 
 def _derivative(
-    channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Candidate, law: Sequence[str]
+    channel: AnyChannel,
+    values: Mapping[str, float],
+    names: Sequence[str],
+    trial: Candidate,
+    case: Case,
+    law: Sequence[str],
 ) -> Array:
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes.
 
     A rig that moves the bushing to another part of its curve changes what the law's parameters `law` do: the difference
-    is that with the parameters that fit the channel best there.
+    is that with the parameters that fit the channel best there. A resonance changes a stiffness with the square of its
+    period.
     """
 
     def solved(at: Mapping[str, float], by: Sequence[str]) -> tuple[Array, Array]:
@@ -335,10 +402,12 @@ def _derivative(
         moved, _ = solved({**values, names[0]: values[names[0]] + trial.size}, ())
         return np.column_stack([(moved - force) / trial.size, slope])
     force, slope = solved(values, names)
-    if trial.effect.acts in ("rig", "rubber"):
+    recording = channel.recording
+    if trial.effect.acts in ("rig", "rubber") and (recording.kind == "static" or slope.any()):
         return slope
+    period = recording.span[0] / SAMPLED if recording.kind == "dynamic" else None
     for i, name in enumerate(names):
-        size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
+        size = trial.effect.parameter(trial.amplitudes[i]).fitted(case.geometry, period)[0]
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
             continue
         moved, _ = solved({**values, name: values[name] + size}, ())

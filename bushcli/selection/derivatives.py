@@ -144,7 +144,9 @@ class Derivatives:
             return None
         recordings = self.problem.recordings
         return tuple(
-            one if trial.active.acts_on(recording.name, recording.mode) else np.zeros_like(one)
+            one
+            if trial.active.acts_on(recording.name, recording.mode, recording.kind)
+            else np.zeros_like(one)
             for recording, one in zip(recordings, known, strict=True)
         )
 

@@ -114,9 +114,13 @@ class Model:
     def task(self, case: Case) -> Task:
         """The identification task of the model."""
         held = tuple(self.start) if self.fixed else ()
-        # Tables of dynamic stiffness are no part of a diagnosis.
-        bare = replace(case, effects=self.effects, dynamic=())
-        return Task(bare, self.law, start=dict(self.start), fixed=held, terms=self.terms)
+        return Task(
+            replace(case, effects=self.effects),
+            self.law,
+            start=dict(self.start),
+            fixed=held,
+            terms=self.terms,
+        )
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,16 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.inverse.channel import Channel, MeshCorrection
+from bushcli.inverse.channel import MeshCorrection
+from bushcli.inverse.dynamic_channel import Store
+from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
 from bushcli.inverse.task import Task
+from bushcli.recording.dynamic.rows import recorded_table
+from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.recording.table_cache import TableCache
 from bushcli.runtime.canonical import canonical
 from bushcli.simulate.measured import Measured
+from bushcli.simulate.predict import rubber_of
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import FiniteElementModel
@@ -34,6 +39,8 @@ Coarse = Literal["never", "memory", "always"]
 
 # Numbers of bodies and of sets of channels that are cached: of the law and of the current effect, for three channels.
 BODIES, SETS = 12, 6
+# Tables, temperatures and bodies whose reduced matrices are cached: three tables at three temperatures with two bodies.
+STORES = 18
 
 
 class ModelCache:
@@ -49,7 +56,9 @@ class ModelCache:
         self.measured = Measured(tables)
         self.tables = self.measured.tables
         self._bodies: OrderedDict[bytes, FiniteElementModel] = OrderedDict()
-        self._sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
+        self._sets: OrderedDict[bytes, list[AnyChannel]] = OrderedDict()
+        # Each with its body, whose name another one could get.
+        self._vibrating: OrderedDict[bytes, tuple[FiniteElementModel, Store]] = OrderedDict()
         self._corrections: OrderedDict[bytes, dict[str, MeshCorrection]] = OrderedDict()
 
     def channels(
@@ -58,8 +67,8 @@ class ModelCache:
         fineness: float = 1.0,
         coarse: Coarse = "never",
         anchor: Mapping[str, float] | None = None,
-    ) -> list[Channel]:
-        """Channels of a task, for any values of its parameters.
+    ) -> list[AnyChannel]:
+        """Channels of a task, for any values of its parameters: recordings along a path, then tables of stiffness.
 
         Every solution has to be given all values, because a cached model still has the values of its previous use.
 
@@ -79,7 +88,7 @@ class ModelCache:
         whole = replace(task.case, effects=())
         name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
 
-        def made() -> list[Channel]:
+        def made() -> list[AnyChannel]:
             modes: set[str] = set()
             # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
             prepared = self.bodies(task, coarse, modes)
@@ -96,9 +105,45 @@ class ModelCache:
             for channel in found:
                 if fineness != 1.0:
                     channel.plan(fineness)
-            return found
+            rubber = rubber_of(task.material)
+            vibrating = [
+                TableChannel(one, rubber, task.case, prepared, self._stores)
+                for one in recorded_tables(task.case, self.tables)
+            ]
+            return [*found, *vibrating]
 
         return _kept(self._sets, SETS, name, made)
+
+    def vibrating(
+        self, task: Task, table: DynamicTable, values: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Return K* (n,) of the rows of a table that need not have been measured, and its derivatives (n, names).
+
+        Parameters
+        ----------
+        task : Task
+        table : DynamicTable
+            N/mm or N mm/rad, of which the conditions count alone.
+        values : mapping of str to float
+            Of all parameters by name.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+
+        Raises
+        ------
+        NotConverged
+        """
+        recorded = recorded_table(table)
+        channel = TableChannel(recorded, rubber_of(task.material), task.case, self.bodies(task), self._stores)
+        answer = channel.solve(values, names)
+        slopes = [recorded.stiffness(one) for one in answer.slope.T]
+        return recorded.stiffness(answer.force), np.array(slopes, dtype=np.complex128).reshape(
+            -1, len(table)
+        ).T
+
+    def _stores(self, model: FiniteElementModel, name: tuple[object, ...]) -> Store:
+        """Return the reduced matrices of channels of a body."""
+        return _kept(self._vibrating, STORES, canonical((id(model), name)), lambda: (model, {}))[1]
 
     def mesh_corrections(self, plain: Task, anchor: Mapping[str, float]) -> dict[str, MeshCorrection]:
         """Return the corrections of the force of a coarse mesh to the default one, by channel.

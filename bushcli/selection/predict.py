@@ -125,13 +125,20 @@ class Beside:
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
-            own = one.of(_splines(recording.displacement))
+            pieces = _splines(recording.displacement)
+            # Of a table a law changes the stiffness at each preload, by a factor.
+            simulated = self.state.fitted.simulated[i][:, None]
+            own = one.of(pieces if recording.kind == "static" else simulated * pieces)
+            if recording.kind == "dynamic" and np.ptp(recording.displacement) == 0.0:
+                # About one preload all laws are one modulus.
+                own = own[:, :0]
             blocks.append(
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )
         G = self._weighed([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
         u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
-        u = u[:, s > 1e-8 * max(float(s.max(initial=0.0)), 1e-300)]
+        # What the law's own parameters change is rounding.
+        u = u[:, s > 1e-8 * max(float(np.linalg.norm(G)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
         likelihood, found = self.state.problem.likelihood, self.state.evidence
         left = likelihood.left(self._split(rest))

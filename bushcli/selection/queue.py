@@ -23,7 +23,7 @@ from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
 from bushcli.evidence.promise import Needed, needed_of
 from bushcli.runtime.workers import Workers
-from bushcli.selection.additions import more_branches, with_one_more
+from bushcli.selection.additions import more_branches, relaxing, with_one_more
 from bushcli.selection.columns import shear_modulus, unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
@@ -101,6 +101,10 @@ class Search:
 
     def run(self) -> Ended:
         """Search until no model is left that matters, or the time limit is reached; return which of the two."""
+        for model in relaxing(self, self.plain.model, self.catalogue):
+            if model.structure not in self._tried and time.perf_counter() < self.deadline:
+                self._tried.add(model.structure)
+                self.fit_anyway(Queued(model, self.plain, self.plain.evidence.log, self.odds(model)))
         while True:
             for key in self._to_expand():
                 self._expand(key)
@@ -163,7 +167,7 @@ class Search:
             (model.law, model.terms) != (plain.law, plain.terms),
             plain.fixed and not model.fixed,
             unknown,
-            [one.mode for one in self.problem.recordings],
+            [(one.mode, one.kind) for one in self.problem.recordings],
             self.uniform,
         )
 
@@ -292,7 +296,12 @@ class Search:
         """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
         least = self.total + math.log(NEIGHBOURS)
         new = [(key, state) for key, state in self.states.items() if key not in self._expanded]
-        return [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+        found = [key for key, state in new if state is self.plain or max(self.weights(state)) > least]
+        if not found and any(one.kind == "dynamic" for one in self.problem.recordings):
+            # Beside tables fits are cheap, and an unknown effect may outweigh all of them but the right one.
+            best = max(self.states, key=lambda key: self.weights(self.states[key])[0])
+            found = [best] if best not in self._expanded else []
+        return found
 
     def _branch(self) -> None:
         """Queue single effects with one branch more where the effect by itself is too poor to be expanded."""

@@ -118,6 +118,12 @@ def vibrate(
     return run.response()
 
 
+def is_in_vibrations(one: ActiveEffect) -> bool:
+    """Whether an effect that stays in a relaxed state has a dynamic stiffness, and not a force along a path alone."""
+    still = one.effect.feature is None or one.effect.has_memory
+    return one.effect.acts == "rig" or not still or thinned_of([one]) is not None
+
+
 def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem]:
     """Return why the effects of a channel give no dynamic stiffness: no branch, or one without such a stiffness.
 
@@ -139,8 +145,7 @@ def unfit(where: str, name: str, active: Sequence[ActiveEffect]) -> list[Problem
         expected += f"{branch.amplitudes[0].name} = 0 says that the rubber has no loss"
         problems.append(Problem(where, what, "", expected))
     for one in in_state(active, unrelaxed=False):
-        still = one.effect.feature is None or one.effect.has_memory
-        if one.effect.acts != "rig" and still and thinned_of([one]) is None:
+        if not is_in_vibrations(one):
             what = (
                 f"{name}: {readable_name(one.name)} changes the force along a path, and a vibration has none"
             )

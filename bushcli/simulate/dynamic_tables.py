@@ -15,6 +15,7 @@ from bushcli.effects.active import ActiveEffect, acting, in_state, require_value
 from bushcli.effects.assembly import features_of
 from bushcli.effects.rig import has_slope, vibrating
 from bushcli.errors import InputError, Problem
+from bushcli.recording.dynamic.rows import SPREAD
 from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.channels import with_all_beside
@@ -35,8 +36,6 @@ _SAME_PRELOAD = 0.02
 _STEPS = 20
 #: Kelvins between neighbouring rows beyond which they have two temperatures: climatic chambers scatter by less.
 _KELVINS = 1.5
-#: Ratio of the largest to the smallest amplitude of a table from which its rows are not all small.
-SPREAD = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +130,8 @@ def compare_tables(
         dynamic stiffness.
     """
     compared, conditions = [], []
-    for table, temperature in [part for one in tables for part in by_temperature(case, one)]:
+    parts = [(one.rows(rows), warm) for one in tables for rows, warm in by_temperature(case, one)]
+    for table, temperature in parts:
         check_preloads(case, table)
         own = acting(case.effects, table.name, table.mode, "dynamic", temperature)
         require_values(own, case.path.name)
@@ -180,7 +180,7 @@ def compare_tables(
     return tuple(compared), tuple(conditions)
 
 
-def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, float | None]]:
+def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.intp], float | None]]:
     """Return the rows of each temperature with their mean, degrees C, if an effect of the case depends on it.
 
     Parameters
@@ -196,7 +196,7 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, 
     if not any(
         one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
     ):
-        return [(table, None)]
+        return [(np.arange(len(table)), None)]
     degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
     if np.isnan(degrees).any():
         row = int(np.argmax(np.isnan(degrees)))
@@ -206,9 +206,14 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[DynamicTable, 
                 table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"
             )
         )
+    return [(rows, float(np.mean(degrees[rows]))) for rows in temperature_levels(degrees)]
+
+
+def temperature_levels(degrees: Array) -> list[NDArray[np.intp]]:
+    """Return the rows of each temperature, rising, of temperatures (n,) in degrees C."""
     order = np.argsort(degrees, kind="stable")
     starts = np.flatnonzero(np.diff(degrees[order]) > _KELVINS) + 1
-    return [(table.rows(np.sort(rows)), float(np.mean(degrees[rows]))) for rows in np.split(order, starts)]
+    return [np.sort(rows) for rows in np.split(order, starts)]
 
 
 def check_preloads(case: Case, table: DynamicTable) -> None:

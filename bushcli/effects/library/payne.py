@@ -190,6 +190,7 @@ EFFECT = Effect(
     specimens=frozenset({"bushing", "coupon"}),
     has_memory=True,
     needs_time=True,
+    needs_amplitudes=True,
     feature=feature,
     shown=("axial", {"g": 0.5, "tau": 300.0, "decades": 6.0, "slope": 0.0, "path": 100.0, "exponent": 1.0}),
 )

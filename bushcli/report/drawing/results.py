@@ -105,7 +105,7 @@ def _interpretation(shape: Shape) -> Iterator[Picture]:
 def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
-    from bushcli.report.plots import certainty, diagnosis, places
+    from bushcli.report.plots import certainty, diagnosis, dynamic_tables, places
 
     if found.probability and found.models:
         yield certainty.probability_panels(found)
@@ -120,10 +120,12 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         profiles = [] if found.missing is None else found.missing.profiles
         if own := [one for one in profiles if one.channel == channel.name]:
             yield places.missing_panels(channel, own, file)
+    for table in found.tables:
+        yield dynamic_tables.table_panels(table.compared, names[table.name])
     for local in found.maps:
         file = f"{names[local.name]}-bushing-map"
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)
-    if found.next_test is not None:
+    if found.next_test is not None and not found.next_test.frequency:
         yield places.next_test_panels(found, found.next_test)
 
 

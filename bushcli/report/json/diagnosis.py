@@ -6,11 +6,12 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
-from bushcli.diagnosis.result import DiagnosedEffect, Diagnosis, Quantity
+from bushcli.diagnosis.result import DiagnosedEffect, DiagnosedTable, Diagnosis, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.record import Mismatch
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
+from bushcli.report.json.dynamic_tables import compared_json
 from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown
@@ -21,6 +22,13 @@ def diagnosis_json(found: Diagnosis) -> dict[str, Any]:
     """Return a diagnosis as JSON-ready data."""
     keys = {key: of(found) for key, of in _KEYS.items()}
     return cleaned(head("diagnose", found.case, found.conditions) | keys)
+
+
+def _table(one: DiagnosedTable) -> dict[str, Any]:
+    """Return a table beside the most probable model and the plain law, and where these miss it."""
+    (shown,), before = compared_json([one.compared]), one.compared.started
+    plain = {} if before is None else {"storage": before.real, "loss": before.imag}
+    return {**shown, "plain": plain, **part(one, "places remaining held_out")}
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
@@ -34,19 +42,19 @@ def _rivals(found: Diagnosis) -> list[list[str]]:
 
 
 def _misfit(found: Diagnosis) -> dict[str, dict[str, float | None]]:
-    """Return the misfits by channel, percent of the recorded force range; None for channels that are not held out."""
+    """Return the misfits by channel, percent of the force range or of K*; None where it was not held out."""
     misfit: dict[str, dict[str, float | None]] = {
-        when: {one.name: getattr(one, f"{when}_percent") for one in found.channels}
+        when: {one.name: getattr(one, f"{when}_percent") for one in found.measured}
         for when in ("before", "after", "noise")
     }
     for when in ("before", "after"):
-        held = {one.name for one in found.channels if one.held_out}
+        held = {one.name for one in found.measured if one.held_out}
         misfit[f"held_out_{when}"] = {n: p if n in held else None for n, p in misfit[when].items()}
     return misfit
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    value = shown(name, quantity, found.channels)
+    value = shown(name, quantity, found.measured)
     return {
         "value": quantity.word or value.value,
         **part(value, "with_form_error std unit lower upper"),
@@ -98,7 +106,8 @@ def _next_test(found: Diagnosis) -> dict[str, Any] | None:
         "rates": [units.per_internal * rate for rate in test.rates],
         "holds": test.holds,
         "unit": units.displacement_unit or "1",
-        **part(test, "minutes separates information possible text"),
+        **part(test, "minutes separates information possible text frequency temperature"),
+        "amplitude": [units.per_internal * one for one in test.amplitude],
     }
 
 
@@ -118,7 +127,7 @@ def _missing(found: Diagnosis) -> dict[str, Any] | None:
 
 def _units(found: Diagnosis, channel: str) -> Quantities:
     """Return the units of the recorded channel of this name, else of the mode of this name."""
-    return quantities({one.name: one.mode for one in found.channels}.get(channel, channel))
+    return quantities({one.name: one.mode for one in found.measured}.get(channel, channel))
 
 
 def _fields(names: str) -> dict[str, Callable[[Diagnosis], Any]]:
@@ -147,6 +156,7 @@ _KEYS: dict[str, Callable[[Diagnosis], Any]] = {
     "remaining": lambda found: [_mismatch(found, one) for one in found.remaining.mismatch],
     "excess": lambda found: {"before": found.location.excess, "after": found.remaining.excess},
     "misfit": _misfit,
+    "dynamic": lambda found: [_table(one) for one in found.tables],
     "next_test": _next_test,
     "maps": lambda found: [
         {"channel": one.name, **part(one, "channels local_gain uniform_gain helps_locally text")}

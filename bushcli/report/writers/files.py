@@ -274,8 +274,10 @@ def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:
 
 def diagnosis_files(found: Diagnosis) -> Files:
     """Return the files of a diagnosis: the curves of each channel, and maps of the bushing for ParaView."""
-    names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
-    contents: dict[str, Content] = {}
+    names = file_names([*(one.name for one in found.measured), *(one.name for one in found.maps)])
+    contents: dict[str, Content] = {
+        f"{names[one.name]}-table.csv": tables.compared_table(one.compared) for one in found.tables
+    }
     for channel in found.channels:
         recorded = channel.recording
         forces = {"recorded": recorded.force, "plain": channel.before, "final": channel.after}

@@ -67,40 +67,53 @@ def test_the_zero_of_a_displacement_is_wide_open_where_no_rest_is_shown(zeroed_a
     assert found.prior.low == (0.03 if shown else 0.5)
 
 
+def static(*names):
+    return [(name, "static") for name in names]
+
+
 def test_odds_multiply_and_the_plain_law_has_none():
-    assert log_odds((), False, False, False, ["axial", "radial"]) == 0.0
-    both = log_odds((active("mullins"), active("swaging")), True, False, True, ["axial"])
+    assert log_odds((), False, False, False, static("axial", "radial")) == 0.0
+    both = log_odds((active("mullins"), active("swaging")), True, False, True, static("axial"))
     expected = effect_odds("mullins") * effect_odds("swaging") * prior.OTHER_LAW * prior.UNKNOWN
     assert both == pytest.approx(math.log(expected))
-    assert log_odds((), False, True, False, ["axial"]) == pytest.approx(math.log(prior.FREED_LAW))
+    assert log_odds((), False, True, False, static("axial")) == pytest.approx(math.log(prior.FREED_LAW))
 
 
 def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
-    one = log_odds((active("gain", ("axial",)),), False, False, False, ["axial", "radial", "torsional"])
+    one = log_odds((active("gain", ("axial",)),), False, False, False, static("axial", "radial", "torsional"))
     assert one == pytest.approx(math.log(effect_odds("gain") / 3))
     assert log_odds(
-        (active("mullins"),), False, False, False, ["axial", "radial", "torsional"]
+        (active("mullins"),), False, False, False, static("axial", "radial", "torsional")
     ) == pytest.approx(math.log(effect_odds("mullins")))
 
 
 def test_channels_share_a_rig_or_one_has_its_own():
     """All ways of a lag have the odds of one together; a compliant rig does not act in torsion."""
-    three = ["axial", "radial", "torsional"]
-    ways = [active("time_lag"), *(active("time_lag", (mode,)) for mode in three)]
+    three = static("axial", "radial", "torsional")
+    ways = [active("time_lag"), *(active("time_lag", (mode,)) for mode, _ in three)]
     together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
     assert together == pytest.approx(effect_odds("time_lag"))
-    ways = [active("rig_compliance"), *(active("rig_compliance", (mode,)) for mode in three[:2])]
+    ways = [active("rig_compliance"), *(active("rig_compliance", (mode,)) for mode, _ in three[:2])]
     branches = effects()["rig_compliance"].branches
     together = sum(math.exp(log_odds((one,), False, False, False, three)) for one in ways)
     assert together == pytest.approx(effect_odds("rig_compliance") / branches)
-    one = log_odds((active("rig_compliance"),), False, False, False, ["axial", "torsional"])
+    one = log_odds((active("rig_compliance"),), False, False, False, static("axial", "torsional"))
     assert one == pytest.approx(math.log(effect_odds("rig_compliance") / branches))
 
 
+def test_a_dynamic_rig_is_not_the_static_one():
+    """A gain belongs to one of the two load cells; the mass of a fixture to the only dynamic one."""
+    both = [("axial", "static"), ("axial", "dynamic")]
+    one = log_odds((active("gain", ("axial",)),), False, False, False, both)
+    assert one == pytest.approx(math.log(effect_odds("gain") / 2))
+    one = log_odds((active("fixture_mass"),), False, False, False, both)
+    assert one == pytest.approx(math.log(effect_odds("fixture_mass")))
+
+
 def test_numbers_of_branches_share_the_odds_of_their_effect():
-    found = log_odds((active("viscoelasticity"),), False, False, False, ["axial"])
+    found = log_odds((active("viscoelasticity"),), False, False, False, static("axial"))
     assert found == pytest.approx(math.log(effect_odds("viscoelasticity") / 3))
-    assert log_odds((active("friction"),), False, False, False, ["axial"]) == pytest.approx(
+    assert log_odds((active("friction"),), False, False, False, static("axial")) == pytest.approx(
         math.log(effect_odds("friction") / 3)
     )
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bushcli.diagnosis.result import SMALL, Diagnosis
-from bushcli.diagnosis.words import sentences
 from bushcli.effects.titles import phrase, title
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
@@ -25,6 +24,7 @@ from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
 from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
+from bushcli.report.views.dynamic_tables import compared_section
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
@@ -89,7 +89,8 @@ def diagnosis_document(found: Diagnosis) -> Document:
             "Before and after",
             [misfit_table(found), *paragraphs(words.ended([words.form_error_line(found)]))],
         ),
-        curves,
+        *([curves] if found.channels or is_faulty else []),
+        compared_section([one.compared for one in found.tables]),
         *([] if words.is_missing(found) else [missing]),
         record_section(found),
         Section(
@@ -140,12 +141,9 @@ def record_section(found: Diagnosis) -> Section:
     """Return the places of the misfit; the page describes them beside the curves, with the same numbers."""
     if found.verdict == "faulty_data":
         return Section("Where in the record", [figures("record_map")])
-    places = points(sentences(found.location))
-    blocks = paragraphs(places, "terminal" if found.location.mismatch else "both")
-    if found.remaining.mismatch and found.effects:
-        blocks += paragraphs(
-            ["After the most probable model:", *words.ended(points(sentences(found.remaining)))]
-        )
+    blocks = paragraphs(points(found.places), "terminal" if found.location.mismatch else "both")
+    if found.remaining_places and found.effects:
+        blocks += paragraphs(["After the most probable model:", *words.ended(points(found.remaining_places))])
     explained = [note(_RECORD)] if found.location.mismatch else []
     return Section("Where in the record", [*blocks, *explained, figures("record_map")])
 
@@ -206,7 +204,7 @@ def law_line(found: Diagnosis) -> str:
     """Return the law of the most probable model with its values."""
     own = {name: quantity for name, quantity in found.parameters.items() if "." not in name}
     if own and not found.law_fixed:
-        values = ", ".join(f"{name} {shown(name, q, found.channels).text}" for name, q in own.items())
+        values = ", ".join(f"{name} {shown(name, q, found.measured).text}" for name, q in own.items())
     else:
         values = ", ".join(f"{name} {number(value, 4)}" for name, value in found.material.parameters.items())
     fixed = f" (fixed, from the {found.law_from})" if found.law_fixed else ""
@@ -273,7 +271,7 @@ def effect_table(found: Diagnosis) -> Table:
     for effect in found.effects:
         first, evidence = effect.label, number(effect.evidence, 2)
         for name, quantity in effect.parameters.items():
-            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            value = shown(f"{effect.name}.{name}", quantity, found.measured)
             far = "-" if quantity.prior is None else words.short_chance(quantity.prior_tail)
             known = (value.text, value.interval, value.prior_text, far)
             rows.append((first, name, *known, *((derived_text(quantity),) if also else ()), evidence))
@@ -301,7 +299,7 @@ def parameter_table(found: Diagnosis) -> Table:
     also = any(derived_text(quantity) for quantity in found.parameters.values())
     twice = any(quantity.with_form_error is not None for quantity in found.parameters.values())
     for name, quantity in found.parameters.items():
-        value = shown(name, quantity, found.channels)
+        value = shown(name, quantity, found.measured)
         effect, _, own = name.rpartition(".")
         label, unit = f"{title(effect)}: {own}" if effect else own, "-" if value.unit == "1" else value.unit
         other = "-" if value.with_form_error is None else number(value.with_form_error, 4)
@@ -321,11 +319,11 @@ def misfit_table(found: Diagnosis) -> Table:
         return Table("", (), ())
     rows: list[Row] = []
     form = found.form_error.percent
-    for one in found.channels:
+    for one in found.measured:
         sizes = map(percent, (one.before_percent, one.after_percent, one.noise_percent))
         rows.append((words.channel_label(one), *sizes, *((percent(form.get(one.name)),) if form else ())))
     heads = ("channel", "before", "after", "noise", *(("form error",) if form else ()))
-    return Table("Rms misfit, % of the force range", heads, tuple(rows))
+    return Table(f"Rms misfit, % {words.relative_to(found)}", heads, tuple(rows))
 
 
 def trial_table(found: Diagnosis) -> Table:

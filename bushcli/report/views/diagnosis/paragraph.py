@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from bushcli.diagnosis.result import Diagnosis
-from bushcli.diagnosis.words import sentences
 from bushcli.effects.titles import NOTHING
 from bushcli.report.quantity import listed, percent
 from bushcli.report.verdict import fault_lines
@@ -24,6 +23,7 @@ from bushcli.report.views.diagnosis.words import (
     missing_lines,
     missing_physics,
     model_title,
+    relative_to,
     searched_lines,
     shows_nothing,
     together,
@@ -51,7 +51,7 @@ def short_paragraphs(found: Diagnosis) -> list[str]:
     explained, unexplained = found.verdict == "explained", found.verdict == "unexplained"
     parts = [
         [_opening(found), *(ended(missing_lines(found)[1:]) if unexplained and not found.unsearched else [])],
-        [] if explained else ended(sentences(found.location)[:2]),
+        [] if explained else ended(found.places[:2]),
         _effects(found) if found.effects else [],
         [] if explained else [_gain(found), *ended([form_error_line(found)])],
         ended(missing_lines(found)) if is_missing(found) and not unexplained else [],
@@ -65,11 +65,13 @@ def short_paragraphs(found: Diagnosis) -> list[str]:
 
 def _opening(found: Diagnosis) -> str:
     law = law_title(found.plain.law)
-    channels = listed([channel.name for channel in found.channels if not channel.held_out])
-    many = "s" if sum(not channel.held_out for channel in found.channels) > 1 else ""
+    fitted = [channel for channel in found.measured if not channel.held_out]
+    what = "table" if all(one.kind == "dynamic" for one in fitted) else "recording"
+    many = "s" if len(fitted) > 1 else ""
+    channels = f"{listed([channel.name for channel in fitted])} {what}{many}"
     origin = {
-        "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
-        "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels} recording{many}",
+        "recordings": f"The {law} law alone, fitted to the {channels}",
+        "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels}",
     }[found.law_from]
     best = best_probability(found)
     match found.verdict:
@@ -113,12 +115,12 @@ def _nothing_missing(found: Diagnosis) -> str:
     said = "nothing is missing that these recordings could show"
     if shows_nothing(found):
         said += ", and they can show none of the effects considered"
-    noise = {channel.name: channel.noise_percent for channel in found.channels}
+    noise = {channel.name: channel.noise_percent for channel in found.measured}
     errors = {name: size for name, size in found.form_error.percent.items() if size > NOTABLE * noise[name]}
     if not errors:
         return said
     sizes = listed([f"{percent(size)} in {name}" for name, size in errors.items()])
-    return f"{said}, if the formula of the law may err by {sizes} (rms, of the force range)"
+    return f"{said}, if the formula of the law may err by {sizes} (rms, {relative_to(found)})"
 
 
 def _so_far(found: Diagnosis) -> str:
@@ -134,7 +136,7 @@ def _effects(found: Diagnosis) -> list[str]:
     """Return sentences on the effects of the most probable model, and on its law if that is not the plain one."""
     parts: list[str] = []
     for one in found.effects:
-        values = parameters_text(one, found.channels)
+        values = parameters_text(one, found.measured)
         sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
         parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
         if not one.plausible:
@@ -152,20 +154,20 @@ def _effects(found: Diagnosis) -> list[str]:
 
 def _gain(found: Diagnosis) -> str:
     parts: list[str] = []
-    for channel in found.channels:
+    for channel in found.measured:
         if f"{channel.before_percent:.2g}" == f"{channel.after_percent:.2g}":
             continue
         held = ", held out," if channel.held_out else ""
         parts.append(
-            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force "
-            f"range (noise {channel.noise_percent:.2g} %)"
+            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % {channel.of} "
+            f"(noise {channel.noise_percent:.2g} %)"
         )
     if not parts:
         return ""
     what = "With it" if len(found.effects) == 1 else "With them" if found.effects else ""
     if not what and found.material.law != found.plain.law:
         what = f"With the {law_title(found.material.law)} law"
-    falls = all(channel.after_percent <= channel.before_percent for channel in found.channels)
+    falls = all(channel.after_percent <= channel.before_percent for channel in found.measured)
     change = "the misfit falls" if falls else "the misfit changes"
     return f"{what} {change}: {', '.join(parts)}." if what else f"{change.capitalize()}: {', '.join(parts)}."
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from bushcli.case.unit import outside, unit
-from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, Quantity
+from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedEffect, DiagnosedTable, Quantity
 from bushcli.effects.effect import EffectParameter, effects
 from bushcli.effects.names import effect_name
 from bushcli.report.quantity import number, with_std
@@ -55,7 +55,9 @@ class ShownQuantity:
         return "-" if self.word or self.prior is None else span(*self.prior)
 
 
-def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
+def shown(
+    name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel | DiagnosedTable]
+) -> ShownQuantity:
     """Return a parameter of the most probable model in the units of the case file: angles in degrees."""
     at, name_of_unit = _conversion(name, quantity, channels)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
@@ -77,7 +79,7 @@ def derived_text(quantity: Quantity) -> str:
     return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
 
 
-def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel]) -> str:
+def parameters_text(effect: DiagnosedEffect, channels: Sequence[DiagnosedChannel | DiagnosedTable]) -> str:
     """Return all parameters of an effect in one line; one with a reciprocal or exponential is shown as that.
 
     The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x, that of
@@ -114,13 +116,15 @@ def span(lower: float, upper: float) -> str:
 
 
 def _conversion(
-    name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]
+    name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel | DiagnosedTable]
 ) -> tuple[Callable[[float], float], str]:
     """Return the conversion from internal units to those of the case file, and the unit there."""
     found = _parameter(name)
     if found is not None and found.of_channel:
         effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
-        acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
+        acting = [
+            one for one in channels if effect.acts_on(one.mode, one.kind) and (of is None or one.name in of)
+        ]
         if any(modes()[one.mode].rotational for one in acting):
             return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
     factor, name_of_unit = _degrees(quantity.unit)

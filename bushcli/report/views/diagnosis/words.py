@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
+from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, Diagnosis, Group
 from bushcli.effects.names import effect_name, within
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
 from bushcli.report.document import Tone
@@ -250,11 +250,11 @@ def form_error_line(found: Diagnosis) -> str:
     if not found.models:
         return ""
     by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items() if value > 0]
-    size = f"of {listed(by_channel)} (rms, of the force range)"
+    size = f"of {listed(by_channel)} (rms, {relative_to(found)})"
     only = "" if form.covers >= 0.5 else "only "
     share = "all" if form.covers >= 0.995 else percent(100 * form.covers)
     covered = f"{only}{share} of the remaining misfit above the noise"
-    fitted = [one for one in found.channels if not one.held_out]
+    fitted = [one for one in found.measured if not one.held_out]
     within_noise = form.covers >= 1.0 and all(one.after_percent <= one.noise_percent for one in fitted)
     if UNKNOWN in found.models[0].effects:
         return f"The unknown force, {size}, accounts for {covered}" if by_channel else ""
@@ -314,7 +314,12 @@ def searched_lines(found: Diagnosis) -> list[str]:
     return lines
 
 
-def channel_label(channel: DiagnosedChannel) -> str:
+def relative_to(found: Diagnosis) -> str:
+    """Return what percentages of misfits are relative to: the force range, K* of tables, or both."""
+    return " or ".join(dict.fromkeys(one.of for one in found.measured))
+
+
+def channel_label(channel: DiagnosedChannel | DiagnosedTable) -> str:
     """Return the name of a channel, with "(held out)" where it applies."""
     return f"{channel.name} (held out)" if channel.held_out else channel.name
 

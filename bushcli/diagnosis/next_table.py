@@ -1,0 +1,209 @@
+"""Tables of dynamic stiffness that could be measured next, and what rivals predict of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.likelihood.features import BRANCHES
+from bushcli.recording.dynamic.rows import RecordedTable
+from bushcli.recording.dynamic.table import DynamicTable
+from bushcli.selection.columns import temperatures
+from bushcli.selection.model import Model
+from bushcli.selection.model_cache import ModelCache
+from bushcli.selection.state import CommonData
+from cases.march import NotConverged
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Minutes to set up sweeps on a mounted specimen, per sweep, to mount it in another direction, and to bring a chamber to
+# another temperature. Guesses: nothing but the order of costs depends on them.
+_SET_UP, _SWEEP, _REMOUNT, _CHAMBER = 5.0, 2.0, 40.0, 60.0
+# Frequencies of a sweep; factor by which a range of frequencies is made wider on one side.
+_POINTS, _WIDER = 10, 4.0
+# Amplitudes over the smallest; preloads as shares of the rubber's thickness; kelvins above and below. What rigs reach.
+_AMPLITUDES, _PRELOADS, _KELVINS = (1.0, 4.0, 16.0), (0.0, 0.1, 0.2), (-25.0, 0.0, 30.0)
+
+
+@dataclass(frozen=True)
+class TableProposal:
+    """A candidate for the next table.
+
+    Attributes
+    ----------
+    name : str
+        For readers: "axial, to 800 Hz".
+    table : DynamicTable
+        Its conditions, with a stiffness of 1.
+    cost : float
+        Minutes.
+    text : str
+        The conditions in words, with units.
+    """
+
+    name: str
+    table: DynamicTable
+    cost: float
+    text: str
+
+    @property
+    def channel(self) -> str:
+        """Mode of the table."""
+        return self.table.mode
+
+
+@dataclass(frozen=True)
+class ExpectedTable:
+    """What a model predicts of a table: K* (n,), its change by each independent combination (n, p), K* of the law."""
+
+    stiffness: Complex
+    spread: Complex
+    law: Complex
+
+
+def table_menu(problem: CommonData) -> list[TableProposal]:
+    """Return tables that differ in one condition from those that were measured, and one of another mode."""
+    measured = [one for one in problem.recordings if isinstance(one, RecordedTable)]
+    found = [proposal for one in measured for proposal in _plans(problem.case, one)]
+    known, wall = {one.mode for one in problem.recordings}, problem.case.geometry.wall
+    first = measured[0].table if measured else None
+    for mode in modes().values():
+        if first is None or wall is None or mode.proposed_travel is None or mode.name in known:
+            continue
+        frequency = np.geomspace(first.frequency.min(), first.frequency.max(), _POINTS)
+        degrees = temperatures(problem.case, measured)[first.name].mean()
+        table = _table(mode.name, mode.name, frequency, (np.nan,), (0.0,), (float(degrees),))
+        text = f"{mode.name}, {_range(frequency, 'Hz')}, small amplitude, at rest"
+        found.append(TableProposal(f"{mode.name} too", table, _SET_UP + _REMOUNT + _SWEEP, text))
+    return sorted(found, key=lambda one: one.cost)
+
+
+def _plans(case: Case, one: RecordedTable) -> Iterator[TableProposal]:
+    """Yield tables of one mode on its rig."""
+    table, wall = one.table, case.geometry.wall
+    rotational = modes()[table.mode].rotational
+    unit, per = ("deg", float(np.degrees(1.0))) if rotational else ("mm", 1.0)
+    low, high = float(table.frequency.min()), float(table.frequency.max())
+    smallest = float(np.nanmin(table.amplitude)) if np.isfinite(table.amplitude).any() else np.nan
+    warm = temperatures(case, [one])[table.name]
+    at = float(warm.mean()) if np.isfinite(warm).all() else np.nan
+
+    def sweep(first: float, last: float) -> Array:
+        return np.asarray(np.geomspace(first, last, _POINTS), dtype=np.float64)
+
+    usual = sweep(low, high)
+
+    def proposal(
+        what: str,
+        frequency: Array = usual,
+        amplitude: Sequence[float] = (smallest,),
+        preload: Sequence[float] = (0.0,),
+        degrees: Sequence[float] = (at,),
+    ) -> TableProposal:
+        made = _table(table.name, table.mode, frequency, amplitude, preload, degrees)
+        sweeps = len(amplitude) * len(preload) * len(degrees)
+        cost = _SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
+        parts = [f"{table.mode}, {_range(frequency, 'Hz')}"]
+        for values, name, factor, of in (
+            (amplitude, "amplitudes of", per, unit),
+            (preload, "preloads of", per, unit),
+            (degrees, "at", 1.0, "degrees C"),
+        ):
+            if len(values) > 1:
+                parts.append(f"{name} {', '.join(f'{factor * v:.3g}' for v in values)} {of}")
+        return TableProposal(f"{table.mode}, {what}", made, cost, ", ".join(parts))
+
+    yield proposal(f"to {_WIDER * high:.3g} Hz", sweep(high, _WIDER * high))
+    yield proposal(f"from {low / _WIDER:.2g} Hz", sweep(low / _WIDER, low))
+    if np.isfinite(smallest):
+        yield proposal("at several amplitudes", usual[::3], [smallest * f for f in _AMPLITUDES])
+    if wall is not None:
+        arm = wall.thickness / (wall.inner_radius if rotational else 1.0)
+        yield proposal("about several preloads", usual[::3], preload=[arm * f for f in _PRELOADS])
+    if np.isfinite(at):
+        yield proposal("at several temperatures", degrees=[at + d for d in _KELVINS])
+
+
+def _table(
+    name: str,
+    mode: str,
+    frequency: Array,
+    amplitude: Sequence[float],
+    preload: Sequence[float],
+    degrees: Sequence[float],
+) -> DynamicTable:
+    grid = np.meshgrid(degrees, preload, amplitude, frequency, indexing="ij")
+    T, q, a, f = (one.ravel() for one in grid)
+    none = np.full(len(f), np.nan)
+    return DynamicTable(
+        name, mode, "stiffness", f, np.ones(len(f)), np.zeros(len(f)), a, q, none, T, none, none, none
+    )
+
+
+def _range(frequency: Array, unit: str) -> str:
+    return f"{frequency.min():.3g} to {frequency.max():.3g} {unit}"
+
+
+def expected_table(
+    cache: ModelCache,
+    case: Case,
+    model: Model,
+    known: tuple[tuple[str, ...], Array],
+    proposal: TableProposal,
+) -> ExpectedTable | None:
+    """Return what a rival predicts of a table; None where it cannot be solved.
+
+    Parameters
+    ----------
+    cache : ModelCache
+    case : Case
+    model : Model
+    known : tuple
+        Names of the parameters, and a square root of their posterior covariance, shape (p, p).
+    proposal : TableProposal
+    """
+    names, root = known
+    if proposal.table.name not in {one.label for one in case.dynamic}:
+        # Another mode has a rig of its own, of which the recordings say nothing.
+        model = replace(model, effects=tuple(one for one in model.effects if not one.effect.of_rig))
+        kept = [i for i, name in enumerate(names) if name in model.values]
+        names, root = tuple(names[i] for i in kept), root[kept]
+    try:
+        K, slope = cache.vibrating(model.task(case), proposal.table, model.values, names)
+        bare = replace(model, effects=())
+        law, _ = cache.vibrating(bare.task(case), proposal.table, bare.values, ())
+    except NotConverged:
+        return None
+    return ExpectedTable(K, slope @ root, law)
+
+
+def rows(found: ExpectedTable, at: Complex, errors: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """Return samples, their spread, and the part of them that formulas of effects may have wrong, over the noise.
+
+    Parameters
+    ----------
+    found : ExpectedTable
+    at : shape (n,)
+        K* of one of the rivals, to which all are relative.
+    errors : (float, float)
+        Standard errors of ln |K*| and of the loss angle, rad.
+    """
+
+    def over(values: Complex) -> Array:
+        relative = (values.T / at).T
+        return np.concatenate([relative.real / errors[0], relative.imag / errors[1]])
+
+    return over(found.stiffness), over(found.spread), BRANCHES * over(found.stiffness - found.law)
+
+
+def noise_of(problem: CommonData) -> tuple[float, float]:
+    """Return the standard errors of ln |K*| and of the loss angle (rad), the means of the tables."""
+    all_errors = [one.errors.mean(axis=1) for one in problem.recordings if isinstance(one, RecordedTable)]
+    size, angle = np.mean(all_errors, axis=0)
+    return float(size), float(angle)
