@@ -20,11 +20,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bushcli.case import load_case
 from bushcli.diagnosis import diagnose as diagnosing
 from bushcli.diagnosis.aftermath import Extras
-from bushcli.evidence import promise
+from bushcli.evidence import stopping_rule
 from bushcli.inverse.channel import FollowedChannel, SweptChannel
 from bushcli.selection import fit, queue
 from bushcli.selection.law_edge import LawEdge
-from bushcli.selection.learned import NONE, PredictionErrors
+from bushcli.selection.prediction_errors import NONE, PredictionErrors
 
 HEADS = (
     "without",
@@ -53,9 +53,9 @@ def patches() -> dict[str, list[Any]]:
             patch.object(queue.Search, "_start_beside_effects", lambda self, one: None)
         ],
         "fits that cannot matter are given up": [patch.object(queue, "needed_of", lambda *given: None)],
-        "end before a minimum is confirmed": [patch.object(promise, "NOTHING", 0.0)],
-        "variances before the minimum": [patch.object(promise, "ROUGH", 0.0)],
-        "held back by stability, along the edge": [patch.object(promise, "KEPT", 0.0)],
+        "end before a minimum is confirmed": [patch.object(stopping_rule, "NOTHING", 0.0)],
+        "variances before the minimum": [patch.object(stopping_rule, "ROUGH", 0.0)],
+        "held back by stability, along the edge": [patch.object(stopping_rule, "LEAST_RATIO", 0.0)],
         "own start of the law where a fit is stuck": [patch.object(fit._End, "is_stuck", never)],
         "again from a contained model": [patch.object(fit, "WORSE", 1e9)],
         "smaller sizes where a start fails": [patch.object(fit, "RETREATS", ())],

@@ -3,7 +3,7 @@
 ``setup/enter python benchmarks/search.py errors DIR CASE...`` diagnoses cases of the development deck and appends the
 error of every prediction whose model was fitted to ``search-errors.jsonl`` (minutes per case);
 ``setup/enter python benchmarks/search.py measure`` prints the log likelihood of these errors for scales of
-`bushcli.selection.learned` (seconds). Results: ``benchmarks/README.md``.
+`bushcli.selection.prediction_errors` (seconds). Results: ``benchmarks/README.md``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT))
 
 import bushcli.diagnosis.diagnose as module  # noqa: E402
 from bushcli.case import load_case  # noqa: E402
-from bushcli.selection.learned import MOST, Changes, PredictionErrors  # noqa: E402
+from bushcli.selection.prediction_errors import MOST, Changes, PredictionErrors  # noqa: E402
 from bushcli.selection.queue import Search  # noqa: E402
 
 KEPT = Path(__file__).with_name("search-errors.jsonl")

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 #: Relaxation times, s, a branch per decade, with start values of g.
-BRANCHES = {0.1: 3.0, 1.0: 1.0, 10.0: 0.5, 100.0: 0.3, 1000.0: 0.1}
+BRANCHES = {0.1: 3.0, 1.0: 1.0, 10.0: 0.5, 100.0: 0.3, 1000.0: 0.1, 10000.0: 0.1}
 CASE = """title = "{name}"
 [geometry]
 shape = "coupon"
@@ -57,7 +57,9 @@ def split(file: Path, folder: Path, fitted: list[str]) -> str:
         text += COUPON.format(name=name, temperature=kelvin[0] - 273.15)
         held += [] if number in fitted else [name]
     (folder / "case.toml").write_text(text)
-    options = f"--hold-out {','.join(held)} --fix viscoelasticity.tau --weighting absolute"
+    # The exponent of an ideal network: free, it goes to -2, and C2 to 30 K.
+    fixed = "viscoelasticity.tau,temperature.exponent"
+    options = f"--hold-out {','.join(held)} --fix {fixed} --weighting absolute"
     return f"bushcli fit {folder / 'case.toml'} {options}"
 
 

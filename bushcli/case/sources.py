@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import chain, count, islice
+from itertools import count, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -153,7 +153,8 @@ class SourceBuilder:
                 mode = self._mode(keys, table, file, usual)
                 known = mode is not None and self.known(keys, mode, specimen)
                 name = table.name or (file.stem if pattern or parts else mode or file.stem)
-                unused = next(c for c in chain([name], (f"{name}_{i}" for i in count(2))) if c not in taken)
+                numbered = (name if i == 1 else f"{name}_{i}" for i in count(1))
+                unused = next(one for one in numbered if one not in taken)
                 source = self._source(table, keys, file, mode or "", known, unused)
                 found, wrong = (
                     motion_path.channels(source, table, keys, taken, self.tables)

@@ -8,11 +8,10 @@ Two stiffnesses are defined here, in the same way for coarse noise-free and for 
   Huber's weights against outliers, to the points within 15 % of the largest displacement and at least 5 of them (at
   least 3 of a simulated program, which have no noise). Where noise leaves k of a bushing a standard error above 1 %,
   the window grows to 25, 40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from
-  noise. Where fewer points than it needs are within 15 %, a curve is coarse (a recorded one only if its largest window
-  has few points, too, because noise makes a window grow): then a polynomial with one more term, in q^5 (q^3 of a
-  coupon), goes through the nearest points, and the curve has no initial stiffness unless its slope agrees with that of
-  the shorter one within a fifth. Prescribed forces make such curves of a response that stiffens: equal steps of force
-  begin with a large step of displacement.
+  noise. Where fewer points than it needs are within 15 %, a curve is coarse: a polynomial with
+  one more term, in q^5 (q^3 of a coupon), through the same points must have a slope within a fifth of that without it,
+  or the curve has no initial stiffness; its slope counts unless noise explains the difference. Prescribed forces make
+  coarse curves of a response that stiffens: equal steps of force begin with a large step of displacement.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
@@ -237,24 +236,23 @@ class Curve:
         coupon = mode is not None and mode.specimen == "coupon"
         powers = (2, 3) if coupon else (3, 5)
         distance = np.sort(np.abs(q))
-        few = distance[: max(self.fewest, 4)]
-        # A recorded curve has noise, which more points in a larger window average.
-        window, most = (_WINDOWS[0], len(few)) if self.fewest < 5 else (_WINDOWS[-1], 2 * len(few))
-        if few[-1] > _WINDOWS[0] * largest and np.count_nonzero(distance <= window * largest) <= most:
-            near = np.abs(q) <= few[-1]
-            x, y = np.asarray(q[near] / few[-1]), force[near]
-            terms = min(4, len(np.unique(x)))
-            less, more = (_slope(x, y, powers[: count - 2])[0] for count in (max(terms - 1, 2), terms))
-            agreed = less * more > 0.0 and max(less / more, more / less) <= _AGREED
-            return more / float(few[-1]) if agreed else float("nan")
+        coarse = np.count_nonzero(distance <= _WINDOWS[0] * largest) < self.fewest
+        # One more term has to be determined too where the points of a coarse curve have no noise.
+        fewest = max(self.fewest, 4) if coarse else self.fewest
         slope = error = float("nan")
-        for window in _WINDOWS[:1] if coupon else _WINDOWS:
-            reach = max(window * largest, float(distance[: self.fewest][-1]))
+        for window in _WINDOWS[:1] if coupon or fewest > self.fewest else _WINDOWS:
+            reach = max(window * largest, float(distance[:fewest][-1]))
             near = np.abs(q) <= reach
-            slope, error = _slope(np.asarray(q[near] / reach), force[near], powers[:1])
-            slope, error = slope / reach, error / reach
+            x, y = np.asarray(q[near] / reach), force[near]
+            slope, error = (value / reach for value in _slope(x, y, powers[:1]))
             if not error > _SURE * abs(slope):
                 break
+        if coarse:
+            terms = min(4, len(np.unique(x)))
+            less, more = (_slope(x, y, powers[: count - 2]) for count in (max(terms - 1, 2), terms))
+            if not (less[0] * more[0] > 0.0 and max(less[0] / more[0], more[0] / less[0]) <= _AGREED):
+                return float("nan")
+            slope = (more if abs(more[0] - less[0]) > 2.0 * more[1] else less)[0] / reach
         return slope
 
     def _distance(self, cut: slice) -> float:

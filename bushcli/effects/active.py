@@ -295,9 +295,13 @@ def in_state(effects: Iterable[ActiveEffect], unrelaxed: bool) -> tuple[ActiveEf
             # All times grow by one factor: what a clock gains by motion, over the relaxation times, is the same.
             times = {p.name: one.values[p.name] for p in one.parameters if p.unit == "s"}
             factor = NEVER / min((time for time in times.values() if time > 0.0), default=1.0)
-            found.append(
-                replace(one, values={**one.values, **{k: factor * time for k, time in times.items()}})
-            )
+            slowed = {name: factor * time for name, time in times.items()}
+            slowed |= {
+                p.name: one.values[p.name] * factor ** -one.values[p.per_time]
+                for p in one.parameters
+                if p.per_time
+            }
+            found.append(replace(one, values={**one.values, **slowed}))
     return tuple(found)
 
 

@@ -80,6 +80,8 @@ class EffectParameter:
         Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     exponential : str
         Name of exp(value) in results, for a value that is the logarithm of what people think of.
+    per_time : str
+        Name of the parameter that is the power of a time, in s, by which the value is multiplied.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added, such as a bulk modulus for a compliance.
     of_channel : bool
@@ -120,6 +122,7 @@ class EffectParameter:
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
     exponential: str = ""
+    per_time: str = ""
     adds_to: str = ""
     of_channel: bool = False
     of_mesh: bool = False

@@ -36,7 +36,7 @@ class DataFault:
         Whether two statements of case and recordings contradict each other, so that every fit to the recording is
         meaningless until the fault is corrected.
     samples : (n,) array of bool
-        Samples of the recording that a fit has to leave out; none where the whole channel is at fault.
+        Samples of the recording that a fit has to leave out; one False, for all, where the whole channel is at fault.
     probability : float
         That it is a fault and not an unusual specimen.
     """
@@ -46,7 +46,7 @@ class DataFault:
     where: str
     remedy: str
     fatal: bool
-    samples: Mask = field(repr=False, compare=False)
+    samples: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool), repr=False, compare=False)
     probability: float = 1.0
 
     @property

@@ -115,13 +115,11 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             + (f" and {rest} more)" if rest > 0 else ")"),
             "repeated rows are left out; find out why the logger writes rows twice",
             False,
-            np.zeros(len(recording.force), dtype=bool),
         )
     for repair in recording.repairs:
         if repair.kind != "columns":
             remedy = "the recording is repaired; find out why the logger writes it this way"
-            none = np.zeros(len(recording.force), dtype=bool)
-            yield DataFault(recording.name, repair.kind, repair.text, remedy, False, none)
+            yield DataFault(recording.name, repair.kind, repair.text, remedy, False)
     noise = force_noise(recording)
     clip = clipped(recording.force, recording.displacement, noise)
     if clip.any():

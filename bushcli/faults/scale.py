@@ -92,6 +92,27 @@ class _Scale:
     unit: tuple[float, float]
     travel: float
 
+    @staticmethod
+    def of(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
+        """Return that of a recording; None where no closed form or no motion gives it."""
+        unit = unit_stiffness(shape, recording.mode)
+        used = ~bad & moving(recording)
+        q, force = recording.displacement[used], recording.force[used]
+        if unit is None or len(q) < 3 or np.ptp(q) == 0:
+            return None
+        # A recording caches its stiffness at rest, which a study requests for every design.
+        curve = recording if used.all() else Recording(recording.mode, q, force)
+        found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
+        size = [abs(value) for value in found if math.isfinite(value) and value != 0]
+        if not size:
+            return None
+        travel = float(np.abs(q).max())
+        if shape.annulus is not None and _dimension(recording, "displacement") == "length":
+            travel /= shape.annulus.thickness
+        # A slope at rest that differs tenfold from the rest of the curve is free play, a stop, or noise.
+        near = [value for value in size if 0.1 * size[0] <= value <= 10.0 * size[0]]
+        return _Scale(recording, (min(near), max(near)), unit, travel)
+
     @property
     def modulus(self) -> tuple[float, float]:
         """Least and largest shear modulus, MPa."""
@@ -122,7 +143,7 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
     known = [
         one
         for recording, mask in zip(recordings, bad, strict=True)
-        if (one := _scale(shape, recording, mask)) is not None
+        if (one := _Scale.of(shape, recording, mask)) is not None
     ]
     done: set[str] = set()
     for one, other in combinations(known, 2):
@@ -150,7 +171,6 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
                     f'"{own.recording.name}" contains the data of "{its.recording.name}"',
                     "exchange the file names (or the columns) of the two [[recordings]]",
                     True,
-                    np.zeros(len(own.recording.force), dtype=bool),
                 )
     for one in known:
         if one.recording.name in done:
@@ -163,29 +183,6 @@ def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -
         found = _columns(one) or _unit(one, rest)
         if found is not None:
             yield found
-
-
-def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
-    unit = unit_stiffness(shape, recording.mode)
-    if unit is None:
-        return None
-    used = ~bad & moving(recording)
-    q, force = recording.displacement[used], recording.force[used]
-    if len(q) < 3 or np.ptp(q) == 0:
-        return None
-    # A recording caches its stiffness at rest, which a study requests for every design.
-    curve = recording if used.all() else Recording(recording.mode, q, force)
-    found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
-    size = [abs(value) for value in found if math.isfinite(value) and value != 0]
-    if not size:
-        return None
-    travel = float(np.abs(q).max())
-    if shape.annulus is not None and _dimension(recording, "displacement") == "length":
-        travel /= shape.annulus.thickness
-    # A slope at rest that differs tenfold from the rest of the curve is free play, a stop, or noise.
-    middle = size[0]
-    near = [value for value in size if 0.1 * middle <= value <= 10.0 * middle]
-    return _Scale(recording, (min(near), max(near)), unit, travel)
 
 
 def _dimension(recording: Recording, quantity: Quantity) -> str:
@@ -240,7 +237,6 @@ def _columns(one: _Scale) -> DataFault | None:
         f"{_moduli(one)}, and {_travel(one)}: displacement and force are read from each other's column",
         "name the columns in the table of this recording: columns = { displacement = ..., force = ... }",
         True,
-        np.zeros(len(one.recording.force), dtype=bool),
     )
 
 
@@ -302,8 +298,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         f"{middle * best.force / best.displacement:.2g} MPa{certain}",
         f'{remedy}; or accept = ["unit"] if the values are right',
         proved,
-        np.zeros(len(one.recording.force), dtype=bool),
-        probability,
+        probability=probability,
     )
 
 

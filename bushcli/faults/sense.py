@@ -59,7 +59,6 @@ def reversed_sign(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"{said}: one of them has the wrong sign",
             'reverse the sign of the force: reverse = ["force"] in the table of this recording',
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -81,7 +80,6 @@ def magnitude(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"{right:.2f} and {left:.2f})",
             "export the force with its sign, such as one component instead of a resultant",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -100,7 +98,6 @@ def no_signal(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             f"deviation (rms; the displacement by {np.sqrt(2.0 * smooth):.2g} times its own)",
             "check that the load cell is connected and that its range suits the force; then record it again",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -125,7 +122,6 @@ def positions(shape: Shape, recording: Recording, bad: Mask) -> Iterator[DataFau
             f"{shape.annulus.thickness:.4g} mm thick: it is a position of the rig, and not counted from rest",
             "subtract the position at which the specimen is free of force, or choose another column",
             True,
-            np.zeros(len(recording.force), dtype=bool),
         )
 
 
@@ -150,5 +146,4 @@ def extremes(recording: Recording) -> Iterator[DataFault]:
         "sampled too slowly, and the curve between its points is unknown",
         "export the samples of some whole cycles, at least twenty in each, with their time",
         True,
-        np.zeros(len(recording.force), dtype=bool),
     )

@@ -59,12 +59,8 @@ class Uncertainty:
 def uncertainty(problem: LeastSquaresProblem, x: Array) -> Uncertainty:
     """Return the uncertainty of the parameters from the misfit that remains.
 
-    The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes the covariance of
-    its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
-
-    References
-    ----------
-    White (1980), Econometrica 48:817-838, doi:10.2307/1912934 (sandwich estimator).
+    The estimator weights channels evenly, so its covariance is a sandwich (White 1980, doi:10.2307/1912934): each
+    channel contributes that of its own errors, whose neighbours are correlated (`bushcli.inverse.autoregression`).
     """
     forces = problem.forces(x)
     if forces is None:

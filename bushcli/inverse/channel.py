@@ -157,21 +157,9 @@ class FitChannel(ABC):
     def solve(
         self, parameters: Mapping[str, float], names: Sequence[str], limit: StepLimit | None = None
     ) -> ChannelForces:
-        """Return the answer for a set of parameters, and its exact derivatives with respect to those named.
+        """Return the answer for parameters by name, in their units, and its exact derivatives by those named.
 
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units, and "compliance" (1/MPa) if it differs from the case's.
-        names : Sequence[str]
-            Order of the derivatives.
-        limit : StepLimit or None
-            Failed steps after which the march is given up; None for no limit. It learns from the march.
-
-        Raises
-        ------
-        NotConverged
-            The march could not cover the range.
+        The march learns its limit of failed steps, and is given up beyond it. Raises `NotConverged`.
         """
 
     @abstractmethod
@@ -179,24 +167,7 @@ class FitChannel(ABC):
         """Return the model's rows (n,) and their derivatives (n, parameters)."""
 
     def reached(self, parameters: Mapping[str, float], answer: ChannelForces, limit: StepLimit) -> Array:
-        """Return a sample of isochoric principal stretches of the rubber at the ends of the range, shape (n, 3).
-
-        Collective; every rank gets its own sample of the whole body. None of a coupon, whose stretches are known.
-
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units; the march has been solved with them before.
-        answer : ChannelForces
-            Its answer.
-        limit : StepLimit
-            Failed steps after which a march is given up.
-
-        Raises
-        ------
-        NotConverged
-            The march could not cover the range.
-        """
+        """Return a sample (n, 3) of isochoric stretches at the ends of the range; none of a coupon; collective."""
         return np.zeros((0, 3)) if answer.states is None else answer.states
 
     @abstractmethod

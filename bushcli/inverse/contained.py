@@ -157,46 +157,72 @@ def from_contained(
     problem: LeastSquaresProblem, start: Array, loss: Loss = "linear", every: Sequence[ContainedPart] = ()
 ) -> Minimum:
     """Search from the smallest model on, one addition after the other."""
-    index = {name: i for i, name in enumerate(problem.names)}
-    x = problem.bounds.inside(start)
-    for part in every:
-        x[[index[name] for name in part.off]] = list(part.off.values())
+    x, added, left = (
+        _without(problem, problem.bounds.inside(start), every),
+        list[ContainedPart](),
+        list(every),
+    )
     free = [name for name in problem.names if not any(name in part.names for part in every)]
-    lowest, left = _searched(problem, x, free, loss) if every else None, list(every)
+    amplitudes = {*problem.law.linear, *(name for part in every for name in part.off)}
+    lowest = _searched(problem, x, free, loss) if every else None
     while lowest is not None and left:
-        x = lowest.x
         first = {part.after: part for part in reversed(left)}
-        sizes = [
-            name for name in free if name in problem.law.linear or any(name in part.off for part in every)
-        ]
-        tried = [(*_begun(problem, x, sizes, part), part) for part in first.values()]
+        sizes = [name for name in free if name in amplitudes]
+        tried = [(*_begun(problem, lowest.x, sizes, part), part) for part in first.values()]
         gain, point, chosen = max(tried, key=lambda trial: trial[0])
         left.remove(chosen)
+        added.append(chosen)
         free += chosen.names
-        starts = []
         if point is not None and gain > NEGLIGIBLE * lowest.cost * len(problem.channels):
-            begun = point
-            for share in SHARES:
-                shorter = x + share * (point - x)
-                costs = np.nan_to_num([problem.cost(begun), problem.cost(shorter)], nan=np.inf)
-                if costs[0] < costs[1]:
-                    break
-                begun = shorter
-            starts.append(begun)
+            starts = [_shortened(problem, lowest.x, point)]
         else:
             # The derivative by a gap or a play vanishes where it is absent: it begins at its start value.
-            starts.append(np.where([name in chosen.names for name in problem.names], start, x))
+            starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
         if set(chosen.earlier) == set(chosen.names):
-            starts.append(_split(problem, x, chosen))
+            starts.append(_split(problem, lowest.x, chosen))
         for begin in starts:
-            further = _searched(problem, begin, free, loss)
-            if further is not None and further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
-                lowest = replace(further, iterations=lowest.iterations + further.iterations)
+            lowest = _lower(problem, lowest, begin, free, loss)
+    for i, part in enumerate(added if lowest is not None else ()):
+        # A part took its place without those of other effects that came after it: it is tried again beside them.
+        if lowest is None or all(later.after == part.after for later in added[i:]):
+            continue
+        x = _without(problem, lowest.x, [part])
+        _, point = _begun(problem, x, [name for name in free if name in amplitudes], part)
+        if point is not None:
+            lowest = _lower(problem, lowest, _shortened(problem, x, point), free, loss)
     if lowest is None or problem.cost(start) < lowest.cost:
         direct = search(problem, start, loss)
         lowest = direct if lowest is None or direct.cost < lowest.cost else lowest
     x = _in_order(problem, every, start, lowest.x)
     return replace(lowest, start=start, x=x, cost=problem.cost(x))
+
+
+def _without(problem: LeastSquaresProblem, x: Array, parts: Sequence[ContainedPart]) -> Array:
+    """Return a point, shape (p,), with the amplitudes of some parts off."""
+    off = {name: value for part in parts for name, value in part.off.items()}
+    return np.array([off.get(name, value) for name, value in zip(problem.names, x, strict=True)])
+
+
+def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
+    """Return the point with the least misfit, shape (p,), on the way to one that was predicted."""
+    best = point
+    for share in SHARES:
+        shorter = x + share * (point - x)
+        costs = np.nan_to_num([problem.cost(best), problem.cost(shorter)], nan=np.inf)
+        if costs[0] < costs[1]:
+            break
+        best = shorter
+    return best
+
+
+def _lower(
+    problem: LeastSquaresProblem, lowest: Minimum, begin: Array, free: Sequence[str], loss: Loss
+) -> Minimum:
+    """Search from another point, shape (p,); return the lower of both minima."""
+    further = _searched(problem, begin, free, loss)
+    if further is None or not further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
+        return lowest
+    return replace(further, iterations=lowest.iterations + further.iterations)
 
 
 def _searched(problem: LeastSquaresProblem, x: Array, free: Sequence[str], loss: Loss) -> Minimum | None:

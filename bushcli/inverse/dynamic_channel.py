@@ -219,21 +219,10 @@ class DynamicChannel(FitChannel):
     def compared(
         self, parameters: Mapping[str, float], names: Sequence[str] = (), deviations: Array | None = None
     ) -> ComparedTable:
-        """Return the rows that are used beside their simulation.
+        """Return the rows that are used beside their simulation. Raises `NotConverged`.
 
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units.
-        names : Sequence[str]
-            Parameters that were identified.
-        deviations : Array | None
-            Half widths of their intervals as a matrix, (p, p), whose product with its transpose is their covariance
-            times the square of the quantile; None = no intervals.
-
-        Raises
-        ------
-        NotConverged
+        Half widths of the parameters' intervals come as a matrix (p, p), whose product with its transpose is their
+        covariance times the square of the quantile; without it the simulation has no intervals.
         """
         reached, used = self._reached(parameters, names, StepLimit()), self.used
         simulated, slope = self._simulated(reached, parameters, names)
@@ -257,17 +246,7 @@ class DynamicChannel(FitChannel):
         return np.asarray((along + 1j * across) / self._turned[self.used])
 
     def conditions(self, parameters: Mapping[str, float]) -> list[Condition]:
-        """Return what has to be known about the table and its simulation.
-
-        Parameters
-        ----------
-        parameters : Mapping[str, float]
-            All parameters by name, in their units.
-
-        Raises
-        ------
-        NotConverged
-        """
+        """Return what has to be known about the table and its simulation. Raises `NotConverged`."""
         reached = self._reached(parameters, (), StepLimit())
         # Effects of the rig are in the simulation.
         rubber = [active for active in self.active if active not in self._rig]

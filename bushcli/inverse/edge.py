@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
-from bushcli.inverse.problem import LeastSquaresProblem, differences
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem, differences
 
 Array = NDArray[np.float64]
 

@@ -20,9 +20,15 @@ from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.comparison import compared_curves, compared_tables
 from bushcli.inverse.contained import additions, from_contained
-from bushcli.inverse.estimates import effects, end_points, estimates, material
+from bushcli.inverse.estimates import (
+    compared_curves,
+    compared_tables,
+    effects,
+    end_points,
+    estimates,
+    material,
+)
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.journal import open_journal
 from bushcli.inverse.local import Minimum
@@ -270,13 +276,7 @@ class _Searches:
         )
 
     def search(self) -> None:
-        """Search from all starts.
-
-        Raises
-        ------
-        InputError
-            The start cannot be solved at all.
-        """
+        """Search from all starts. Raises `InputError` where the start cannot be solved at all."""
         task, problem = self.task, self.problem
         every = additions(task, [channel.recording for channel in self.curves if channel in problem.channels])
         first = first_minimum(problem, self.start, task.loss, partial(from_contained, every=every))

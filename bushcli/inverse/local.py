@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import MOST_EVALUATIONS, LeastSquaresProblem
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, LeastSquaresProblem
 
 Array = NDArray[np.float64]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import WALL, Ends, Loss, Minimum, minimise
-from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.stability import ACTIVE
+from bushcli.inverse.problem import ACTIVE, LeastSquaresProblem
 from bushcli.inverse.start_values import first_point
 
 Array = NDArray[np.float64]

@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 from bushcli.inverse.channel import ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.result import Evaluation
-from bushcli.inverse.stability import STABILITY_MARGIN, penalty, smallest_moduli
 from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
-from cases.stability import paths
+from cases.stability import moduli, paths
 from forms.law import Law
 
 Array = NDArray[np.float64]
@@ -39,6 +38,17 @@ ROUNDS = 5
 # States between rest and the largest stretch of a channel in which the law has to be stable: judgement, the moduli
 # of a law vary smoothly between them.
 STABILITY_STATES = 24
+# The smallest eigenvalue of the tangent moduli may fall to this share of the initial shear modulus.
+STABILITY_MARGIN = 0.01
+# Smallest ratio of a parameter that is searched in its logarithm to where its search begins.
+LEAST = 1e-9
+# Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far more than
+# any channel can gain by it.
+STABILITY_WEIGHT = 1e3
+# Width of the penalty's smooth onset, in shear moduli: a search that met a sharp edge without warning would end there.
+STABILITY_EDGE = 0.005
+# A row of the penalty above this holds the search back.
+ACTIVE = 1e-3
 
 Progress = Callable[[Evaluation], None]
 
@@ -76,8 +86,10 @@ class Bounds:
     def about(self, origin: Array) -> tuple[Bounds, Callable[[Array], Array]]:
         """Return the bounds of a search's coordinates (parameters,), zero at a point within, and the way back to x.
 
-        A coordinate is the difference from the origin, or the logarithm of the ratio.
+        A coordinate is the difference from the origin, or the logarithm of the ratio. What may be zero is searched
+        down to a billionth of its origin: the curves know nothing of it there.
         """
+        lower = np.where(self.logarithmic, np.maximum(self.lower, LEAST * origin), self.lower)
 
         def point(y: Array) -> Array:
             ratio = np.exp(np.where(self.logarithmic, y, 0.0))
@@ -85,8 +97,7 @@ class Bounds:
 
         with np.errstate(divide="ignore", invalid="ignore"):
             ends = [
-                np.where(self.logarithmic, np.log(end / origin), end - origin)
-                for end in (self.lower, self.upper)
+                np.where(self.logarithmic, np.log(end / origin), end - origin) for end in (lower, self.upper)
             ]
         return Bounds(*ends), point
 
@@ -389,6 +400,32 @@ def differences(function: Callable[[Array], Array], x: Array) -> Array:
     if not len(x):
         return np.zeros((len(base), 0))
     return np.column_stack([(function(x + step) - base) / step.sum() for step in np.diag(steps)])
+
+
+def smallest_moduli(law: Law, parameters: Mapping[str, float], states: Array) -> Array:
+    """Return the smallest tangent modulus in each state, shape (n,), in initial shear moduli; -1 where not finite.
+
+    Parameters
+    ----------
+    law : Law
+    parameters : mapping of str to float
+        The law's parameters, each in its unit.
+    states : Array
+        Principal stretches, shape (n, 3).
+    """
+    shear = max(abs(law.shear_modulus(**parameters)), 1e-12)
+    tangents = moduli(law, parameters, states)
+    finite = np.isfinite(tangents).all(axis=(1, 2))
+    smallest = np.full(len(states), -1.0)
+    smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
+    return smallest
+
+
+def penalty(smallest: Array) -> Array:
+    """Return the rows of the misfit (n,) by the smallest moduli in each state (n,), in shear moduli."""
+    beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
+    lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
+    return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 
 def coupon_states(stretches: tuple[float, float]) -> Array:

@@ -13,21 +13,33 @@ Kent (1982), Biometrika 69:19-27, doi:10.1093/biomet/69.1.19 (its scale where th
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
-from bushcli.inverse.local import Minimum
+from bushcli.inverse.local import Minimum, Stopped, Watched
 from bushcli.inverse.minimum_search import is_stable_there, is_unstable
 from bushcli.inverse.problem import LeastSquaresProblem
-from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
 
+# Rise of the cost, in units of the observed noise, at the ends of a 95 % interval: chi square, one degree of freedom.
+RISE_95 = 3.841
+# A point is not solved if the penalty of instability alone exceeds this many times the rise that ends the interval.
+FAR = 4.0
+# A refit is close enough when a further step would lower the rise by less than this: under 1 % of the interval.
+CLOSE = 0.02
+# Largest number of steps on the linearised misfit (one or two usually suffice), then of evaluations by a trust region.
+STEPS, EVALUATIONS = 3, 8
+# Tolerance and largest number of iterations of one such step. A step needs no solution of the model; its tolerance is
+# finer than `CLOSE`, because a law of many parameters has valleys.
+FINE, MOST_ITERATIONS = 1e-6, 40
 # Roots of the rise that steps aim at: half way, and a little beyond the end, so that the end can be interpolated.
 AIMS = (1.1, 2.2)
 # If the roots of the rise on both sides of the end are further apart than this, a point is added between them.
@@ -81,24 +93,19 @@ def parameters_to_profile(problem: LeastSquaresProblem, best: Minimum, uncertain
     """Return the parameters whose standard error would mislead.
 
     These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
-    stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
-    effects) they are those that are poorly determined themselves, but not those that are searched in their logarithm,
-    whose standard error serves there, nor those whose standard error exceeds their value, which the curves leave open:
-    their profiles take ten times the search. Compliance and density are never profiled. None if the curves leave
-    several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change of
-    one, and the interval of a single parameter is meaningless.
+    stability or of the parameters that can be solved, which distorts them together. Effects have none: their
+    amplitudes change the curves nearly in proportion, their times are searched in their logarithm, and where the curves
+    leave them open, their profiles would take ten times the search. None if the curves leave several combinations open
+    (three terms of Ogden on one curve): the other parameters can then follow any change of one, and the interval of a
+    single parameter is meaningless.
     """
-    x = best.x
+    x, own = best.x, problem.law_parameters(best.x)
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
-    own = problem.law_parameters(x)
+    of_law = [i for i, name in enumerate(problem.names) if name in own]
     deviations = np.sqrt(np.abs(np.diag(uncertainty.covariance)))
-    of_law = np.array([name in own for name in problem.names])
-    poor = deviations > POOR * np.abs(x)
-    bent = best.beside_failure or best.at_edge or bool(poor[of_law].any())
-    of_effect = poor & (deviations <= np.abs(x)) & ~problem.bounds.logarithmic
-    of_effect &= np.array([name not in ("compliance", "density") for name in problem.names])
-    return [int(i) for i in np.flatnonzero(np.where(of_law, bent, of_effect))]
+    bent = best.beside_failure or best.at_edge or (deviations > POOR * np.abs(x))[of_law].any()
+    return of_law if bent else []
 
 
 def profiles_of(
@@ -130,13 +137,9 @@ def profiles_of(
 def profile(
     problem: LeastSquaresProblem, x: Array, index: int, uncertainty: Uncertainty
 ) -> tuple[Profile, Array | None]:
-    """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
+    """Return the cost along one parameter, all others refitted, and a point of lower misfit where one was met.
 
-    Returns
-    -------
-    profile : Profile
-    better : shape (parameters,) or None
-        A point of lower misfit than the best one, if one was found on the way.
+    The cost is in units of the observed noise, and goes to beyond the 95 % interval.
     """
     unit = noise_unit(problem, x, uncertainty, index)
     spread = float(np.sqrt(max(uncertainty.covariance[index, index], 0.0)))
@@ -153,6 +156,110 @@ def profile(
     )
     lowest = min(points, key=lambda point: point.root)
     return result, lowest.x if lowest.root < -BETTER else None
+
+
+class Refit:
+    """Refits all parameters but one.
+
+    Parameters
+    ----------
+    problem
+    index
+        Index of the parameter that is held.
+    unit
+        Unit in which the rise of the cost is measured.
+    """
+
+    def __init__(self, problem: LeastSquaresProblem, index: int, unit: float) -> None:
+        self.problem, self.unit = problem, unit
+        self.rest = np.arange(len(problem.bounds.lower)) != index
+
+    def rise_by_instability(self, x: Array) -> float:
+        """Return the rise that the penalty of instability causes by itself."""
+        rows = self.problem.instability(x)
+        return float(rows @ rows) / len(self.problem.channels) / self.unit
+
+    def minimum(self, known: Array, start: Array) -> Array | Limit:
+        """Return the best other parameters for the value of the parameter in `start`, by steps from a solved point.
+
+        Curves are nearly linear over such a step, and the law's stability is cheap to evaluate. A step therefore
+        minimises the linearised misfit plus the exact penalty of instability. One or two steps are usually enough; the
+        gain of a further one is predicted without another evaluation. Where steps fail, a trust region takes over.
+        """
+        x, moved = known, self._step(known, start)
+        if self.rise_by_instability(moved) > FAR * RISE_95:
+            return "stability"
+        for _ in range(STEPS):
+            if not np.isfinite(self.problem.residual(moved)).all():
+                return "unsolvable"
+            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
+                break
+            x, moved = moved, self._step(moved, moved)
+            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
+                return x
+        return self._searched(x)
+
+    def _step(self, known: Array, start: Array) -> Array:
+        """Refit the other parameters to the misfit, linearised about `known`, plus the penalty of instability."""
+        rest, samples = self.rest, self.problem.samples
+        if not rest.any():
+            return start
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        size = np.linalg.norm(slope[:, rest], axis=0)
+        size[size == 0] = 1.0
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y / size
+            return full
+
+        def rows(y: Array) -> Array:
+            x = whole(y)
+            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+
+        def derivatives(y: Array) -> Array:
+            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
+
+        result = least_squares(
+            rows,
+            start[rest] * size,
+            jac=derivatives,
+            bounds=(self.problem.bounds.lower[rest] * size, self.problem.bounds.upper[rest] * size),
+            x_scale="jac",
+            ftol=FINE,
+            xtol=FINE,
+            max_nfev=MOST_ITERATIONS,
+        )
+        return whole(result.x)
+
+    def _expected(self, known: Array, x: Array) -> float:
+        """Return the cost at `x`, with the misfit linearised about `known`."""
+        samples = self.problem.samples
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+        return float(rows @ rows) / len(self.problem.channels)
+
+    def _searched(self, start: Array) -> Array:
+        rest = self.rest
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y
+            return full
+
+        watched = Watched(self.problem, False, most_in_row=2)
+        with suppress(Stopped):
+            least_squares(
+                lambda y: watched.residual(whole(y)),
+                start[rest],
+                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
+                bounds=(self.problem.bounds.lower[rest], self.problem.bounds.upper[rest]),
+                x_scale="jac",
+                ftol=1e-4,
+                xtol=self.problem.stopping.tolerance,
+                max_nfev=EVALUATIONS,
+            )
+        return watched.best[1]
 
 
 class _Along:

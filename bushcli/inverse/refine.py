@@ -187,13 +187,7 @@ def refine_start(
     progress: Progress | None,
     pool: Pool | None = None,
 ) -> None:
-    """Refine starts, one after another or shared among the workers of the task or of a pool.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After `done` has been called with the results of the running starts.
-    """
+    """Refine starts, one by one or shared among workers or a pool; an interrupt comes after `done` has all results."""
     cache = ProblemCache()
     if pool is not None:
         alone = [replace(assignment, journal=None, resume=False) for assignment in given]

@@ -46,8 +46,9 @@ class Estimate:
         What ends the interval below and above, see `Profile`.
     quantile : float
         Number of standard errors to each side of the value that hold 95 %, by Student's distribution.
-    logarithmic : bool
-        Whether it was searched in its logarithm, in which the misfit is closer to a parabola.
+    scale : {"straight", "logarithm", "effect"}
+        What the misfit is closest to a parabola in: a law's parameter itself near its value, the logarithm of a
+        parameter that is searched in it, or an effect's parameter whatever its size.
     """
 
     value: float
@@ -58,20 +59,20 @@ class Estimate:
     interval: tuple[float, float] | None = None
     limits: tuple[Limit, Limit] = ("misfit", "misfit")
     quantile: float = NORMAL
-    logarithmic: bool = False
+    scale: Literal["straight", "logarithm", "effect"] = "straight"
 
     @property
     def range95(self) -> tuple[float, float] | None:
         """The 95 % interval: by profile likelihood, else by the standard error; None where neither means anything.
 
         A standard error means something where it is small: it is that of a model that is linear in the parameter, or
-        in its logarithm.
+        in its logarithm. An effect's amplitude changes the curves nearly in proportion.
         """
-        most = abs(self.value) * (1.0 if self.logarithmic else POOR)
+        most = abs(self.value) * {"straight": POOR, "logarithm": 1.0, "effect": np.inf}[self.scale]
         if self.interval is not None or not 0.0 < self.std <= most:
             return self.interval
         low, high = self.value - self.quantile * self.std, self.value + self.quantile * self.std
-        if self.logarithmic:
+        if self.scale == "logarithm":
             factor = float(np.exp(self.quantile * self.std / self.value))
             low, high = self.value / factor, self.value * factor
         return max(low, self.lower), min(high, self.upper)

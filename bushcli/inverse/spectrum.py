@@ -171,7 +171,13 @@ class SpectrumFit:
         return self.spectrum.at(2.0 * np.pi * self.reduced(frequency, temperature)) * turned
 
     def reduced(self, frequency: Array, temperature: Array) -> Array:
-        """Return the frequencies (n,) in Hz that are the same at the reference temperature; arguments as of `at`."""
+        """Return the frequencies (n,) in Hz that are the same at the reference temperature.
+
+        Parameters
+        ----------
+        frequency, temperature : shape (n,)
+            As for `at`, in Hz and degrees C.
+        """
         if len(self.temperatures) < 2:
             return frequency
         shifts = np.interp(temperature, self.temperatures, self.shifts)
@@ -244,15 +250,7 @@ def _descended(problem: _Problem, shifts: Array, weight: float) -> tuple[Array, 
 
 
 def relaxed(time: Array, modulus: Array) -> Spectrum:
-    """Return the spectrum of a relaxation test.
-
-    Parameters
-    ----------
-    time : shape (n,)
-        s after the step.
-    modulus : shape (n,)
-        MPa.
-    """
+    """Return the spectrum of a relaxation test: moduli (n,) in MPa at times (n,) in s after the step."""
     times = _grid(np.asarray(1.0 / time, dtype=np.float64))
     design = np.column_stack([np.ones(len(time)), np.exp(-np.outer(time, 1.0 / times))]) / modulus[:, None]
     _, values = _regularised(design, np.ones(len(time)), None)

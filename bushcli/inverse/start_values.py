@@ -23,17 +23,11 @@ SOLVED = 8
 
 
 def first_point(problem: LeastSquaresProblem, start: Array) -> tuple[Array, Array | None]:
-    """Return the solvable point at the right scale that is nearest to the start, and its origin.
+    """Return the solvable point at the right scale that is nearest to the start, and what replaced it, if anything.
 
-    The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
-    step. Candidates that are unstable in the coupon modes are skipped: their march would take long to fail.
-
-    Returns
-    -------
-    point : shape (parameters,)
-        The start itself where nothing can be solved.
-    instead : shape (parameters,) or None
-        Point that replaces a start which is unstable or could not be solved, before it is brought to scale.
+    The start is tried as it is, and returned where nothing can be solved. If it cannot be solved, its shape is mixed
+    with that of the law's own start, step by step. Candidates that are unstable in the coupon modes are skipped: their
+    march would take long to fail.
     """
     initial = problem.bounds.inside(start)
     stable = [x for x in candidates(problem, initial) if is_stable(problem, x)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -113,7 +112,14 @@ def bins(recording: Recording) -> Bins:
     """Return the grid of a recording (n samples), and the place of each sample in it."""
     found = branches(recording)
     q, n = recording.displacement, len(recording.displacement)
-    edges = _edges(float(np.abs(q).max()), modes()[recording.mode].rotational)
+    # About `_BANDS` bands from 0 to the largest displacement, at round numbers of mm or degrees.
+    unit = np.pi / 180 if modes()[recording.mode].rotational else 1.0
+    largest = float(np.abs(q).max())
+    step = largest / unit / _BANDS
+    choices = 10.0 ** np.floor(np.log10(step)) * np.array([1.0, 2.0, 2.5, 5.0, 10.0])
+    step = float(choices[np.argmin(np.abs(np.log(choices / step)))])
+    # A remainder beyond the last full band belongs to it if it is small.
+    edges = np.append(np.arange(0.0, largest / unit - 0.3 * step, step) * unit, largest)
     cycle = np.empty(n, dtype=int)
     kind = np.empty(n, dtype=int)
     rate = np.empty(n, dtype=int)
@@ -121,7 +127,9 @@ def bins(recording: Recording) -> Bins:
     for branch, its_class in zip(found, classes, strict=True):
         cut = slice(branch.start, branch.stop)
         cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
-    groups = _groups(np.unique(cycle).tolist())
+    numbers = np.unique(cycle).tolist()
+    cuts = np.unique(np.linspace(0, len(numbers), min(len(numbers), _CYCLES) + 1).round().astype(int))
+    groups = tuple((numbers[a], numbers[b - 1]) for a, b in pairwise(cuts))
     starts = np.array([first for first, _ in groups])
     # A side that is only noise about zero does not count.
     two_sided = bool(min(-q.min(), q.max()) > 0.05 * np.abs(q).max())
@@ -171,25 +179,6 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
         )
         for i, (rate, kind, side, cycle, band) in enumerate(places)
     ]
-
-
-def _edges(largest: float, rotational: bool) -> Array:
-    """Edges of about 8 bands from 0 to the largest displacement, at round numbers of mm or degrees."""
-    unit = np.pi / 180 if rotational else 1.0
-    step = largest / unit / _BANDS
-    decade = 10.0 ** np.floor(np.log10(step))
-    choices = decade * np.array([1.0, 2.0, 2.5, 5.0, 10.0])
-    step = float(choices[np.argmin(np.abs(np.log(choices / step)))])
-    # A remainder beyond the last full band belongs to it if it is small.
-    inner = np.arange(0.0, largest / unit - 0.3 * step, step)
-    return np.append(inner * unit, largest)
-
-
-def _groups(numbers: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """Cycles in at most 8 groups of neighbours, each given by its first and last cycle."""
-    count = len(numbers)
-    cuts = np.unique(np.linspace(0, count, min(count, _CYCLES) + 1).round().astype(int))
-    return tuple((numbers[a], numbers[b - 1]) for a, b in pairwise(cuts))
 
 
 def _rates(

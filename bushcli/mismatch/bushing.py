@@ -30,7 +30,7 @@ from bushcli.mismatch.places import onto, thickness, zones
 from bushcli.simulate.reaction import Reaction
 from bushcli.simulate.simulation import Simulation
 from cases import local
-from cases.local import Cells, Local
+from cases.local import Cells
 from cases.program import Program
 from geometry.shape import Mirrors, Shape
 
@@ -132,8 +132,12 @@ def local_map(
         scale *= factor
         parameters |= {name: factor * value for name, value in parameters.items() if name in linear}
         compared = [
-            replace(one, simulated=np.where(one.known, _force(channel, parameters), np.nan))
-            for channel, one in zip(channels, compared, strict=True)
+            replace(one, simulated=np.where(one.known, force, np.nan))
+            for force, one in zip(
+                (c.at_samples(c.solve(parameters, c.model.law.linear[:1]))[0] for c in channels),
+                compared,
+                strict=True,
+            )
         ]
     return combined.map(replace(combined.gains, before=before), scale)
 
@@ -149,34 +153,20 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
         return simulation.local()
     if not isinstance(simulation, Simulation) or not simulation.path_dependent:
         found = local.swept(model, channel.targets)
-        return _interpolated(found, channel), found.cells
+        q, slope = found.history.displacement, found.slope
+        if channel.odd:
+            # Mirrored halves of the rubber change places with the sign of the load.
+            plane, dimension = model.mode.reversed_by, found.cells.points.shape[1]
+            image = found.cells.centres.copy()
+            if plane is not None and (dimension == 3 or plane == "z"):
+                image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
+            q, slope = unfolded(q, slope, -slope[:, KDTree(found.cells.centres).query(image)[1]])
+        return np.asarray(CubicSpline(q, slope)(channel.recording.displacement)), found.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.
     steps, q = simulation.steps, simulation.displacement
     found = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
     clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
     return steps.interpolation(clock[channel.recording.places]) @ found.slope, found.cells
-
-
-def _interpolated(found: Local, channel: Channel) -> Array:
-    q, slope = found.history.displacement, found.slope
-    if channel.odd:
-        # Mirrored halves of the rubber change places with the sign of the load.
-        q, slope = unfolded(q, slope, -slope[:, _reflected(found.cells, channel)])
-    return np.asarray(CubicSpline(q, slope)(channel.recording.displacement))
-
-
-def _reflected(cells: Cells, channel: Channel) -> NDArray[np.intp]:
-    """Indices of the cells' mirror images in the plane that reverses the load."""
-    plane, dimension = channel.model.mode.reversed_by, cells.points.shape[1]
-    if plane is None or (dimension == 2 and plane != "z"):
-        return np.arange(len(cells.volume))
-    image = cells.centres.copy()
-    image[:, dimension - 1 if plane == "z" else "xy".index(plane)] *= -1.0
-    return np.asarray(KDTree(cells.centres).query(image)[1])
-
-
-def _force(channel: Channel, parameters: Mapping[str, float]) -> Array:
-    return channel.at_samples(channel.solve(parameters, channel.model.law.linear[:1]))[0]
 
 
 # -- one field for all of them ---------------------------------------------------------------------------------------
@@ -266,7 +256,10 @@ class Combined:
         order = np.argsort(-parts.drop)
         near = parts.drop[order] > parts.drop[order[0]] - APART * parts.variance
         alike = order[near]
-        said = [f"{_change(parts.change[i])} {labels[i]}" for i in alike]
+        said = [
+            f"{100 * abs(np.expm1(value)):.0f} % {'stiffer' if value > 0 else 'softer'} {labels[i]}"
+            for i, value in zip(alike, parts.change[alike], strict=True)
+        ]
         if len(alike) > len(labels) / 2:
             return (
                 f"The place cannot be determined from these recordings: {len(alike)} of {len(labels)} places explain "
@@ -287,11 +280,6 @@ class Combined:
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
-
-
-def _change(value: float) -> str:
-    """A change of the logarithm of the stiffness in words."""
-    return f"{100 * abs(np.expm1(value)):.0f} % {'stiffer' if value > 0 else 'softer'}"
 
 
 def _percent(share: float) -> str:

@@ -147,13 +147,16 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     likelihoods = _likelihoods(z[None, :] ** 2 / variance, d**2 / variance)[0]
     size = float(SIZES[int(np.argmax(likelihoods))])
     taken = size**2 * d / (variance + size**2 * d**2) * z
-    return Field(
-        change=-root @ (vt.T @ taken),
-        variance=variance,
-        p=_probability(
-            float(likelihoods.max()), d**2 / variance, min(linear.freedom, linear.samples / variance)
-        ),
-    )
+    observed, p = float(likelihoods.max()), 1.0
+    if observed > 0.0:
+        # How often noise alone gives as large a ratio; its variance is known with so many degrees of freedom.
+        freedom, rng = min(linear.freedom, linear.samples / variance), np.random.default_rng(SEED)
+        squares = rng.standard_normal((SIMULATED, len(d))) ** 2
+        if np.isfinite(freedom):
+            squares /= (rng.chisquare(max(freedom, 1.0), SIMULATED) / max(freedom, 1.0))[:, None]
+        reached = _likelihoods(squares, d**2 / variance).max(axis=1) >= observed
+        p = float((1 + reached.sum()) / (1 + SIMULATED))
+    return Field(change=-root @ (vt.T @ taken), variance=variance, p=p)
 
 
 def _likelihoods(squares: NDArray[np.floating], signal: NDArray[np.floating]) -> Array:
@@ -163,18 +166,6 @@ def _likelihoods(squares: NDArray[np.floating], signal: NDArray[np.floating]) ->
         gain = size**2 * signal
         found[:, i] = squares @ (gain / (1.0 + gain)) - np.log1p(gain).sum()
     return found
-
-
-def _probability(observed: float, signal: Array, freedom: float) -> float:
-    """Probability that noise alone gives as large a ratio; its variance is known with `freedom` degrees of freedom."""
-    if observed <= 0.0:
-        return 1.0
-    rng = np.random.default_rng(SEED)
-    squares = rng.standard_normal((SIMULATED, len(signal))) ** 2
-    if np.isfinite(freedom):
-        squares /= (rng.chisquare(max(freedom, 1.0), SIMULATED) / max(freedom, 1.0))[:, None]
-    reached = _likelihoods(squares, signal).max(axis=1) >= observed
-    return float((1 + reached.sum()) / (1 + SIMULATED))
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,11 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     for branch in branches(recording):
         index = np.arange(branch.start, branch.stop)
         cycles.setdefault(branch.cycle, []).append(index)
-        rate = _rate(recording, branch)
+        first, last = branch.start, branch.stop - 1
+        if recording.time is None or branch.kind == "hold" or recording.time[last] <= recording.time[first]:
+            continue
+        way = abs(float(recording.displacement[last] - recording.displacement[first]))
+        rate = way / float(recording.time[last] - recording.time[first])
         if rate > 0.0:
             near = next((r for r in rates if 0.7 < rate / r < 1.4), rate)
             rates.setdefault(near, []).append(index)
@@ -147,15 +151,6 @@ def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
     edges = np.linspace(float(x[index].min()), float(x[index].max()), count + 1)
     place = np.clip(np.searchsorted(edges, x[index], side="right") - 1, 0, count - 1)
     return [(0.5 * float(edges[i] + edges[i + 1]), index[place == i]) for i in range(count)]
-
-
-def _rate(recording: Recording, branch: Segment) -> float:
-    if recording.time is None or branch.kind == "hold" or branch.stop - branch.start < 2:
-        return 0.0
-    last = branch.stop - 1
-    seconds = float(recording.time[last] - recording.time[branch.start])
-    way = abs(float(recording.displacement[last] - recording.displacement[branch.start]))
-    return way / seconds if seconds > 0.0 else 0.0
 
 
 # -- in words ------------------------------------------------------------------------------------------------------

@@ -126,7 +126,12 @@ def locate(channels: Sequence[Compared]) -> Location:
     found.sort(key=lambda one: -one.share)
     count = max(sum(int(channel.known.sum()) for channel in channels), 1)
     ratio = float(np.sqrt(max(1.0 + excess / count, 0.0)))
-    return Location(tuple(found[:_MOST]), excess, tuple(_holm(tested)), ratio)
+    # Holm's procedure: bins that are significant among all that are tested.
+    order = sorted(range(len(tested)), key=lambda i: tested[i].p)
+    failed = (k for k, i in enumerate(order) if tested[i].p > LEVEL / (len(tested) - k))
+    passed = set(order[: next(failed, len(order))])
+    marked = tuple(replace(one, significant=i in passed) for i, one in enumerate(tested))
+    return Location(tuple(found[:_MOST]), excess, marked, ratio)
 
 
 def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
@@ -241,16 +246,25 @@ def _mismatch(
     difference = float(np.mean(misfit * signs))
     higher = len(sides) == 2 and _is_higher(box)
     rms = float(np.sqrt(np.mean(misfit**2)))
-    relative = None if higher else _relative(force, misfit, signs, channel)
+    # Factor, less 1, on the recorded force that comes nearest to the simulated one; it has no meaning where the force
+    # goes both ways or is small.
+    level, relative = float(np.abs(force).mean()), None
+    one_way = abs(float((force * signs).mean())) >= _ONE_WAY * level
+    if not higher and one_way and level >= _LARGE_ENOUGH * float(np.abs(channel.recording.force).max()):
+        relative = float(misfit @ force / (force @ force))
     mean = difference if relative is None else relative * float(np.sqrt(np.mean(force**2)))
-    sense = _sign(difference, higher)
+    sense: Sign = "too_high" if higher else "too_stiff"
+    if difference <= 0:
+        sense = "too_low" if higher else "too_soft"
     if abs(mean) < _SENSELESS * rms:
         sense, relative = "both_ways", None
     return Mismatch(
         channel=channel.name,
         mode=channel.recording.mode,
         cycle=(grid.cycles[cycles.min()][0], grid.cycles[cycles.max()][1]),
-        branch=_branch_name(kinds, "branch" in whole),
+        branch="all"
+        if "branch" in whole and len(kinds) > 1
+        else " and ".join(KINDS[i] for i in sorted(kinds)),
         side="both" if len(sides) == 2 else SIDES[sides.pop()],
         displacement_from=float(grid.edges[bands.min()]),
         displacement_to=float(grid.edges[bands.max() + 1]),
@@ -264,33 +278,3 @@ def _mismatch(
         whole=frozenset(whole),
         samples=samples,
     )
-
-
-def _branch_name(kinds: set[int], whole: bool) -> str:
-    return "all" if whole and len(kinds) > 1 else " and ".join(KINDS[i] for i in sorted(kinds))
-
-
-def _sign(difference: float, higher: bool) -> Sign:
-    if higher:
-        return "too_high" if difference > 0 else "too_low"
-    return "too_stiff" if difference > 0 else "too_soft"
-
-
-def _relative(force: Array, misfit: Array, signs: Array, channel: Compared) -> float | None:
-    """Factor, less 1, on the recorded force that comes nearest to the simulated force; None if it has no meaning."""
-    size = float(np.abs(force).mean())
-    largest = float(np.abs(channel.recording.force).max())
-    if abs(float((force * signs).mean())) < _ONE_WAY * size or size < _LARGE_ENOUGH * largest:
-        return None
-    return float(misfit @ force / (force @ force))
-
-
-def _holm(tested: Sequence[Bin]) -> list[Bin]:
-    """Mark the bins that are significant among all tested bins, by Holm's procedure."""
-    order = np.argsort([one.p for one in tested])
-    passed: set[int] = set()
-    for rank, i in enumerate(order):
-        if tested[i].p > LEVEL / (len(tested) - rank):
-            break
-        passed.add(int(i))
-    return [replace(one, significant=i in passed) for i, one in enumerate(tested)]

@@ -13,7 +13,6 @@ doi:10.1080/03610929708831995.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import product
@@ -89,7 +88,12 @@ def strongest(total: Array, count: Array) -> Box | None:
         return None
     choices, kept = _choices(count)
     for choice, z in zip(choices, _z(total[None], count, kept)[0], strict=True):
-        for place in _leaders(np.abs(z)):
+        size = np.abs(z)
+        # The best ranges of cycles and bands, and the best with all cycles, with all bands, and with both. Ranges are
+        # ordered by their first index: the full one is the last of those that begin at 0.
+        i, j = count.shape[3] - 1, count.shape[4] - 1
+        best_pair = np.unravel_index(int(np.argmax(size)), size.shape)
+        for place in (best_pair, (i, np.argmax(size[i])), (np.argmax(size[:, j]), j), (i, j)):
             cycles, bands = _range(place[0], count.shape[3]), _range(place[1], count.shape[4])
             found.append(Box(*choice, cycles, bands, float(z[place])))
     best = max(box.z**2 for box in found)
@@ -170,25 +174,9 @@ def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.triu_indices(n)
 
 
-def _range(i: np.intp, n: int) -> tuple[int, int]:
+def _range(i: np.intp | int, n: int) -> tuple[int, int]:
     low, high = _pairs(n)
     return int(low[i]), int(high[i])
-
-
-def _leaders(size: Array) -> Iterator[tuple[np.intp, np.intp]]:
-    """Yield the best range of cycles and bands, and the best ones with all cycles, with all bands, and with both."""
-    # Ranges are ordered by their first index, so that the full range is the last of those that begin at 0.
-    whole = [_whole(n) for n in size.shape]
-    i, j = np.unravel_index(int(np.argmax(size)), size.shape)
-    yield i, j
-    yield np.intp(whole[0]), np.argmax(size[whole[0]])
-    yield np.argmax(size[:, whole[1]]), np.intp(whole[1])
-    yield np.intp(whole[0]), np.intp(whole[1])
-
-
-def _whole(ranges: int) -> int:
-    """Index of the full range among the n (n + 1) / 2 ranges of n."""
-    return round((np.sqrt(8 * ranges + 1) - 1) / 2) - 1
 
 
 def _words(box: Box, count: Array) -> int:

@@ -74,6 +74,11 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}; {reader.library}, which reads it, is not installed"
         raise RecordingError(Problem(str(path), what, "", remedy("rig")))
+    return _found(path, _taken_over(child_output(path, reader, format_name, wanted)))
+
+
+def child_output(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
+    """Return what a child writes that reads a file, see `main`."""
     # -P, because a file in the user's folder may have the name of a module. The path to the packages is appended for a
     # checkout that is not installed.
     start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import main; main(*sys.argv[1:])"
@@ -90,7 +95,7 @@ def read_tables(path: Path, format_name: str, wanted: Collection[str | int]) -> 
         lines = done.stderr.decode("utf-8", "replace").splitlines()
         said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
         raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
-    return _found(path, _taken_over(done.stdout))
+    return done.stdout
 
 
 def _found(path: Path, parts: Iterable[tuple[FilePart, Sequence[NDArray[Any] | None]]]) -> FileContents:

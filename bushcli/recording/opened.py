@@ -13,9 +13,10 @@ from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.several import own_rows
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table_cache import TableCache
+from bushcli.recording.text.decode import refused_if_unreadable
 from bushcli.recording.text.table import Table
 from bushcli.recording.time.rasters import clock_columns, joined, on_one_raster, own_clocks
-from bushcli.runtime.bounded import Endless, TooLarge, read_beginning
+from bushcli.runtime.bounded import read_beginning
 from cases.mode import Mode
 
 #: Bytes; only the needed channels of a binary file are read.
@@ -92,20 +93,9 @@ def format_of(path: Path) -> str:
     RecordingError
         When the file cannot be opened, is too large, or has a format that is not supported.
     """
-    try:
+    too_large = "export only the columns that are needed, or every tenth row"
+    with refused_if_unreadable(path, "a file of a test rig", too_large):
         head = read_beginning(path, HEAD, LARGEST_BINARY)
-    except Endless as error:
-        raise RecordingError(Problem(str(path), str(error), "", "a file of a test rig")) from None
-    except TooLarge as error:
-        raise RecordingError(
-            Problem(str(path), str(error), "", "export only the columns that are needed, or every tenth row")
-        ) from None
-    except FileNotFoundError:
-        raise RecordingError(Problem(str(path), "no such file")) from None
-    except IsADirectoryError:
-        raise RecordingError(Problem(str(path), "is a directory", expected="a file of a test rig")) from None
-    except (OSError, ValueError) as error:
-        raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
     suffix = path.suffix.lower()
     for name, reader in readers().items():
         if reader.recognises(head, suffix):

@@ -9,53 +9,17 @@ import numpy as np
 
 from bushcli.recording.header.columns import Column, chosen_index
 from bushcli.recording.header.name import heading
+from bushcli.recording.header.vocabulary import word_set
 from bushcli.recording.source import Source
 from bushcli.recording.text.fields import to_float
 from bushcli.recording.text.table import Table
 
 #: Words of a column that names recordings, and words beside them.
-_LABELS = frozenset(
-    [
-        "id",
-        "specimen",
-        "sample",
-        "test",
-        "run",
-        "curve",
-        "part",
-        "serial",
-        "probe",
-        "prüfling",
-        "probekörper",
-        "versuch",
-        "kurve",
-        "messung",
-        "éprouvette",
-        "essai",
-        "provino",
-        "prova",
-        "probeta",
-        "ensayo",
-    ]
+_LABELS = word_set(
+    "id specimen sample test run curve part serial probe prüfling probekörper versuch kurve messung éprouvette essai "
+    "provino prova probeta ensayo"
 )
-_BESIDE = frozenset(
-    [
-        "id",
-        "no",
-        "nr",
-        "number",
-        "name",
-        "label",
-        "code",
-        "nummer",
-        "bezeichnung",
-        "numéro",
-        "nom",
-        "nome",
-        "numero",
-        "número",
-    ]
-)
+_BESIDE = word_set("id no nr number name label code nummer bezeichnung numéro nom nome numero número")
 #: Fewest rows of a recording on average: a column with as many labels counts the samples.
 _FEWEST = 3
 

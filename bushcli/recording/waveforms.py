@@ -49,11 +49,16 @@ class WaveChannel:
 
 def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
     """Return the sampling that the properties of a channel state; None where they state no clock."""
-    step, first = (_number(properties.get(key)) for key in ("wf_increment", "wf_start_offset"))
+    numbers = []
+    for key in ("wf_increment", "wf_start_offset"):
+        try:
+            numbers.append(float(properties.get(key, math.nan)))
+        except (TypeError, ValueError):
+            numbers.append(math.nan)
     unit = tabulated_unit(unit_of(properties.get("wf_xunit_string")) or "s")
     if unit is None or unit.measured != "time":
         return None
-    step, first = (0.0 if math.isnan(number) else unit.factor * number for number in (step, first))
+    step, first = (0.0 if math.isnan(number) else unit.factor * number for number in numbers)
     start = properties.get("wf_start_time")
     times = None
     if not isinstance(start, np.datetime64):
@@ -65,14 +70,6 @@ def sampling_of(properties: Mapping[str, Any]) -> Sampling | None:
     # Files count it in UTC.
     found = Sampling(Instant(UTC, begin.nanoseconds) if begin and known else None, first, max(step, 0.0))
     return None if found == Sampling(None, 0.0, 0.0) else found
-
-
-def _number(value: Any) -> float:
-    """Return a property as a number; not a number where it is none."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return math.nan
 
 
 def parts_by_clock(group: str, channels: Sequence[WaveChannel]) -> Iterator[FilePart]:

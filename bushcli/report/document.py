@@ -283,11 +283,7 @@ class Table:
 
 
 def table_of(
-    title: str,
-    items: Iterable[_Item],
-    columns: Columns[_Item],
-    left: int = 1,
-    most: int | None = None,
+    title: str, items: Iterable[_Item], columns: Columns[_Item], left: int = 1, most: int | None = None
 ) -> Table:
     """Return a table with a row for each item; a column is its head, and what it shows of an item."""
     heads, cells = zip(*columns, strict=True)

@@ -164,7 +164,9 @@ def closest(search: Search, state: State) -> State:
         if state.model.contains(one.model) and one.model.identities == state.model.identities:
             other = refitted(one.model) if _size(one) < _size(best) else None
             best = best if other is None else other
-    while time.perf_counter() < search.deadline and _leaves_more_than_noise(best):
+    # Two standard deviations: more than noise would leave in one recording of forty.
+    noise = 2.0 * np.sqrt(2.0 * sum(one.count for one in problem.likelihood.features))
+    while time.perf_counter() < search.deadline and float(best.evidence.left.excess.sum()) > noise:
         own = [one.effect for one in best.model.effects if one.can_branch]
         more = Beside(best, search.derivatives.beside(best, among=own)).singles() if own else []
         tried = [one for one in map(refitted, (prediction.model for prediction in more)) if one is not None]
@@ -172,24 +174,13 @@ def closest(search: Search, state: State) -> State:
         if not better:
             break
         best = min(better, key=lambda one: float(held_out(one).sum()))
-    return best if _is_closer(best, state) else state
-
-
-def _leaves_more_than_noise(state: State) -> bool:
-    """Whether a model leaves more than noise would in one recording of forty: two standard deviations."""
-    count = sum(one.count for one in state.problem.likelihood.features)
-    return float(state.evidence.left.excess.sum()) > 2.0 * np.sqrt(2.0 * count)
+    left, left_before = (np.array([np.linalg.norm(r) for r, _ in _misfits(one)]) for one in (best, state))
+    return best if (left < (1.0 - CLOSER) * left_before).any() else state
 
 
 def _size(state: State) -> float:
     """Root of the sum of squares of the weighted misfit."""
     return float(np.linalg.norm(np.concatenate([r for r, _ in _misfits(state)])))
-
-
-def _is_closer(one: State, other: State) -> bool:
-    """Whether a model leaves visibly less than another one in any channel."""
-    mine, theirs = (np.array([np.linalg.norm(r) for r, _ in _misfits(s)]) for s in (one, other))
-    return bool((mine < (1.0 - CLOSER) * theirs).any())
 
 
 def predicts_better(one: State, other: State) -> bool:

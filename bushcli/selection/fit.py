@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.evidence.density import SETTLED, Posterior, features_of
 from bushcli.evidence.prior import known_parameters
-from bushcli.evidence.promise import Needed, Promise
+from bushcli.evidence.stopping_rule import Needed, StoppingRule
 from bushcli.inverse.channel import StepLimit
 from bushcli.inverse.minimum_search import search
 from bushcli.inverse.problem import LeastSquaresProblem, Stopping
@@ -146,7 +146,7 @@ def fit(
     """
     task, problem = pose(cache, case, model, measured)
     start = task.vectors()[0]
-    promise = Promise(problem, model.off_values(problem.names), needed)
+    rule = StoppingRule(problem, model.off_values(problem.names), needed)
     if not problem.names:
         return (
             fitted(model, problem, np.zeros(0), True)
@@ -156,28 +156,32 @@ def fit(
     initial = _first_solved(problem, model, start)
     if beside is not None:
         initial = _better_start(problem, initial, start, beside)
-    best = None if initial is None else _searched(problem, initial, promise)
-    if best is not None and best.is_stuck and promise.is_at_wall(best.x):
+    best = None if initial is None else _searched(problem, initial, rule)
+    if best is not None and best.is_stuck and rule.is_at_wall(best.x):
         # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
         own = _own(problem, start)
         if own is not None:
             own = sized(problem, own)
-            best = min(best, _searched(problem, own, promise))
+            best = min(best, _searched(problem, own, rule))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         problem.lift_limits()
         values = model.off(other)
-        point = [values.get(name, value) for name, value in zip(problem.names, start, strict=True)]
-        at = _admitted(problem, np.array(point))
+        at = np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+        for i, name in enumerate(problem.names):
+            known = problem.known.get(name)
+            if known is not None and known.prior.is_logarithmic and at[i] == 0.0:
+                # The smallest size that the prior admits.
+                at[i] = known.prior.range(known.scales)[0]
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         found = _End(problem.objective(at), at, True)
-        again = _searched(problem, problem.bounds.inside(at), promise)
+        again = _searched(problem, problem.bounds.inside(at), rule)
         best = min(one for one in (best, found, again) if one is not None)
     if best is None:
         return None
     # A search that ended in a valley has converged, too, if a full step would not make a visible difference.
-    ended = best.converged or not (best.hopeless or promise.is_at_wall(best.x))
+    ended = best.converged or not (best.hopeless or rule.is_at_wall(best.x))
     return fitted(model, problem, best.x, ended)
 
 
@@ -253,8 +257,11 @@ def exact(cache: ModelCache, case: Case, fitted: Fitted) -> Fitted | None:
 
 def _first_solved(problem: Posterior, model: Model, start: Array) -> Array | None:
     """Return the first start that can be solved: as given, with smaller effects, or with the law's own start scaled."""
-    for point in _starts(problem, model, start):
-        initial = problem.bounds.inside(point)
+    amplitudes = {one.full_name(p) for one in model.effects for p in one.effect.amplitudes}
+    larger = np.array([name in amplitudes for name in problem.names])
+    off = np.array(model.off_values(problem.names))
+    for share in (1.0, *(RETREATS if amplitudes else ())):
+        initial = problem.bounds.inside(np.where(larger, off + share * (start - off), start))
         if np.isfinite(problem.residual(initial)).all():
             return initial
     return _own(problem, start)
@@ -278,21 +285,7 @@ def _own(problem: Posterior, start: Array) -> Array | None:
     return scaled(problem, own) if np.isfinite(problem.residual(own)).all() else None
 
 
-def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
-    found = [start]
-    amplitudes = {
-        one.full_name(p): float(p.off or 0.0) for one in model.effects for p in one.effect.amplitudes
-    }
-    for share in RETREATS if amplitudes else ():
-        less = [
-            amplitudes[n] + share * (v - amplitudes[n]) if n in amplitudes else v
-            for n, v in zip(problem.names, start, strict=True)
-        ]
-        found.append(np.array(less))
-    return found
-
-
-def _searched(problem: Posterior, initial: Array, promise: Promise) -> _End:
+def _searched(problem: Posterior, initial: Array, rule: StoppingRule) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
             problem.watch(problem.reached(initial), initial)
@@ -303,7 +296,7 @@ def _searched(problem: Posterior, initial: Array, promise: Promise) -> _End:
         # A little inside the bounds a model may fail that can be solved on them.
         if not np.isfinite(problem.residual(point)).all():
             break
-        end = search(problem, point, ends=partial(promise.ends, last=turn == TURNS))
+        end = search(problem, point, ends=partial(rule.ends, last=turn == TURNS))
         found = _End(problem.objective(end.x), end.x, end.converged, end.beside_failure, end.hopeless)
         # Variances and parameters may take turns about the optimum instead of settling.
         better = found.objective < best.objective - WORSE
@@ -314,16 +307,6 @@ def _searched(problem: Posterior, initial: Array, promise: Promise) -> _End:
             break
         point = problem.bounds.inside(end.x)
     return best
-
-
-def _admitted(problem: Posterior, x: Array) -> Array:
-    """Return the point with zero amplitudes raised to the smallest size that their priors admit."""
-    found = x.copy()
-    for i, name in enumerate(problem.names):
-        known = problem.known.get(name)
-        if known is not None and known.prior.is_logarithmic and found[i] == 0.0:
-            found[i] = known.prior.range(known.scales)[0]
-    return found
 
 
 def fitted(model: Model, problem: LeastSquaresProblem, x: Array, converged: bool) -> Fitted:

@@ -17,16 +17,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.problem import differences
-from bushcli.inverse.stability import (
+from bushcli.inverse.problem import (
     ACTIVE,
     STABILITY_EDGE,
     STABILITY_MARGIN,
+    differences,
     penalty,
     smallest_moduli,
 )
-from bushcli.selection.room import Cuts
 from bushcli.selection.state import State
+from bushcli.selection.tangent_space import Cuts
 from cases.stability import moduli
 from forms.law import Law
 

@@ -67,17 +67,17 @@ def begin(cache: ModelCache, case: Case, model: Model, used: tuple[Mask, ...]) -
         Samples that count.
     """
     samples = FittedSamples(used, (0.0,) * len(used))
-    task, problem = pose(cache, case, model, samples, failed_steps=None, variances=_variances)
+
+    def variances(found: tuple[Features, ...]) -> tuple[float, ...]:
+        return tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in found)
+
+    task, problem = pose(cache, case, model, samples, failed_steps=None, variances=variances)
     start = task.vectors()[0]
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
         return fitted(model, problem, np.zeros(0), True) if solved else None
     found = first_minimum(problem, start)
     return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
-
-
-def _variances(found: tuple[Features, ...]) -> tuple[float, ...]:
-    return tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in found)
 
 
 def all_features(

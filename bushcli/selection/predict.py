@@ -27,15 +27,15 @@ from bushcli.evidence.amplitudes import amplitudes
 from bushcli.evidence.density import SETTLED
 from bushcli.evidence.laplace import Evidence
 from bushcli.evidence.prior import ParameterPrior
-from bushcli.evidence.promise import NEGLIGIBLE
+from bushcli.evidence.stopping_rule import NEGLIGIBLE
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.fit import TURNS
 from bushcli.selection.law_edge import LawEdge
 from bushcli.selection.model import Model
 from bushcli.selection.prediction import Addition, KnownAmplitudes, Prediction, known_amplitudes, reachable
 from bushcli.selection.queued import slack_of
-from bushcli.selection.room import Room, room
 from bushcli.selection.state import State
+from bushcli.selection.tangent_space import TangentSpace, tangent_space
 
 Array = NDArray[np.float64]
 
@@ -125,11 +125,16 @@ class Beside:
         features = self.state.problem.likelihood.features
         blocks = []
         for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
-            pieces = _splines(recording.displacement)
+            q = recording.displacement
+            low, high = float(q.min()), float(q.max())
+            splines = np.ones((len(q), 1))
+            if high > low:
+                knots = np.concatenate([[low] * 3, np.linspace(low, high, PIECES + 1), [high] * 3])
+                splines = BSpline.design_matrix(q, knots, 3).toarray()
             # Of a table a law changes the stiffness at each preload, by a factor.
             simulated = self.state.fitted.simulated[i][:, None]
-            own = one.of(pieces if recording.kind == "static" else simulated * pieces)
-            if recording.kind == "dynamic" and np.ptp(recording.displacement) == 0.0:
+            own = one.of(splines if recording.kind == "static" else simulated * splines)
+            if recording.kind == "dynamic" and high == low:
                 # About one preload all laws are one modulus.
                 own = own[:, :0]
             blocks.append(
@@ -177,19 +182,19 @@ class Beside:
         return misfit, slopes
 
     @cached_property
-    def _room(self) -> Room:
+    def _tangent(self) -> TangentSpace:
         """The changes that the fitted parameters can make within their bounds."""
         misfit, slopes = self._whole
         x = self.state.fitted.x
         held, values = self.state.held(misfit, slopes)
-        return room(misfit, slopes, ~held, values - x, x)
+        return tangent_space(misfit, slopes, ~held, values - x, x)
 
     def _left(self, columns: Array) -> Array:
-        return self._room.left(columns)
+        return self._tangent.left(columns)
 
     @property
     def _rest(self) -> Array:
-        return self._room.left(self._room.rest)
+        return self._tangent.left(self._tangent.rest)
 
     def _split(self, rows: Array) -> list[Array]:
         """Return the features of each channel, cut from the weighted rows of all."""
@@ -264,7 +269,7 @@ class Beside:
         ]
         G = self._weighed(raw)
         known, start, between = self._unknowns(point)
-        at = self._room
+        at = self._tangent
         active: tuple[int, ...] = ()
         for _ in range(CUTS):
             own, misfit = at.left(G), at.left(at.rest)
@@ -282,11 +287,11 @@ class Beside:
             if not beyond and not active:
                 break
             # Where bounds hold parameters the law is stable.
-            cuts = self.edge.cuts.after(self._room.values - self.state.fitted.x)
-            held = self._room.active(cuts, further)
+            cuts = self.edge.cuts.after(self._tangent.values - self.state.fitted.x)
+            held = self._tangent.active(cuts, further)
             if held == active:
                 break
-            at, active = self._room.within(cuts.only(held)) if held else self._room, held
+            at, active = self._tangent.within(cuts.only(held)) if held else self._tangent, held
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
         found = Evidence(
             self.state.problem.likelihood,
@@ -338,12 +343,3 @@ class Beside:
             # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))
         return model
-
-
-def _splines(q: Array) -> Array:
-    """Cubic B-splines at the displacements q (n,), shape (n, PIECES + 3)."""
-    low, high = float(q.min()), float(q.max())
-    if high <= low:
-        return np.ones((len(q), 1))
-    knots = np.concatenate([[low] * 3, np.linspace(low, high, PIECES + 1), [high] * 3])
-    return np.asarray(BSpline.design_matrix(q, knots, 3).toarray())

@@ -21,17 +21,17 @@ from scipy.special import logsumexp
 
 from bushcli.effects.effect import Effect
 from bushcli.evidence.prior import log_odds
-from bushcli.evidence.promise import Needed, needed_of
+from bushcli.evidence.stopping_rule import Needed, needed_of
 from bushcli.runtime.workers import Workers
 from bushcli.selection.additions import more_branches, relaxing, with_one_more
 from bushcli.selection.columns import shear_modulus, unfit
 from bushcli.selection.derivatives import Derivatives
 from bushcli.selection.fit import FittedSamples, fit
-from bushcli.selection.learned import changes
 from bushcli.selection.model import Fitted, Key, Model
 from bushcli.selection.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.selection.predict import Beside
 from bushcli.selection.prediction import Addition, Prediction
+from bushcli.selection.prediction_errors import changes
 from bushcli.selection.queued import FAR, Queued, Waiting, slack_of
 from bushcli.selection.searched import Ended, TriedModel
 from bushcli.selection.state import CommonData, State

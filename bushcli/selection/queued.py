@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from scipy.special import logsumexp
 
-from bushcli.selection.learned import NONE, Changes, Expected, PredictionErrors
 from bushcli.selection.model import Key, Model
+from bushcli.selection.prediction_errors import NONE, Changes, Expected, PredictionErrors
 from bushcli.selection.state import State
 
 # Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood

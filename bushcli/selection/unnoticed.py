@@ -11,7 +11,7 @@ import numpy as np
 
 from bushcli.selection.columns import shear_modulus
 from bushcli.selection.predict import Beside
-from bushcli.selection.prediction import Addition, known_amplitudes
+from bushcli.selection.prediction import known_amplitudes
 from bushcli.selection.queue import Search
 from bushcli.selection.state import State
 
@@ -30,26 +30,20 @@ def unnoticed_effects(search: Search, state: State) -> dict[str, str]:
     state : State
         A fitted model.
     """
-    beside = Beside(state, ())
+    beside, problem = Beside(state, ()), state.problem
+    shear = shear_modulus(state.model, problem.case)
     seen: dict[str, bool] = {}
     for one in search.derivatives.beside(state):
         name = one.trial.effect.name
         model = one.trial.added_to(state.model)
         needed = search.odds(state.model) - search.odds(model)
-        seen[name] = seen.get(name, False) or _most(beside, one) > needed
+        about = known_amplitudes(one, problem.case, shear, problem.sound)
+        # Each amplitude at the end of the 95 % range of its prior; what it gains, to first order, in nats.
+        largest = [
+            high if prior is None else min(high, prior.prior.range(prior.scales)[1])
+            for prior, high in zip(about.known, about.high, strict=True)
+        ]
+        own = beside.changes(one)[1] * np.array(largest)
+        seen[name] = seen.get(name, False) or 0.5 * float(np.max(own**2, initial=0.0)) > needed
     present = {one.effect.name for one in state.model.effects}
     return {name: WHY for name, found in seen.items() if not found and name not in present}
-
-
-def _most(beside: Beside, addition: Addition) -> float:
-    """Return the log evidence that an effect gains at the end of the 95 % range of its prior, to first order."""
-    state = beside.state
-    problem = state.problem
-    shear = shear_modulus(state.model, problem.case)
-    about = known_amplitudes(addition, problem.case, shear, problem.sound)
-    largest = [
-        high if prior is None else min(high, prior.prior.range(prior.scales)[1])
-        for prior, high in zip(about.known, about.high, strict=True)
-    ]
-    own = beside.changes(addition)[1] * np.array(largest)
-    return 0.5 * float(np.max(own**2, initial=0.0))

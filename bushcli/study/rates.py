@@ -93,12 +93,7 @@ def rates(
     of_law = {key: name for key, name in names.items() if name in material.parameters}
     for i, one in enumerate(targets):
         value[i], known = _rate(
-            cache.bodies,
-            case,
-            material,
-            one,
-            {} if modes()[one.mode].rotational else shapes,
-            of_law,
+            cache.bodies, case, material, one, {} if modes()[one.mode].rotational else shapes, of_law
         )
         for j, key in enumerate(by):
             slope[i, j] = known.get(key, np.nan)

@@ -228,11 +228,7 @@ def _called(key: str, spec: str, text: str) -> Variable | None:
 
 # Name -> arguments, whether they are valid, and the quantile function of probability and arguments.
 _DISTRIBUTIONS: dict[str, tuple[tuple[str, ...], Callable[..., bool], Callable[..., Array]]] = {
-    "uniform": (
-        ("LOW", "HIGH"),
-        lambda low, high: low < high,
-        lambda u, low, high: low + (high - low) * u,
-    ),
+    "uniform": (("LOW", "HIGH"), lambda low, high: low < high, lambda u, low, high: low + (high - low) * u),
     "normal": (
         ("MEAN", "STANDARD_DEVIATION"),
         lambda mean, std: std > 0.0,

@@ -82,6 +82,7 @@ EFFECT = Effect(
             0.0,
             100.0,
             off=0.0,
+            per_time="slope",
             prior=Prior(
                 "half_t",
                 0.3,

@@ -10,19 +10,10 @@ from bushcli.recording.header.units import TEMPERATURES, unit_size
 
 #: Powers of time, length, force and angle -> kind.
 _KINDS = {
-    (1, 0, 0, 0): "time",
-    (0, 1, 0, 0): "length",
-    (0, 0, 0, 1): "angle",
-    (0, 0, 1, 0): "force",
-    (0, 1, 1, 0): "moment",
-    (0, -2, 1, 0): "stress",
-    (0, 0, 0, 0): "strain",
-    (0, -1, 1, 0): "stiffness",
-    (0, 1, 1, -1): "rotational stiffness",
-    (1, -1, 1, 0): "damping",
-    (1, 1, 1, -1): "rotational damping",
-    (1, 1, 1, 0): "rotational damping",
-}
+    (1, 0, 0, 0): "time", (0, 1, 0, 0): "length", (0, 0, 0, 1): "angle", (0, 0, 1, 0): "force", (0, 1, 1, 0): "moment",
+    (0, -2, 1, 0): "stress", (0, 0, 0, 0): "strain", (0, -1, 1, 0): "stiffness", (0, 1, 1, -1): "rotational stiffness",
+    (1, -1, 1, 0): "damping", (1, 1, 1, -1): "rotational damping", (1, 1, 1, 0): "rotational damping",
+}  # fmt: skip
 _FREQUENCIES = {
     "hz": 1.0, "hertz": 1.0, "khz": 1e3, "mhz": 1e-3, "rad/s": 0.5 / math.pi, "rads-1": 0.5 / math.pi,
     "rad/sec": 0.5 / math.pi, "rad·s-1": 0.5 / math.pi, "rad*s-1": 0.5 / math.pi, "rpm": 1 / 60, "cpm": 1 / 60,

@@ -64,30 +64,26 @@ def meaning_of(one: NamedColumn, source: Source, chosen: bool) -> tuple[str, tup
         true = not same and not words.isdisjoint(TRUE[key])
         found = "true" if true else "engineering"
         if volumetric and not same:
-            found, said = _volume(one, chosen, true) if key == "strain" else ("true", ())
-            if key == "stress":
-                pressure, nominal = one.head.quality("pressure"), not _NOMINAL.isdisjoint(words)
+            if key == "strain":
+                kinds = ("volume ratio", "volume strain")
+                volume = bool(_VOLUME & words) or any(map(one.head.quality, kinds))
+                is_unnamed = chosen and not wanted.quality(one.head)
+                nominal = bool(_NOMINAL & words) and not one.head.quality("stretch")
+                if true or (not volume and (is_unnamed or nominal)):
+                    what = f"{one.label} may be the change of volume or that of a length: the mode is {mode.name}"
+                    raise one.table.refused(what, f"give {_stated(one, 'strain')}")
+                linear = not volume and bool(one.head.quality("stretch") or {"linear", "axial"} & words)
+                found = "engineering" if linear else "volume"
+                if not volume and not linear:
+                    read = f"{one.label} is read as the change of volume, J - 1"
+                    said = (f'{read}; strain = "engineering" if it is that of a length',)
+            else:
+                pressure, nominal = one.head.quality("pressure"), bool(_NOMINAL & words)
                 found = "pressure" if pressure else "engineering" if nominal else "true"
                 if not (true or pressure or nominal or "hydrostatic" in words):
                     read = f"{one.label} is read as the hydrostatic stress, tension positive"
                     said = (f'{read}; stress = "engineering" if it is nominal',)
     return found, said
-
-
-def _volume(one: NamedColumn, chosen: bool, true: bool) -> tuple[str, tuple[str, ...]]:
-    """Return the form of the strain of a volumetric test, and remarks."""
-    head, words = one.head, set(one.head.words)
-    volume = bool(_VOLUME & words) or any(head.quality(kind) for kind in ("volume ratio", "volume strain"))
-    is_unnamed = chosen and not one.wanted.quality(head)
-    open_ = true or (not volume and (is_unnamed or (_NOMINAL & words and not head.quality("stretch"))))
-    if open_:
-        what = (
-            f"{one.label} may be the change of volume or that of a length: the mode is {one.wanted.mode.name}"
-        )
-        raise one.table.refused(what, f"give {_stated(one, 'strain')}")
-    said = f'{one.label} is read as the change of volume, J - 1; strain = "engineering" if it is that of a length'
-    linear = not volume and (head.quality("stretch") or {"linear", "axial"} & words)
-    return "engineering" if linear else "volume", () if volume or linear else (said,)
 
 
 def _stated(one: NamedColumn, key: str) -> str:

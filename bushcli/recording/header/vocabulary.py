@@ -12,7 +12,8 @@ from functools import lru_cache
 from cases.mode import modes
 
 
-def _set(words: str) -> frozenset[str]:
+def word_set(words: str) -> frozenset[str]:
+    """Return the words of a text."""
     return frozenset(words.split())
 
 
@@ -77,7 +78,7 @@ WEAK: Mapping[str, tuple[str, ...]] = {
 }  # fmt: skip
 #: Words that change the meaning: a true stress is not a nominal stress; a set value, a rate, an error, an extreme or a
 #: counter is not a measured value.
-_FOREIGN = _set(
+_FOREIGN = word_set(
     "true wahre cauchy log logarithmic hencky set setpoint command cmd soll sollwert demand target reference ref "
     "desired rate speed velocity acceleration error err deviation fehler abweichung step steps schritt count counts "
     "counter number index id cycle cycles zyklus segment limit status mode min max minimum maximum minimal maximal "
@@ -104,20 +105,22 @@ _ABROAD = re.compile(
     r"|börvärd|børværd|最大|最小|峰值|峰谷|平均|设定|設定|目标|目標|指令|给定|給定|理论|理論|计算|計算|模拟|误差|誤差|偏差"
     r"|变化率|速率|速度|刚度|剛性|能量|次数|回数|목표|평균|최대|최소|지령|설정|이론|오차|속도"
 )
-_NOMINAL = _set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
-_MAGNITUDE = _set("abs absolute absolut absolutwert")
+_NOMINAL = word_set("nominal nom stress stresses spannung nennkraft nennlast nennweg nennmoment nennwinkel")
+_MAGNITUDE = word_set("abs absolute absolut absolutwert")
 #: Words that exclude single quantities. A nominal force is none that was measured, unlike a nominal stress; an absolute
 #: force is a magnitude, unlike an absolute position.
 EXCLUDING: Mapping[str, frozenset[str]] = {
-    "time": _set("stress"), "length": _NOMINAL, "angle": _NOMINAL, "force": _NOMINAL | _MAGNITUDE,
+    "time": word_set("stress"), "length": _NOMINAL, "angle": _NOMINAL, "force": _NOMINAL | _MAGNITUDE,
     "moment": _NOMINAL | _MAGNITUDE, "stress": _MAGNITUDE,
 }  # fmt: skip
 #: The words above that, in brackets, are what a column counts: Time [cycles].
-COUNTED = _set("count counts counter number index id cycle cycles zyklus step steps schritt segment units")
+COUNTED = word_set(
+    "count counts counter number index id cycle cycles zyklus step steps schritt segment units"
+)
 #: The same for a strain: one across the direction of the load.
-ACROSS = _set("transverse lateral quer")
+ACROSS = word_set("transverse lateral quer")
 #: Words for the extremes of a cycle.
-EXTREME_WORDS = _set(
+EXTREME_WORDS = word_set(
     "min max minimum maximum minimal maximal peak valley mean avg average mittelwert range amplitude"
 )
 FOREIGN_BEGINNINGS = (
@@ -131,9 +134,9 @@ _FOREIGN_ENDINGS = (
     "grenze", "abweichung", "differenz", "zahl", "zähler", "schritt", "betrag",
 )  # fmt: skip
 #: Words for measured values.
-MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
+MEASURED_WORDS = word_set("measured actual feedback fbk ist istwert gemessen messwert response")
 #: Words beside that for a quantity that are not units and do not change the meaning.
-_BESIDE = MEASURED_WORDS | _set(
+_BESIDE = MEASURED_WORDS | word_set(
     "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
     "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
     "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao sig no nr mid low high "
@@ -151,9 +154,9 @@ _BESIDE = MEASURED_WORDS | _set(
     "reading col column spalte pass lowpass fast slow old new final stamp fx fy fz mx my mz dl δl"
 )
 #: Words that a remark in brackets may contain beside others, but does not consist of.
-FILLING = _set("a b c i ii l q r u v w of the on at from in for and")
+FILLING = word_set("a b c i ii l q r u v w of the on at from in for and")
 #: Words that are remarks in brackets: they tell where and how a value was measured, and nothing about its unit.
-REMARKS = _BESIDE - FILLING - _set("rel eng nom scaled uncalibrated dl δl")
+REMARKS = _BESIDE - FILLING - word_set("rel eng nom scaled uncalibrated dl δl")
 #: What was subtracted from a signal or corrected in it: a force without offset is a force.
 _CORRECTED = "offset|inertia|friction|tare|mean|temperature|temp|noise|drift|preload|reib(?:ung)?|vorlast"
 _SENSORS = r"lvdts?|sensors?|lasers?|channels?|cells?|transducers?|sensoren|kanäle"
@@ -173,7 +176,7 @@ HARMLESS = re.compile(
     rf"(?= (?:{_SENSORS})\b|$)|(?={_SENSORS}))"
 )
 #: Words before the number of a channel.
-NUMBERED_WORDS = _set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
+NUMBERED_WORDS = word_set("channel chan ch kanal kan ai di input eingang sensor nr no number signal")
 #: A factor beside a unit: "x10 N", "1000 N".
 POWER = re.compile(r"[x×*]?10+|1[eE]\d")
 #: Names of devices and channels: MX840B, LC2, U10M. What may be a unit is none, with or without an exponent.

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.runtime.bounded import TooLarge, read_bounded
+from bushcli.runtime.bounded import Endless, TooLarge, read_bounded
 
 #: Bytes. Two million rows of three columns; reading them takes about a quarter of a minute.
 LARGEST_FILE = 64_000_000
@@ -32,20 +34,27 @@ _MOST_RUNS, _COMMON = 10_000, 0.8
 _BEYOND = re.compile(rb"[\x80-\xff]+")
 
 
-def decoded(path: Path) -> str:
-    """Return the text of a file, without byte-order mark, with line feeds between lines."""
+@contextmanager
+def refused_if_unreadable(path: Path, expected: str, too_large: str) -> Iterator[None]:
+    """Refuse a file that cannot be read, or is too large; what is expected instead, and what to do if it is large."""
     try:
-        content = read_bounded(path, LARGEST_FILE)
+        yield
+    except Endless as error:
+        raise RecordingError(Problem(str(path), str(error), "", expected)) from None
+    except TooLarge as error:
+        raise RecordingError(Problem(str(path), str(error), "", too_large)) from None
     except FileNotFoundError:
         raise RecordingError(Problem(str(path), "no such file")) from None
     except IsADirectoryError:
-        raise RecordingError(Problem(str(path), "is a directory", expected="a CSV file")) from None
-    except TooLarge as error:
-        raise RecordingError(
-            Problem(str(path), str(error), "", "every tenth row is enough for a fit")
-        ) from None
+        raise RecordingError(Problem(str(path), "is a directory", expected=expected)) from None
     except (OSError, ValueError) as error:
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
+
+
+def decoded(path: Path) -> str:
+    """Return the text of a file, without byte-order mark, with line feeds between lines."""
+    with refused_if_unreadable(path, "a CSV file", "every tenth row is enough for a fit"):
+        content = read_bounded(path, LARGEST_FILE)
     text = text_of(content)
     if "\0" in text or (content and not text):
         raise RecordingError(

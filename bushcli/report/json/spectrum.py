@@ -34,9 +34,7 @@ def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, 
 
 
 def tables_json(
-    case: Case,
-    found: Sequence[TableSpectrum | TableSweep],
-    problems: Sequence[Condition],
+    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
 ) -> dict[str, Any]:
     """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 

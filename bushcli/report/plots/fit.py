@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
-from bushcli.inverse.refit import RISE_95
+from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
 from bushcli.report.cycles import fit_histories
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import response_histories, with_hysteresis
-from bushcli.report.document import Document, Row, Section, Table, figures, paragraphs
+from bushcli.report.document import Columns, Document, Row, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import (
     FORCE_UNITS,
     MOTION_UNITS,
@@ -151,26 +151,30 @@ def comparison_table(response: Response, misfits: Mapping[str, Misfit]) -> Table
 
 def solution_table(response: Response) -> Table:
     """Return the numbers of the solution of each channel."""
-    rows = []
-    for channel in response.channels:
-        rejected = sum(not attempt.accepted for attempt in channel.attempts)
-        low, high = channel.strained.range
-        steps = str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
-        unstable = percent(100 * channel.strained.unstable) if channel.strained.unstable else "none"
-        error = "not checked" if channel.mesh_error is None else percent(channel.mesh_error)
-        ended = "yes" if not channel.stopped else f"stopped: {channel.stopped}"
-        solved = (
-            str(channel.unknowns),
-            steps,
-            str(channel.newton),
-            f"{low:.2f} to {high:.2f}",
-            unstable,
-            error,
-        )
-        rows.append((channel.name, *solved, f"{sum(channel.seconds.values()):.2f} s", ended))
-    heads = ("channel", "unknowns", "steps", "Newton", "stretches*", "unstable states", "mesh error", "time")
     title = "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)"
-    return Table(title, (*heads, "complete"), tuple(rows))
+    return table_of(title, response.channels, _SOLUTION)
+
+
+def steps_in_words(channel: Simulated) -> str:
+    """Return the number of steps tried, and of those cut back."""
+    rejected = sum(not attempt.accepted for attempt in channel.attempts)
+    return str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else "")
+
+
+_SOLUTION: Columns[Simulated] = (
+    ("channel", lambda one: one.name),
+    ("unknowns", lambda one: str(one.unknowns)),
+    ("steps", steps_in_words),
+    ("Newton", lambda one: str(one.newton)),
+    ("stretches*", lambda one: f"{one.strained.range[0]:.2f} to {one.strained.range[1]:.2f}"),
+    (
+        "unstable states",
+        lambda one: percent(100 * one.strained.unstable) if one.strained.unstable else "none",
+    ),
+    ("mesh error", lambda one: "not checked" if one.mesh_error is None else percent(one.mesh_error)),
+    ("time", lambda one: f"{sum(one.seconds.values()):.2f} s"),
+    ("complete", lambda one: f"stopped: {one.stopped}" if one.stopped else "yes"),
+)
 
 
 def contact_table(response: Response) -> Table:

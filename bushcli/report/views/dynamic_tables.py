@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.report.document import Document, Section, Table, figures, paragraphs
+from bushcli.report.document import Columns, Document, Section, figures, paragraphs, table_of
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
@@ -31,27 +31,14 @@ def table_units(table: DynamicTable) -> tuple[str, str, str]:
 
 def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     """Return a table with a row for each curve of each measured table, and what was understood from the files."""
-    heads = (
-        "channel",
-        "quantity",
-        "rows",
-        "frequency",
-        "amplitude",
-        "preload",
-        "temperature",
-        "magnitude",
-        "loss angle",
-    )
-    rows = tuple(row for table in tables for row in _rows(table))
+    parts = [table.rows(rows) for table in tables for rows in table.conditions()]
     remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
-    return Section("Dynamic tables", [Table("Dynamic tables", heads, rows, left=2), *paragraphs(remarks)])
+    table = table_of("Dynamic tables", parts, _MEASURED, left=2)
+    return Section("Dynamic tables", [table, *paragraphs(remarks)])
 
 
 def with_tables(
-    static: Document,
-    compared: Sequence[ComparedTable],
-    problems: Sequence[Condition],
-    alone: bool,
+    static: Document, compared: Sequence[ComparedTable], problems: Sequence[Condition], alone: bool
 ) -> Document:
     """Return the document of a direct prediction with the misfit of the tables.
 
@@ -89,61 +76,36 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
     """Return a table with the misfit of each curve of each measured table."""
-    heads = (
-        *("channel", "frequency", "amplitude", "preload", "|K*|", "simulated", "misfit"),
-        *("loss angle", "simulated", "misfit"),
-    )
-    rows = []
-    for one in compared:
-        for own, shown in zip(one.table.conditions(), _rows(one.table), strict=True):
-            part, simulated = one.table.rows(own), one.simulated[own]
-            size = float(np.sqrt(np.mean((np.abs(simulated) / part.stiffness - 1.0) ** 2)))
-            angle = float(np.sqrt(np.mean((np.angle(simulated) - part.loss_angle) ** 2)))
-            rows.append(
-                (
-                    *(shown[0], *shown[3:6], shown[7], _span(np.abs(simulated), ""), percent(100.0 * size)),
-                    *(
-                        shown[8],
-                        _span(np.degrees(np.angle(simulated)), "°"),
-                        f"{number(np.degrees(angle))} °",
-                    ),
-                )
-            )
-    title, drawn = "Dynamic stiffness: simulated and measured", [figures("table")]
+    parts = [
+        (one.table.rows(rows), one.simulated[rows]) for one in compared for rows in one.table.conditions()
+    ]
+    title, drawn = "Dynamic stiffness: simulated and measured", figures("table")
     remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
-    return Section(title, [Table(title, heads, tuple(rows)), *paragraphs(remarks), *drawn] if rows else [])
+    blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), drawn]
+    return Section(title, blocks if parts else [])
 
 
 def preload_of(table: DynamicTable) -> str:
     """Return the preload of rows in words: "preload 1500 N"; with their temperature and amplitude, if these differ."""
-    (shown,) = {row[5:7] for row in _rows(table)[:1]}
-    return "preload " + ", ".join(one for one in shown if one != "-") if shown != ("-", "-") else "at rest"
+    first = table.rows(table.conditions()[0])
+    shown = [one for one in (_preload(first), _span(first.temperature, "°C")) if one != "-"]
+    return f"preload {', '.join(shown)}" if shown else "at rest"
 
 
-def _rows(table: DynamicTable) -> list[tuple[str, ...]]:
-    per = quantities(table.mode).per_internal
-    displacement, force, stiffness = table_units(table)
-    percent = displacement == "strain"
-    scale, unit = (100.0, "%") if percent else (per, displacement)
-    named = f"{table.quantity}*" if table.quantity != "stiffness" else "K*"
-    shown: list[tuple[str, ...]] = []
-    for rows in table.conditions():
-        part = table.rows(rows)
-        preload = _span(scale * part.preload, unit)
-        shown.append(
-            (
-                table.name,
-                f"{named} [{stiffness}]",
-                str(len(part)),
-                _span(part.frequency, "Hz"),
-                _span(scale * part.amplitude, unit),
-                _span(part.preload_force, force) if preload == "-" else preload,
-                _span(part.temperature, "°C"),
-                _span(part.stiffness, ""),
-                _span(np.degrees(part.loss_angle), "°"),
-            )
-        )
-    return shown
+def _motion(part: DynamicTable, values: Array) -> str:
+    """Return the range of a motion: mm, degrees, or a strain in percent."""
+    unit = table_units(part)[0]
+    return (
+        _span(100.0 * values, "%")
+        if unit == "strain"
+        else _span(quantities(part.mode).per_internal * values, unit)
+    )
+
+
+def _preload(part: DynamicTable) -> str:
+    """Return the preload as a motion, or else as a force."""
+    moved = _motion(part, part.preload)
+    return _span(part.preload_force, table_units(part)[1]) if moved == "-" else moved
 
 
 def _span(values: Array, unit: str) -> str:
@@ -153,3 +115,34 @@ def _span(values: Array, unit: str) -> str:
         return "-"
     ends = [number(float(end)) for end in (known.min(), known.max())]
     return (ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}") + (f" {unit}" if unit else "")
+
+
+# Of the rows of one curve.
+_MEASURED: Columns[DynamicTable] = (
+    ("channel", lambda part: part.name),
+    ("quantity", lambda part: f"{part.quantity.replace('stiffness', 'K')}* [{table_units(part)[2]}]"),
+    ("rows", lambda part: str(len(part))),
+    ("frequency", lambda part: _span(part.frequency, "Hz")),
+    ("amplitude", lambda part: _motion(part, part.amplitude)),
+    ("preload", _preload),
+    ("temperature", lambda part: _span(part.temperature, "°C")),
+    ("magnitude", lambda part: _span(part.stiffness, "")),
+    ("loss angle", lambda part: _span(np.degrees(part.loss_angle), "°")),
+)
+# Of the same, and their simulated stiffness.
+_COMPARED: Columns[tuple[DynamicTable, NDArray[np.complex128]]] = (
+    ("channel", lambda one: one[0].name),
+    ("frequency", lambda one: _span(one[0].frequency, "Hz")),
+    ("amplitude", lambda one: _motion(one[0], one[0].amplitude)),
+    ("preload", lambda one: _preload(one[0])),
+    ("|K*|", lambda one: _span(one[0].stiffness, "")),
+    ("simulated", lambda one: _span(np.abs(one[1]), "")),
+    ("misfit", lambda one: percent(100.0 * _rms(np.abs(one[1]) / one[0].stiffness - 1.0))),
+    ("loss angle", lambda one: _span(np.degrees(one[0].loss_angle), "°")),
+    ("simulated", lambda one: _span(np.degrees(np.angle(one[1])), "°")),
+    ("misfit", lambda one: f"{number(np.degrees(_rms(np.angle(one[1]) - one[0].loss_angle)))} °"),
+)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -9,16 +9,7 @@ import numpy as np
 
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
-from bushcli.report.document import (
-    Document,
-    Paragraph,
-    Row,
-    Section,
-    Table,
-    figures,
-    note,
-    paragraphs,
-)
+from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
 from bushcli.report.quantity import interval, number, percent, quantities, with_std
 from cases.mode import modes
 

@@ -17,7 +17,18 @@ from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
 from bushcli.report.cycles import fit_histories, with_hysteresis
-from bushcli.report.document import Document, Row, Section, Table, Tone, figures, note, paragraphs
+from bushcli.report.document import (
+    Columns,
+    Document,
+    Row,
+    Section,
+    Table,
+    Tone,
+    figures,
+    note,
+    paragraphs,
+    table_of,
+)
 from bushcli.report.quantity import interval, listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.verdict import faulty_data
@@ -62,7 +73,9 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
             else []
         ),
         Section(f"Parameters identified from {curves_of(best)}", [estimate_table(best), note(_ERRORS)]),
-        Section("Curves before and after", [curve_table(best), figures("curve")]),
+        Section(
+            "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
+        ),
         *([compared_section(best.tables)] if best.tables else []),
         history_section(histories),
         Section(
@@ -75,10 +88,7 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
                 figures("certainty", "profiles"),
             ],
         ),
-        Section(
-            "The search",
-            [*paragraphs(search(best), kind="note"), figures("convergence", "starts")],
-        ),
+        Section("The search", [*paragraphs(search(best), kind="note"), figures("convergence", "starts")]),
     ]
     return Document(
         found.headline,
@@ -285,15 +295,16 @@ def _interval(estimate: Estimate) -> str:
     return interval(low, high, lambda value: number(value, max(3, digits)))
 
 
-def curve_table(fit: Fit) -> Table:
-    """Return the misfit of each channel before and after the identification."""
-    rows: list[Row] = []
-    for curve in fit.curves:
-        how = "predicted (held out)" if curve.held_out else "fitted"
-        misfit = map(percent, (curve.started_percent, curve.rms_percent, curve.noise_percent))
-        rows.append((curve.name, curve.recording.mode, how, *misfit, "yes" if is_met(curve) else "no"))
-    heads = ("channel", "mode", "", "rms before", "rms after", "noise", "within noise")
-    return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
+_MISFITS = "Misfit in percent of the recorded force range"
+_CURVES: Columns[FittedCurve] = (
+    ("channel", lambda one: one.name),
+    ("mode", lambda one: one.recording.mode),
+    ("", lambda one: "predicted (held out)" if one.held_out else "fitted"),
+    ("rms before", lambda one: percent(one.started_percent)),
+    ("rms after", lambda one: percent(one.rms_percent)),
+    ("noise", lambda one: percent(one.noise_percent)),
+    ("within noise", lambda one: "yes" if is_met(one) else "no"),
+)
 
 
 def correlation_table(fit: Fit) -> Table:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bushcli.case import Case
 from bushcli.case.typical import unusual
-from bushcli.report.document import Document, Section, Table, paragraphs
+from bushcli.report.document import Columns, Document, Section, Table, paragraphs, table_of
 
 if TYPE_CHECKING:
     from bushcli.simulate.meshes import Meshed
@@ -26,16 +26,18 @@ def mesh_document(case: Case, meshes: Sequence[Meshed]) -> Document:
     shape = case.geometry
     wall = "" if shape.wall is None else f", rubber {shape.wall.thickness:.4g} mm between the bonds"
     size = "" if shape.overall is None else f"Size in mm: {shape.overall:.4g} overall{wall}"
-    rows = tuple(
-        (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
-        for mesh in meshes
+    columns: Columns[Meshed] = (
+        ("mesh", lambda mesh: mesh.name),
+        ("for", lambda mesh: ", ".join(mesh.modes)),
+        ("boundaries", lambda mesh: ", ".join(mesh.boundaries)),
+        ("elements", lambda mesh: str(mesh.cells)),
+        ("nodes", lambda mesh: str(mesh.nodes)),
     )
-    heads = ("mesh", "for", "boundaries", "elements", "nodes")
     sections = [
         notes_section(shape),
         Section("Volumes and areas", [measure_table(shape)] if shape.notes else []),
         Section("", paragraphs([size])),
-        Section("Meshes", [Table("Meshes", heads, rows, left=3)]),
+        Section("Meshes", [table_of("Meshes", meshes, columns, left=3)]),
     ]
     return Document("", (), "plain", sections, unusual(case, case.material))
 

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 
 def tables_document(
-    case: Case,
-    found: Sequence[TableSpectrum | TableSweep],
-    problems: Sequence[Condition],
+    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
 ) -> Document:
     """Return the document of `fit` where a case has tables of dynamic moduli and no other coupon tests.
 
@@ -33,12 +31,7 @@ def tables_document(
     names = {one.table.name for one in found}
     count = f"{len(names)} table{'s' if len(names) != 1 else ''} of dynamic moduli"
     return Document(
-        f"Relaxation spectra of {count}",
-        [],
-        "plain",
-        spectra_sections(found),
-        problems,
-        conditions(case),
+        f"Relaxation spectra of {count}", [], "plain", spectra_sections(found), problems, conditions(case)
     )
 
 

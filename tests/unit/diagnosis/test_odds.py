@@ -54,6 +54,10 @@ def test_an_effect_is_missing_in_about_one_test_of_four():
     assert 0.15 < some < 0.35
 
 
+def static(*names):
+    return [(name, "static") for name in names]
+
+
 @pytest.mark.parametrize(
     ("zeroed_at", "shown"), [(0.0, True), (0.05, True), (0.5, False), (-0.5, False), (1.5, False)]
 )
@@ -65,10 +69,6 @@ def test_the_zero_of_a_displacement_is_wide_open_where_no_rest_is_shown(zeroed_a
     case = load_case(Path(__file__).parents[3] / "examples" / "batch" / "case.toml", ())
     found = prior.known_parameters(case, (active("offset"),), 0.8, [one])["offset.displacement"]
     assert found.prior.low == (0.03 if shown else 0.5)
-
-
-def static(*names):
-    return [(name, "static") for name in names]
 
 
 def test_odds_multiply_and_the_plain_law_has_none():

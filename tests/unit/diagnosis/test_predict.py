@@ -260,9 +260,9 @@ def test_first_order_takes_a_law_to_its_edge_of_stability_and_no_further(beyond,
     exact = minimize(cost, np.zeros(len(x)), jac=True, method="SLSQP", constraints=[margins])
     assert exact.success
     found = beside._solved(())[0]
-    cuts = beside.edge.cuts.after(beside._room.values - beyond.fitted.x)
-    held = beside._room.active(cuts, np.zeros(len(misfit)))
-    optimum = beside._room.within(cuts.only(held)).optimum(np.zeros(len(misfit)))
+    cuts = beside.edge.cuts.after(beside._tangent.values - beyond.fitted.x)
+    held = beside._tangent.active(cuts, np.zeros(len(misfit)))
+    optimum = beside._tangent.within(cuts.only(held)).optimum(np.zeros(len(misfit)))
     assert edge.margins(optimum).min() > -0.02
     rest = np.concatenate(
         [

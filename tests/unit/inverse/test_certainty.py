@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.inverse.certainty import autocorrelation_time, inverted, leverage
+from bushcli.inverse.result import NORMAL, Estimate
 
 
 def test_white_noise_has_no_memory():
@@ -91,3 +92,13 @@ def test_parameters_without_information_are_open_and_the_others_are_not():
     # Two parameters with one and the same influence.
     _, is_open = inverted(np.array([[1.0, 1e3, 0.0], [1e3, 1e6, 0.0], [0.0, 0.0, 1.0]]))
     assert list(is_open) == [True, True, False]
+
+
+def test_the_interval_of_a_time_is_that_of_its_logarithm_and_of_an_amplitude_that_of_its_size():
+    time, amplitude, law = (
+        Estimate(2.0, 1.0, 0.0, 100.0, False, scale=scale) for scale in ("logarithm", "effect", "straight")
+    )
+    factor = np.exp(0.5 * NORMAL)
+    assert time.range95 == pytest.approx((2.0 / factor, 2.0 * factor))
+    assert amplitude.range95 == pytest.approx((2.0 - NORMAL, 2.0 + NORMAL))
+    assert law.range95 is None

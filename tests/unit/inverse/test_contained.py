@@ -127,3 +127,35 @@ def test_branches_have_the_order_of_their_start_values():
         assert [values[f"tau{shorter}"], values[f"tau{longer}"]] == pytest.approx([1.0, 30.0], rel=0.05)
         assert [values[f"g{shorter}"], values[f"g{longer}"]] == pytest.approx([0.5, 0.4], rel=0.05)
         assert found.cost == problem.cost(found.x)
+
+
+class Vibration(Relaxation):
+    """A stress that oscillates: C10 (1 + sum of g sin(tau t)), in which a search finds the nearest frequency only."""
+
+    def __init__(self):
+        self.times = np.linspace(0.0, 20.0, 200)
+        self.measured = 0.3 * (1.0 + np.sin(2.2 * self.times) + 0.6 * np.sin(3.0 * self.times))
+        self.scale = np.full(len(self.times), 1e-3)
+
+    def solve(self, parameters, names, limit=None):
+        c, t = parameters["C10"], self.times
+        waves = {i: np.sin(parameters[f"tau{i}"] * t) for i in "12"}
+        whole = 1.0 + sum(parameters[f"g{i}"] * wave for i, wave in waves.items())
+        slopes = {"C10": whole, **{f"g{i}": c * wave for i, wave in waves.items()}}
+        slopes["tau1"] = c * parameters["g1"] * t * np.cos(parameters["tau1"] * t)
+        return ChannelForces(t, c * whole, np.column_stack([slopes[name] for name in names]))
+
+
+def test_a_part_that_took_the_place_of_another_effect_is_tried_again_beside_it():
+    """The first effect ends at the frequency that the second one has by itself, beside which it has another."""
+    names, bounds = ["C10", "g1", "tau1", "g2"], Bounds(np.full(4, 1e-6), np.full(4, 10.0))
+    states = coupon_states((0.8, 1.2))
+    problem = LeastSquaresProblem([Vibration()], law("neo_hookean"), names, {"tau2": 2.2}, bounds, states)
+    every = [
+        ContainedPart(("g1", "tau1"), {"g1": 1e-6}, {"tau1": (2.21, 3.05)}, "first", {}),
+        ContainedPart(("g2",), {"g2": 1e-6}, {}, "second", {}),
+    ]
+    found = from_contained(problem, np.array([0.3, 0.1, 2.21, 0.1]), every=every)
+    assert problem.parameters(found.x) == pytest.approx(
+        {"C10": 0.3, "g1": 0.6, "tau1": 3.0, "g2": 1.0, "tau2": 2.2}, rel=1e-4
+    )

@@ -9,8 +9,7 @@ from scipy.optimize import least_squares
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Bounds
-from bushcli.inverse.profile import interval, parameters_to_profile, profile
-from bushcli.inverse.refit import RISE_95
+from bushcli.inverse.profile import RISE_95, interval, parameters_to_profile, profile
 from bushcli.inverse.result import Profile
 
 
@@ -165,3 +164,6 @@ def test_what_is_worth_a_profile(linear):
     assert parameters_to_profile(problem, minimum(x), poor) == [0, 1]
     assert parameters_to_profile(problem, minimum(x, at_edge=True), well) == [0, 1]
     assert parameters_to_profile(problem, minimum(x, beside_failure=True), well) == [0, 1]
+    # The amplitude of an effect has none, however poorly it is determined.
+    problem.law_parameters = lambda x: {"a": x[0]}
+    assert parameters_to_profile(problem, minimum(x), poor) == []

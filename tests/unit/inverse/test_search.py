@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.evidence.promise import Promise
+from bushcli.evidence.stopping_rule import StoppingRule
 from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.minimum_search import search
@@ -112,7 +112,7 @@ def test_a_search_that_keeps_little_of_its_promise_beside_an_edge_goes_along_it_
     lowest = best_on(problem, normal, level)
     start = lowest + 4.0 * np.array([1.0, -0.3]) / np.hypot(1.0, 0.3) + 0.01 * normal
     asked = []
-    for ends in (None, Promise(problem, [0.0, 0.0], None).ends):
+    for ends in (None, StoppingRule(problem, [0.0, 0.0], None).ends):
         problem.asked = []
         found = search(problem, start, ends=ends)
         assert found.x == pytest.approx(lowest, abs=0.1 * np.sqrt(covariance[1, 1]))
@@ -183,3 +183,40 @@ def test_without_parameters_there_is_nothing_to_differentiate():
     assert differences(lambda x: np.ones(3), np.zeros(0)).shape == (3, 0)
     linear = differences(lambda x: np.array([x[0] - 2 * x[1], x[1]]), np.array([1.0, 2.0]))
     assert linear == pytest.approx(np.array([[1.0, -2.0], [0.0, 1.0]]), abs=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.03, 30.0])
+def test_a_time_is_searched_in_its_logarithm(start):
+    """It stays positive, and within its bounds, on the way from a thirtieth or thirty times its value."""
+    t = np.linspace(0.0, 5.0, 40)
+
+    class Decay:
+        law, channels, samples, states = None, [0], len(t), np.zeros((0, 3))
+        stopping, bounds = Stopping(), Bounds(np.array([0.0]), np.array([1e9]), np.array([True]))
+
+        def residual(self, x):
+            return np.exp(-t / x[0]) - np.exp(-t)
+
+        def jacobian(self, x):
+            return (t / x[0] ** 2 * np.exp(-t / x[0]))[:, None]
+
+        def answers(self, x, iteration=0):
+            assert (x > 0.0).all()
+
+        def instability(self, x, states=None):
+            return np.zeros(0)
+
+        def cost(self, x):
+            return float(np.sum(self.residual(x) ** 2))
+
+    assert minimise(Decay(), np.array([start])).x == pytest.approx([1.0], rel=1e-5)
+
+
+def test_coordinates_of_a_search_lead_back_to_its_origin_and_bounds():
+    bounds = Bounds(np.array([0.0, -1.0]), np.array([10.0, np.inf]), np.array([True, False]))
+    origin = np.array([2.0, 0.3])
+    limits, point = bounds.about(origin)
+    assert (point(np.zeros(2)) == origin).all()
+    assert point(np.array([np.log(2.0), 0.2])) == pytest.approx([4.0, 0.5])
+    assert limits.lower == pytest.approx([np.log(1e-9), -1.3])
+    assert limits.upper == pytest.approx([np.log(5.0), np.inf])

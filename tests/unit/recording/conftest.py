@@ -25,4 +25,4 @@ def in_this_process(monkeypatch):
             isolated.copy_contents(format_name, path, json.loads(json.dumps(list(wanted))), output)
         return output.getvalue()
 
-    monkeypatch.setattr(isolated, "_asked", asked)
+    monkeypatch.setattr(isolated, "child_output", asked)

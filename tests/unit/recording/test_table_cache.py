@@ -61,13 +61,13 @@ def case(tmp_path):
 @pytest.fixture
 def reads(in_this_process, monkeypatch):
     """Return a list that receives the name of each file that is read."""
-    names, asked = [], isolated._asked
+    names, asked = [], isolated.child_output
 
     def counted(path, *others):
         names.append(path.name)
         return asked(path, *others)
 
-    monkeypatch.setattr(isolated, "_asked", counted)
+    monkeypatch.setattr(isolated, "child_output", counted)
     return names
 
 

@@ -11,6 +11,7 @@ from bushcli.effects.titles import phrase, title
 from bushcli.report.conditions import conditions
 from bushcli.report.document import (
     Block,
+    Columns,
     Document,
     Row,
     Section,
@@ -18,6 +19,7 @@ from bushcli.report.document import (
     figures,
     note,
     paragraphs,
+    table_of,
 )
 from bushcli.report.quantity import listed, number, percent
 from bushcli.report.verdict import FAULTS, fault_kind, fault_lines
@@ -25,6 +27,7 @@ from bushcli.report.views.diagnosis import words
 from bushcli.report.views.diagnosis.paragraph import short_paragraphs
 from bushcli.report.views.diagnosis.values import derived_text, shown
 from bushcli.report.views.dynamic_tables import compared_section
+from bushcli.selection.searched import TriedModel
 
 # The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
@@ -93,18 +96,12 @@ def diagnosis_document(found: Diagnosis) -> Document:
         compared_section([one.compared for one in found.tables]),
         *([] if words.is_missing(found) else [missing]),
         record_section(found),
-        Section(
-            "Where in the bushing",
-            [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")],
-        ),
+        Section("Where in the bushing", [*paragraphs(words.ended(map_lines(found))), figures("bushing_map")]),
         Section(
             "Parameters",
             [parameter_table(found), *paragraphs([] if is_faulty else [law_line(found)], "terminal")],
         ),
-        Section(
-            "Next test",
-            [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")],
-        ),
+        Section("Next test", [*paragraphs(words.ended(words.next_test_lines(found))), figures("next_test")]),
         search_section(found),
     ]
     # Where the verdict is faulty data, its paragraph has the faults.
@@ -328,13 +325,19 @@ def misfit_table(found: Diagnosis) -> Table:
 
 def trial_table(found: Diagnosis) -> Table:
     """Return all models that were fitted, in the order of the search."""
-    rows: list[Row] = []
-    for order, one in enumerate(found.searched.trials, start=1):
-        values = (logarithm(one.predicted), logarithm(one.log_evidence), number(one.misfit), str(one.solves))
-        rows.append((str(order), words.model_title(one.law, one.effects), one.text, *values))
-    heads = ("", "model", "remark", "predicted", "found", "misfit/noise", "simulations")
     name = "Models in the order of the search (ln of evidence times odds)"
-    return Table(name, heads, tuple(rows), left=3)
+    return table_of(name, enumerate(found.searched.trials, start=1), _TRIED, left=3)
+
+
+_TRIED: Columns[tuple[int, TriedModel]] = (
+    ("", lambda one: str(one[0])),
+    ("model", lambda one: words.model_title(one[1].law, one[1].effects)),
+    ("remark", lambda one: one[1].text),
+    ("predicted", lambda one: logarithm(one[1].predicted)),
+    ("found", lambda one: logarithm(one[1].log_evidence)),
+    ("misfit/noise", lambda one: number(one[1].misfit)),
+    ("simulations", lambda one: str(one[1].solves)),
+)
 
 
 def untestable_table(found: Diagnosis) -> Table:

@@ -45,7 +45,7 @@ class Cuts:
 
 
 @dataclass(frozen=True)
-class Room:
+class TangentSpace:
     """First-order changes of the misfit by the parameters of a fitted model.
 
     Attributes
@@ -79,13 +79,13 @@ class Room:
         """Return the parameters (p,) with the least misfit, if others change it by `further` (rows,)."""
         return np.asarray(self.values - self.free @ (self.inverse @ (self.basis.T @ (self.rest + further))))
 
-    def within(self, cuts: Cuts) -> Room:
-        """Return the room in which conditions, with their values at `values`, are met with equality."""
+    def within(self, cuts: Cuts) -> TangentSpace:
+        """Return the space in which conditions, with their values at `values`, are met with equality."""
         by = cuts.slopes @ self.free
         change = np.linalg.lstsq(by, -cuts.values)[0]
         left = null_space(by)
         moved = self.rest + self.slopes @ change
-        return _room(self.values + self.free @ change, self.free @ left, self.slopes @ left, moved)
+        return _space(self.values + self.free @ change, self.free @ left, self.slopes @ left, moved)
 
     def active(self, cuts: Cuts, further: Array) -> tuple[int, ...]:
         """Return which conditions hold the optimum, if other parameters change the misfit by `further` (rows,).
@@ -111,8 +111,10 @@ class Room:
         return tuple(int(i) for i in np.flatnonzero(held > RANK))
 
 
-def room(misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x: Array) -> Room:
-    """Return the room of a fit, with the parameters that bounds hold at these.
+def tangent_space(
+    misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x: Array
+) -> TangentSpace:
+    """Return the space of a fit, with the parameters that bounds hold at these.
 
     Parameters
     ----------
@@ -129,12 +131,12 @@ def room(misfit: Array, slopes: Array, free: NDArray[np.bool_], change: Array, x
     """
     size = np.linalg.norm(slopes, axis=0)
     changes = np.diag(1.0 / np.where(size > 0.0, size, 1.0))[:, free]
-    return _room(x + change, changes, slopes @ changes, misfit + slopes @ change)
+    return _space(x + change, changes, slopes @ changes, misfit + slopes @ change)
 
 
-def _room(values: Array, free: Array, slopes: Array, rest: Array) -> Room:
+def _space(values: Array, free: Array, slopes: Array, rest: Array) -> TangentSpace:
     if not slopes.shape[1]:
-        return Room(values, free, slopes, np.zeros((len(rest), 0)), np.zeros((0, 0)), rest)
+        return TangentSpace(values, free, slopes, np.zeros((len(rest), 0)), np.zeros((0, 0)), rest)
     u, s, v = np.linalg.svd(slopes, full_matrices=False)
     kept = s > RANK * max(float(s.max(initial=0.0)), 1e-300)
-    return Room(values, free, slopes, u[:, kept], v[kept].T / s[kept], rest)
+    return TangentSpace(values, free, slopes, u[:, kept], v[kept].T / s[kept], rest)

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.effects.active import ActiveEffect
 from bushcli.selection.model import Model
 
 Array = NDArray[np.float64]
@@ -54,12 +53,11 @@ def changes(base: Model, model: Model) -> Changes:
 
 def _named(model: Model) -> set[str]:
     """Names of a model's effects; of each also with its number of parameters and the dimensions of its mesh."""
-    return {name for one in model.effects for name in (one.identity, _in_detail(one))}
-
-
-def _in_detail(one: ActiveEffect) -> str:
-    dimensions = (f"{p.name}={one.values[p.name]:g}" for p in one.parameters if p.of_mesh)
-    return " ".join([one.identity, str(len(one.parameters)), *dimensions])
+    found = set()
+    for one in model.effects:
+        dimensions = (f"{p.name}={one.values[p.name]:g}" for p in one.parameters if p.of_mesh)
+        found |= {one.identity, " ".join([one.identity, str(len(one.parameters)), *dimensions])}
+    return found
 
 
 @dataclass(frozen=True)

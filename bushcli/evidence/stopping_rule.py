@@ -24,13 +24,13 @@ Array = NDArray[np.float64]
 # Share of the posterior below which a model does not matter: a hundred such models would change it by less than the
 # search may leave undone (`selection.queue.LEFT`).
 NEGLIGIBLE = 5e-4
-# Points in a row whose promise is too small before a fit is given up, or that kept too little of it. A single one may
-# lie far off the valley.
+# Points in a row from which too little can be gained before a fit is given up, or that gained too little of what was
+# predicted. A single one may lie far off the valley.
 TWICE = 2
 # A search whose trials the law's stability rejects, and whose steps lower the misfit by less than this share of what a
-# full step promises, goes on along the edge of stability: in practice p04 twelve steps towards a debonded bond gained
-# 1 to 4 % of the promise each, and five along the edge nearly all of it.
-KEPT = 0.1
+# full step predicts, goes on along the edge of stability: in practice p04 twelve steps towards a debonded bond gained
+# 1 to 4 % of that each, and five along the edge nearly all of it.
+LEAST_RATIO = 0.1
 # A fit ends where a full step would gain less than this many nats: no parameter is then further from its best value
 # than a fifth of its standard deviation.
 NOTHING = 0.02
@@ -43,8 +43,8 @@ ROUGH = 1.0
 # The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
 # not make an effect visible (`selection.queue.FAINT`).
 NOTHING_AT_WALL = 0.5
-# Possible error of the promised evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
-# the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step promised
+# Possible error of the predicted evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
+# the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step predicted
 # 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`selection.queued`): the effect
 # is in the model.
 SLACK, SHARE_SLACK = 2.0, 0.15
@@ -72,7 +72,7 @@ def needed_of(total: float, odds: float, odds_unknown: float) -> Needed:
     return Needed(least - odds, least - odds_unknown)
 
 
-class Promise:
+class StoppingRule:
     """Decides when a fit ends, from the gain predicted for a full Gauss-Newton step.
 
     Parameters
@@ -129,9 +129,9 @@ class Promise:
         """Whether the last step gained much less than predicted; `gain` is the predicted gain of the next."""
         rows = self._problem.residual(x)
         now = (self._problem.variances, float(rows @ rows), gain)
-        (variances, before, promised), self._last = self._last, now
-        kept = 0.5 * (before - now[1]) / self._problem.unit**2
-        return variances == now[0] and kept < KEPT * promised
+        (variances, before, predicted), self._last = self._last, now
+        gained = 0.5 * (before - now[1]) / self._problem.unit**2
+        return variances == now[0] and gained < LEAST_RATIO * predicted
 
     def _step(self, x: Array) -> tuple[Array, float]:
         """Return the full step (p,) from solvable parameters, and its predicted gain in nats."""

@@ -10,9 +10,9 @@ from scipy.stats import multivariate_normal
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
-from bushcli.selection import learned
-from bushcli.selection.learned import NONE, PredictionErrors
+from bushcli.selection import prediction_errors
 from bushcli.selection.model import Model
+from bushcli.selection.prediction_errors import NONE, PredictionErrors
 from bushcli.selection.queued import Queued
 
 A, B, C = frozenset({"with a"}), frozenset({"with b"}), frozenset({"with c", "without a"})
@@ -47,7 +47,7 @@ def test_no_slack_grows() -> None:
     assert errors.expected(B).spread == 1.0
     # Errors beyond `MOST` count as `MOST`.
     other = PredictionErrors()
-    other.add(A, 10.0 * learned.MOST, 10.0)
+    other.add(A, 10.0 * prediction_errors.MOST, 10.0)
     assert errors.expected(A) == other.expected(A)
 
 
@@ -67,9 +67,12 @@ def test_it_is_the_conditional_distribution_of_the_stated_one() -> None:
         errors.add(changes, 2.0 * size, 2.0)
     every = (A, B, C, C)
     covariance = np.array(
-        [[learned.COMMON**2 + learned.OF_CHANGE**2 * len(a & b) for b in every] for a in every]
+        [
+            [prediction_errors.COMMON**2 + prediction_errors.OF_CHANGE**2 * len(a & b) for b in every]
+            for a in every
+        ]
     )
-    covariance += learned.OWN**2 * np.eye(4)
+    covariance += prediction_errors.OWN**2 * np.eye(4)
     joint = multivariate_normal(np.zeros(4), covariance)
     grid = np.linspace(-1.0, 1.0, 20001)
     density = joint.logpdf(np.column_stack([np.tile(sizes, (len(grid), 1)), grid]))
@@ -77,7 +80,7 @@ def test_it_is_the_conditional_distribution_of_the_stated_one() -> None:
     # The scale: from the curvature of the density, and the share of the squares of the errors per degree of freedom.
     variance = -1.0 / np.polyfit(grid, density, 2)[0] / 2.0
     square = np.array(sizes) @ np.linalg.solve(covariance[:3, :3], sizes)
-    scale = (learned.FREEDOM + square) / (learned.FREEDOM + 3)
+    scale = (prediction_errors.FREEDOM + square) / (prediction_errors.FREEDOM + 3)
     expected = math.sqrt(variance / covariance[3, 3] * scale)
     assert errors.expected(C).spread == pytest.approx(min(expected, 1.0), rel=1e-3)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from bushcli.evidence.promise import NEGLIGIBLE, NOTHING, UNCHANGED, Needed, needed_of
+from bushcli.evidence.stopping_rule import NEGLIGIBLE, NOTHING, UNCHANGED, Needed, needed_of
 from bushcli.inverse.minimum_search import search
 from bushcli.selection.fit import fit, pose
 from bushcli.selection.state import State

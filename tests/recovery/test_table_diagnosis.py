@@ -1,0 +1,117 @@
+"""A diagnosis of a table of dynamic stiffness: what the rig adds is named, with its size, beside the rubber's loss."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from bushcli.case import load_case
+from bushcli.cli import main
+from bushcli.simulate.dynamic import vibrate
+
+RUBBER = """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[mesh]
+elements_across = 2
+[material]
+law = "neo_hookean"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = {}
+"""
+TRUE = """
+[[effects]]
+name = "viscoelasticity"
+parameters = { g1 = 0.3, tau1 = 0.004 }
+[[load_cases]]
+mode = "axial"
+[load_cases.dynamic]
+preload = [0.0, 3.0]
+frequency = { from = 1, to = 200, points = 12 }
+"""
+TABLE = """
+[[recordings]]
+mode = "axial"
+kind = "dynamic"
+name = "rig"
+file = "rig.csv"
+"""
+MASS = 0.06
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("rig")
+    (made / "true.toml").write_text(RUBBER.format(0.55) + TRUE)
+    rng, rows = np.random.default_rng(3), ["frequency_Hz,preload_mm,stiffness_N_per_mm,loss_angle_deg"]
+    for curve in vibrate(load_case(made / "true.toml")).curves:
+        K = curve.stiffness - 1e-3 * MASS * (2 * np.pi * curve.frequency) ** 2
+        size = np.abs(K) * (1 + 0.004 * rng.standard_normal(len(K)))
+        angle = np.degrees(np.angle(K)) + 0.15 * rng.standard_normal(len(K))
+        rows += [
+            f"{f:.4g},{curve.preload},{s:.5g},{a:.3f}"
+            for f, s, a in zip(curve.frequency, size, angle, strict=True)
+        ]
+    (made / "rig.csv").write_text("\n".join(rows) + "\n")
+    (made / "case.toml").write_text(RUBBER.format(0.4) + TABLE)
+    return made
+
+
+@pytest.fixture(scope="module")
+def document(folder):
+    asked = ["diagnose", str(folder / "case.toml"), "--json", "-q", "-o", str(folder / "out")]
+    answer = CliRunner().invoke(main, asked, catch_exceptions=False)
+    assert answer.exit_code == 0
+    return json.loads(answer.stdout)
+
+
+def test_rubber_and_rig_are_named_with_their_values(document):
+    assert document["verdict"] == "missing_physics"
+    named = {one["name"]: one["parameters"] for one in document["effects"]}
+    assert set(named) == {"viscoelasticity", "fixture_mass"}
+    for one, truth in (
+        (named["fixture_mass"]["mass"], MASS),
+        (named["viscoelasticity"]["g1"], 0.3),
+        (named["viscoelasticity"]["tau1"], 0.004),
+    ):
+        assert one["value"] == pytest.approx(truth, rel=0.1)
+        assert one["lower"] < one["value"] < one["upper"]
+    assert document["probability"]["fixture_mass"] > 0.9
+    assert document["probability"]["time_lag"] < 0.1
+
+
+def test_the_table_is_shown_before_and_after(document, folder):
+    (table,) = document["dynamic"]
+    assert table["name"] == "rig"
+    assert (
+        len(table["stiffness"]) == len(table["recorded"]["stiffness"]) == len(table["plain"]["storage"]) == 24
+    )
+    assert document["misfit"]["before"]["rig"] > 5.0
+    assert document["misfit"]["after"]["rig"] < 1.5 * document["misfit"]["noise"]["rig"] < 1.5
+    assert any("loss angle is off by -" in place for place in table["places"])
+    assert not table["remaining"]
+    page = (folder / "out" / "report.html").read_text()
+    assert "Dynamic stiffness: simulated and measured" in page
+    assert "Recorded and simulated curves" not in page
+    assert {"rig-table.csv", "identified.toml"} <= {file.name for file in (folder / "out").iterdir()}
+
+
+def test_effects_without_dynamic_stiffness_are_not_detectable(folder):
+    asked = ["diagnose", str(folder / "case.toml"), "--json", "-q", "--effects", "viscoelasticity,mullins"]
+    answer = CliRunner().invoke(main, asked, catch_exceptions=False)
+    said = json.loads(answer.stdout)
+    assert said["searched"]["untestable"]["mullins"] == "these recordings do not respond to it"
+    assert said["probability"]["mullins"] == 0.0
+
+
+def test_a_single_table_cannot_be_held_out(folder):
+    answer = CliRunner().invoke(main, ["diagnose", str(folder / "case.toml"), "--hold-out", "rig"])
+    assert answer.exit_code == 2
+    assert "leaves no channel to diagnose" in answer.stderr
