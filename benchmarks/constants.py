@@ -54,7 +54,7 @@ CONSTANTS = (
     Constant("likelihood.form", "UNKNOWN_IN_CHANNEL", ("0.25", "0.75")),
     Constant("evidence.prior", "UNKNOWN", ("0.005", "0.02")),
     Constant("evidence.prior", "LAW_SHARE", ("0.5", "2.0")),
-    Constant("evidence.laplace", "AT_OFF", ("1e-8", "1e-4")),
+    Constant("evidence.laplace", "AT_OFF", ("0.01", "0.3")),
     Constant("evidence.amplitudes", "MOST_SOLUTIONS", ("15", "60")),
     Constant("evidence.amplitudes", "SAME", ("1e-8", "1e-4")),
     Constant("likelihood.linearised", "_RANK", ("1e-12", "1e-8")),
