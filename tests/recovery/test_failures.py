@@ -8,7 +8,7 @@ import pytest
 from bushcli.curve.curve import Curve
 from bushcli.errors import InputError
 from bushcli.inverse import Task, channels, identify, profile
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import SweptChannel
 from bushcli.recording import write_curve_csv
 from cases.march import History, NotConverged
 from cases.stability import stable
@@ -23,7 +23,7 @@ def values(fit):
 @pytest.fixture
 def failing(monkeypatch):
     """Make the march of the channels of a mode, or of all, fail where a condition on the parameters holds."""
-    solve = Channel.solve
+    solve = SweptChannel.solve
 
     def arrange(condition, mode=None):
         def partly(self, parameters, names, patience):
@@ -31,7 +31,7 @@ def failing(monkeypatch):
                 raise NotConverged(NOTHING, float(self.targets[-1]), "forced", 0.0)
             return solve(self, parameters, names, patience)
 
-        monkeypatch.setattr(Channel, "solve", partly)
+        monkeypatch.setattr(SweptChannel, "solve", partly)
 
     return arrange
 

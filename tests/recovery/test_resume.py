@@ -54,7 +54,7 @@ def test_resumes_after_a_kill_with_the_same_answer(experiment, tmp_path, after):
 def test_a_finished_run_is_resumed_without_solving_anything(experiment, tmp_path, monkeypatch):
     case, journal = experiment("axial"), tmp_path / "history"
     whole = identify(Task(case, "yeoh"), journal=journal)
-    monkeypatch.delattr("bushcli.inverse.channel.Channel.solve")
+    monkeypatch.delattr("bushcli.inverse.channel.SweptChannel.solve")
     assert values(identify(Task(case, "yeoh"), journal=journal, resume=True)) == values(whole)
 
 

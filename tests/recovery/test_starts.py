@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.inverse import Task, identify, refine, starts
-from bushcli.inverse.channel import Channel
+from bushcli.inverse.channel import SweptChannel
 from bushcli.runtime.executor import processes
 
 MESH = "[mesh]\nelements_across = 2\nelements_along = 4\nelements_around = 8\n"
@@ -60,7 +60,7 @@ def test_a_pool_of_processes_makes_no_difference(case):
 
 def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
     """A valley with no way out: the second start cannot improve."""
-    solve = Channel.solve
+    solve = SweptChannel.solve
 
     def stuck(self, parameters, names, patience):
         found = solve(self, parameters, names, patience)
@@ -71,7 +71,7 @@ def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
             else type(found)(found.displacement, 0 * found.force, 0 * found.slope)
         )
 
-    monkeypatch.setattr(Channel, "solve", stuck)
+    monkeypatch.setattr(SweptChannel, "solve", stuck)
     monkeypatch.setattr(refine, "is_outperformed", lambda costs, reference: costs[0] > 9 * reference)
     monkeypatch.setattr(starts, "screen_starts", lambda *_: [np.array([0.5, 0.02, 0.001])])
     fit = identify(Task(case, "yeoh", starts=2))

@@ -72,7 +72,7 @@ def test_every_effect_has_sizes_that_the_catalogue_admits() -> None:
     rng = np.random.default_rng(3)
     for name, sizes in SIZES.items():
         values = sizes.values(rng, SITUATION)
-        needed = {p.name for p in effects()[name].parameters if not (p.optional or p.choices)}
+        needed = {p.name for p in effects()[name].parameters if not (p.optional or p.choices or p.under)}
         assert needed <= set(values) <= {p.name for p in effects()[name].parameters}
         for size in (sizes.least, sizes.most):
             active = sized(name, values, size)

@@ -463,8 +463,8 @@ def test_frequencies_are_counted_by_what_is_concealed() -> None:
     assert found.of(frozenset()) == found.of(UNKNOWN) == 0.25
     assert found.of(frozenset({"friction"})) == 1.5 / 4
     assert found.of(frozenset({"offset"})) == 0.5 / 4
-    # A quarter is divided among the pairs of the 21 effects.
-    assert found.of(frozenset({"offset", "gain"})) == pytest.approx(0.25 / 210)
+    # A quarter is divided among the pairs of the 22 effects.
+    assert found.of(frozenset({"offset", "gain"})) == pytest.approx(0.25 / 231)
     assert found.of(frozenset({"offset", "unknown"})) < 1e-5
 
 
