@@ -36,12 +36,14 @@ Of = Literal[
     "1/force",
     "1/duration",
     "force/duration",
+    "squared arm",
 ]
 Scales = Mapping[str, float]
 """Quantities to which priors are relative, by name: duration and interval between samples (s), largest travel (mm or
 rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of
 the rubber (mm), shear modulus (MPa). For an effect on several channels they are the stiffest channel's. "1/shear",
-"1/force", "1/duration", "force/duration" and "thickness/length" are quotients of them."""
+"1/force", "1/duration", "force/duration" and "thickness/length" are quotients of them; "squared arm" is the square of
+the rubber's outer radius (mm^2) in rotational modes, 1 in others."""
 
 # A log-uniform prior has normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5

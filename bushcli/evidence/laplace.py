@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 # Precision, in units of the prior's standard deviation, with which a uniform prior or a Student's t enters a
 # Gaussian: a parameter about which the data say nothing then contributes nothing to the evidence.
 UNIFORM, STUDENT = 2.0 * math.pi / 12.0, 2.0 / math.pi
+# Share of the forces below which their change by a law's whole parameter is rounding.
+NO_INFLUENCE = 1e-9
 # An amplitude nearer to its off value than this share of its posterior standard deviation counts as being on the bound:
 # a search comes nearer to a bound by a factor of 200 in each iteration, and may end after two.
 AT_OFF = 0.1
@@ -146,7 +148,9 @@ def _prior(
     for i, (value, one) in enumerate(zip(values, known, strict=True)):
         if one is None:
             size = math.sqrt(sum(float(J[:, i] @ J[:, i]) for J in slopes))
-            units[i] = LAW_SHARE * math.sqrt(signal) / max(size, 1e-300)
+            # Of a value that changes nothing, such as a law's stiffening in a table about rest, the width is finite.
+            widest = max(abs(float(value)), 1.0) / NO_INFLUENCE
+            units[i] = min(LAW_SHARE * math.sqrt(signal) / max(size, 1e-300), widest)
             density[i] = -0.5 * math.log(2.0 * math.pi)
             continue
         prior, scales = one.prior, one.scales

@@ -18,6 +18,7 @@ from bushcli.effects.effect import Kind, effect
 from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
 from bushcli.recording.dynamic.rows import RecordedTable
+from cases.mode import modes
 
 # Odds that an effect is present in a size that is visible beside the errors of the formulas. Engineering judgement, in
 # three classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some;
@@ -113,6 +114,9 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
     wall = case.geometry.wall
     thickness = wall.thickness if wall is not None else 10.0
     length = wall.inner[1] - wall.inner[0] if wall is not None else 4.0 * thickness
+    # From a mass to a moment of inertia, where all channels are of rotations.
+    outer = wall.inner_radius + thickness if wall is not None else thickness
+    turned = bool(recordings) and all(modes()[one.mode].rotational for one in recordings)
     return {
         "duration": max((one[1] for one in spans), default=1.0),
         "interval": max((one[0] for one in spans), default=1.0),
@@ -124,6 +128,7 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
         "length": length,
         "shear": shear,
         "1/shear": 1.0 / shear,
+        "squared arm": outer**2 if turned else 1.0,
     }
 
 

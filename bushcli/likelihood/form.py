@@ -221,12 +221,14 @@ class Likelihood:
         none = np.zeros(len(self.features))
         return Left(none, none, none)
 
-    def _log(self, left: Left, form: Array, channel: slice | int = slice(None)) -> tuple[Array, Array]:
-        """Log likelihood by channel for sums of squares `form` (..., channels) of the error of form, and v.
+    def _log(
+        self, left: Left, form: Array, m: Array, channel: slice | int = slice(None)
+    ) -> tuple[Array, Array]:
+        """Log likelihood by channel for sums of squares `form` (..., channels) of an error in m features, and v.
 
         Both are means over the size of the noise, v the harmonic one.
         """
-        m = self.effective[channel]
+        m = m[channel]
         # The nodes of the noise come first.
         nodes = _NOISE_NODES.reshape(-1, *[1] * np.ndim(form))
         noise = np.exp(2.0 * self.doubt[channel] * nodes)
@@ -258,7 +260,7 @@ class Likelihood:
         """Return the likelihood of a model that explains the sums of squares `explained` (channels,)."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = _PHIS[:, None, None] ** 2 * explained + lam[None, :, None] ** 2 * self.signal
-        parts, v = self._log(left, form)
+        parts, v = self._log(left, form, self.effective)
         log = parts.sum(axis=-1) + np.log(_PHI_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
         total = float(np.logaddexp.reduce(log, axis=None))
         weight = np.exp(log - total)
@@ -267,7 +269,13 @@ class Likelihood:
 
     def judge_unknown(self, left: Left) -> Judged:
         """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel."""
-        m = self.effective
+        # What branches leave of other relaxation is alike in a table; what is unknown is not.
+        m = np.array(
+            [
+                float(one.count) if one.independent else own
+                for one, own in zip(self.features, self.effective, strict=True)
+            ]
+        )
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained_by(left)
         sizes = np.concatenate([[0.0], _SIZES])
@@ -276,7 +284,7 @@ class Likelihood:
         scales, by_size = [], []
         for c in range(len(m)):
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
-            log, v = self._log(left, form, c)
+            log, v = self._log(left, form, m, c)
             log = log + np.log(_WEIGHTS)[None, :]
             by_size.append(np.logaddexp.reduce(log, axis=1))
             whole = log + np.log(prior)[:, None]

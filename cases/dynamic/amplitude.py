@@ -235,14 +235,16 @@ class UnevenModel:
             before, local = found.stiffness, found.local
             vectors = self._residuals(response(amplitude * local)[0], frequency)
             comm = self._basis.pencil.model.comm
-            sizes, own = (
-                summed(comm, (v**2).sum(axis=1)) for v in (vectors, self._basis.vectors[: 1 + self._motion])
-            )
-            left = np.sqrt(sizes / own[self._motion]) > ROUNDED
+            # Real and imaginary part may be parallel: of their span what is larger than rounding errors is added.
+            moved = self._basis.vectors[self._motion : self._motion + 1]
+            gram = summed(comm, vectors @ vectors.T)
+            own = float(summed(comm, moved @ moved.T)[0, 0])
+            squares, turned = np.linalg.eigh(gram)
+            left = squares > ROUNDED**2 * own
             if not left.any():
                 # Even moduli, as without any relaxation: the vectors at hand are enough.
                 break
-            self._basis.add(vectors[left])
+            self._basis.add((turned[:, left] * np.sqrt(own / squares[left])).T @ vectors)
             self._take()
             found = self._balance(amplitude, frequency, response, local)
             if abs(found.stiffness - before) <= ENOUGH * abs(found.stiffness):

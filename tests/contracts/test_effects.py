@@ -314,7 +314,7 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
         if parameter.lower >= 0.0:
             assert not prior.signed, parameter.name
             assert prior.shape != "t", parameter.name
-        if prior.of in ("travel", "force", "stiffness", "force/duration"):
+        if prior.of in ("travel", "force", "stiffness", "force/duration", "squared arm"):
             assert parameter.of_channel, parameter.name
 
 

@@ -55,8 +55,9 @@ EFFECT = Effect(
             prior=Prior(
                 "t",
                 0.3,
+                of="squared arm",
                 source="engineering judgement: an adapter has some tenths of a kilogram to a few, and rigs "
-                "compensate most of it",
+                "compensate most of it; about an axis as if it were at the bushing's outer radius, 1 otherwise",
             ),
         ),
     ),
