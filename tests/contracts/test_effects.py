@@ -291,6 +291,7 @@ SCALES = {
     "thickness": 9.0,
     "length": 34.0,
     "shear": 1.0,
+    "squared arm": 1.0,
 }
 
 

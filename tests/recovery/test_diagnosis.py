@@ -224,9 +224,10 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
         "outer_top",
         "outer_bottom",
     )
-    # It changes the force by 0.18 % of its range. The error of a law may be as large and resemble it: a third.
+    # It changes the force by 0.18 % of its range. The error of a law may be as large and resemble it, and so may a zero
+    # that was set under a preload: a third.
     assert found.probability["debonding"] > 0.5
-    assert found.probability["debonding"] + found.probability["nothing"] > 0.99
+    assert sum(found.probability[name] for name in ("debonding", "nothing", "offset")) > 0.99
     assert 1.0 < found.effects[0].parameters["length"].value < 6.0
 
 

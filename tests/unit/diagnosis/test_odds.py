@@ -25,6 +25,7 @@ SCALES = {
     "thickness": 10.0,
     "length": 40.0,
     "shear": 0.8,
+    "squared arm": 1.0,
 }
 KNOWN = [
     (f"{effect.name}.{p.name}", p)
