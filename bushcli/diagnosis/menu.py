@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 
 # Minutes to set up a program on a mounted specimen, and to mount it in another direction. Guesses: nothing but the
 # order of costs depends on them.
-_SET_UP = 5.0
-_REMOUNT = 40.0
+SET_UP = 5.0
+REMOUNT = 40.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def menu(
     """
     found: list[Proposal] = []
     for channel, a in amplitudes.items():
-        extra = 0.0 if channel in mounted else _REMOUNT
+        extra = 0.0 if channel in mounted else REMOUNT
         # A strip or a sheet cannot be pushed: it buckles, and its strain cannot be less than -1.
         coupon = modes()[channel].specimen == "coupon"
         for text, points, rates, holds in _plans(a, rate[channel]):
@@ -94,7 +94,7 @@ def menu(
                 continue
             ways = zip(points[:-1], points[1:], rates, strict=True)
             seconds = sum(abs(end - begin) / speed for begin, end, speed in ways) + sum(holds)
-            cost = _SET_UP + extra + seconds / 60.0
+            cost = SET_UP + extra + seconds / 60.0
             found.append(
                 Proposal(
                     f"{channel}, {text.format(a='the largest amplitude')}",

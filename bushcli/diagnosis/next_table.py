@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
+from bushcli.diagnosis.menu import REMOUNT, SET_UP
 from bushcli.likelihood.features import BRANCHES
 from bushcli.recording.dynamic.rows import RecordedTable
 from bushcli.recording.dynamic.table import DynamicTable
@@ -22,9 +23,9 @@ from cases.mode import modes
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Minutes to set up sweeps on a mounted specimen, per sweep, to mount it in another direction, and to bring a chamber to
-# another temperature. Guesses: nothing but the order of costs depends on them.
-_SET_UP, _SWEEP, _REMOUNT, _CHAMBER = 5.0, 2.0, 40.0, 60.0
+# Minutes per sweep, and to bring a chamber to another temperature. Guesses: nothing but the order of costs depends on
+# them.
+_SWEEP, _CHAMBER = 2.0, 60.0
 # Frequencies of a sweep; factor by which a range of frequencies is made wider on one side.
 _POINTS, _WIDER = 10, 4.0
 # Amplitudes over the smallest; preloads as shares of the rubber's thickness; kelvins above and below. What rigs reach.
@@ -80,7 +81,7 @@ def table_menu(problem: CommonData) -> list[TableProposal]:
         degrees = temperatures(problem.case, measured)[first.name].mean()
         table = _table(mode.name, mode.name, frequency, (np.nan,), (0.0,), (float(degrees),))
         text = f"{mode.name}, {_range(frequency, 'Hz')}, small amplitude, at rest"
-        found.append(TableProposal(f"{mode.name} too", table, _SET_UP + _REMOUNT + _SWEEP, text))
+        found.append(TableProposal(f"{mode.name} too", table, SET_UP + REMOUNT + _SWEEP, text))
     return sorted(found, key=lambda one: one.cost)
 
 
@@ -108,7 +109,7 @@ def _plans(case: Case, one: RecordedTable) -> Iterator[TableProposal]:
     ) -> TableProposal:
         made = _table(table.name, table.mode, frequency, amplitude, preload, degrees)
         sweeps = len(amplitude) * len(preload) * len(degrees)
-        cost = _SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
+        cost = SET_UP + _SWEEP * sweeps + _CHAMBER * (len(degrees) - 1)
         parts = [f"{table.mode}, {_range(frequency, 'Hz')}"]
         for values, name, factor, of in (
             (amplitude, "amplitudes of", per, unit),

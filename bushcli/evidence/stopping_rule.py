@@ -34,15 +34,15 @@ LEAST_RATIO = 0.1
 # A fit ends where a full step would gain less than this many nats: no parameter is then further from its best value
 # than a fifth of its standard deviation.
 NOTHING = 0.02
+# The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
+# not make an effect visible (`selection.queue.FAINT`).
+NOTHING_AT_WALL = 0.5
 # A model of a small share of the posterior need not be known as well: its fit ends where a full step would change the
 # posterior by less than this. Probabilities that differ by less count as the same (`benchmarks/constants.md`).
 UNCHANGED = 0.002
 # Gain (nats) below which a fit goes on with the variances of its misfit, if they have changed: their change moves the
-# optimum by more.
+# optimum by more. Judgement.
 ROUGH = 1.0
-# The same beside parameters that cannot be solved, where trials fail and take three times as long: a gain that would
-# not make an effect visible (`selection.queue.FAINT`).
-NOTHING_AT_WALL = 0.5
 # Possible error of the predicted evidence, in nats: a constant, by which the evidence changed in fits of a coupon while
 # the variances settled (1.3 at most), and a share of the gain, however large: from far starts a step predicted
 # 17,600 nats where 17,850 were found. It is smaller than that of a prediction (`selection.queued`): the effect

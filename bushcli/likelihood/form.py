@@ -269,7 +269,7 @@ class Likelihood:
 
     def judge_unknown(self, left: Left) -> Judged:
         """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel."""
-        # What branches leave of other relaxation is alike in a table; what is unknown is not.
+        # Branches miss a table in a share of its features only (`Features.independent`); unknown physics may miss all.
         m = np.array(
             [
                 float(one.count) if one.independent else own
