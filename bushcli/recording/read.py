@@ -14,7 +14,7 @@ from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.above import factor_remarks, rate_remarks
 from bushcli.recording.header.columns import Column, chosen_index, column, untaken_time
 from bushcli.recording.header.name import heading
-from bushcli.recording.header.units import TEMPERATURES
+from bushcli.recording.header.units import read_unit
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, read_motions, six_table
@@ -129,12 +129,12 @@ def _warm(table: Table, source: Source, rows: NDArray[np.int_]) -> Array | None:
     index = chosen_index(table, source.temperature_column)
     name = heading(table.names[index])
     given = (source.temperature_unit, table.units[index], *name.written, name.at_end)
-    told = [text.strip("[]() ").lower() for text in given if text]
-    unit = next((TEMPERATURES[text] for text in told if text in TEMPERATURES), None if told else (1.0, 0.0))
-    if unit is None:
-        what = f"{table.label(index)}: {told[0]} is no unit of a temperature"
+    told = [text for text in given if text] or ["degC"]
+    known = [unit for text in told if (unit := read_unit(text)) and unit.kind == "temperature"]
+    if not known:
+        what = f"{table.label(index)}: {told[0].strip('[]() ')} is no unit of a temperature"
         raise table.refused(what, 'units = {temperature = "degC"}, "K" or "degF"')
-    values = unit[0] * table.numbers(index, source.accept)[rows] + unit[1]
+    values = known[0].factor * table.numbers(index, source.accept)[rows] + known[0].zero
     off = np.flatnonzero(~((values >= WARM[0]) & (values <= WARM[1])))
     if len(off):
         row = int(rows[off[0]])

@@ -11,10 +11,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.names import (
+    ACROSS,
+    CONDITIONS,
+    KINDS,
+    ColumnName,
+    Stated,
+    condition_of,
+    meaning,
+    stated,
+)
 from bushcli.recording.dynamic.source import DynamicSource
-from bushcli.recording.dynamic.units import read_unit
 from bushcli.recording.header.columns import chosen_index
+from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.text.fields import is_number, to_float
 from bushcli.recording.text.rows import SplitRows
@@ -25,8 +34,7 @@ Array = NDArray[np.float64]
 
 #: Columns of which two give K' and K''.
 MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
-_FURTHER = ("storage_error", "loss_error")
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+ERRORS = ("storage_error", "loss_error")
 #: Units that are proposed for a column without one, by its quantity or by the kind of its unit.
 _PROPOSED = {
     "frequency": ('"Hz"', '"rad/s"'), "temperature": ('"°C"', '"K"'), "loss_angle": ('"deg"', '"rad"'),
@@ -109,7 +117,7 @@ def _carried(fields: Sequence[str], width: int) -> list[str]:
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
     label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
-    said = label.quantity if label.quantity in _CONDITIONS else ""
+    said = label.quantity if label.quantity in CONDITIONS else ""
     found: dict[int, Stated] = {}
     for i, field in enumerate(fields):
         one = condition_of(field) if field else None
@@ -223,7 +231,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
     mode : Mode
     """
     coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in (*MEASURED[:4], *_FURTHER):
+    if quantity in (*MEASURED[:4], *ERRORS):
         own = {"stress"} if coupon else {"rotational stiffness", "moment"} if turned else {"stiffness"}
         return frozenset(own)
     if quantity in ("amplitude", "preload"):
