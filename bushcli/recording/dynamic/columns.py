@@ -26,7 +26,6 @@ from bushcli.recording.header.columns import chosen_index
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.text.fields import is_number, to_float
-from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -154,14 +153,8 @@ def with_conditions_above(table: Table) -> Table:
     fields = [table.text(0, i).strip() for i in range(width)]
     if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
         return table
-    rows = range(1, len(table))
-    split = [[table.text(row, i) for i in range(width)] for row in rows]
-    return replace(
-        table,
-        units=tuple(_carried(table.units, width)),
-        preamble=(*table.preamble, (table.line(0), ";".join(fields))),
-        parts=(SplitRows(split, [table.line(row) for row in rows]),),
-    )
+    units, preamble = _carried(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
+    return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
 def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
@@ -185,7 +178,7 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, one in enumerate(found):
         if one.quantity:
-            values = sorted((c.quantity, c.unit.factor * c.number + c.unit.zero) for c in one.conditions)
+            values = sorted((c.quantity, c.value) for c in one.conditions)
             conditioned.setdefault(tuple(values), []).append(i)
     shared = conditioned.pop((), [])
     if not any(found[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
@@ -297,7 +290,4 @@ def with_values(table: Table, group: ColumnGroup) -> Table:
         return table
     columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
     kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
-    if len(kept) == len(table):
-        return table
-    fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
-    return replace(table, parts=(SplitRows(fields, [table.line(row) for row in kept]),))
+    return table if len(kept) == len(table) else table.of_rows(np.array(kept, dtype=np.int_))

@@ -147,6 +147,11 @@ class Stated:
     unit: DynamicUnit
     peak: Peak = ""
 
+    @property
+    def value(self) -> float:
+        """The number in internal units."""
+        return self.unit.factor * self.number + self.unit.zero
+
 
 @dataclass(frozen=True)
 class ColumnName:

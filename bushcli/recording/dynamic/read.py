@@ -197,7 +197,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
-        measured, labels, arrays["frequency"], table.where, places, source.stiffness_is, source.loss_angle_is
+        measured, table, labels, places, arrays["frequency"], source.stiffness_is, source.loss_angle_is
     )
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
@@ -221,7 +221,7 @@ def _stated(
     if found.unit.kind not in suited_kinds(quantity, mode):
         what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
         raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
-    return found.unit.factor * found.number + found.unit.zero
+    return found.value
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
