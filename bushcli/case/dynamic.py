@@ -128,7 +128,7 @@ def _columns(table: DynamicRecordingTable, keys: Keys) -> list[Finding]:
     """Return what is wrong with the keys of columns and units."""
     # Here, because a case without such tables needs no parser of units.
     from bushcli.recording.dynamic.columns import suited_kinds
-    from bushcli.recording.dynamic.units import read_unit
+    from bushcli.recording.header.units import read_unit
 
     mode, findings = modes()[table.mode], []
     every = (*COLUMNS, *LOOP_COLUMNS)

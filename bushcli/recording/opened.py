@@ -58,7 +58,7 @@ def opened(
     if not name:
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
-            raise RecordingError(Problem(str(source.file), what))
+            raise source.refused(what)
         return tables.text(source, single)
     inside = tables.tables(source.file, name, wanted)
     if source.group is None:
@@ -69,7 +69,7 @@ def opened(
         if source.group <= len(found):
             return found[source.group - 1]
         what = f"has no group {source.group}"
-        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
+        raise source.refused(what, f"it has {len(found)}: {listed(names)}")
     key = source.group.strip("/ ").casefold()
     known = [(table.part.strip("/ ").casefold(), table) for table in found]
     hits = [table for part, table in known if part == key]
@@ -112,7 +112,7 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
     if not found:
         raise next(
             iter(inside.failed.values()),
-            RecordingError(Problem(str(source.file), "holds no table of numbers")),
+            source.refused("holds no table of numbers"),
         )
     if len(found) == 1 and not inside.failed:
         return found[0]
@@ -142,7 +142,7 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
             f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'
         )
     key = 'group = "..." (or sheet)' if fitting else "columns = {...}, by name"
-    raise RecordingError(Problem(str(source.file), what, "", f"choose in the case file: {key}"))
+    raise source.refused(what, f"choose in the case file: {key}")
 
 
 def listed(names: Sequence[str]) -> str:

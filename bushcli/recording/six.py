@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.opened import listed, opened
@@ -55,9 +54,7 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
         if fitting:
             what = f"{len(fitting)} sheets or groups have motions and reactions: "
             what += listed([table.part for table in fitting])
-            raise RecordingError(
-                Problem(str(source.file), what, "", 'choose in the case file: group = "..."')
-            )
+            raise source.refused(what, 'choose in the case file: group = "..."')
     parts = []
     for table in together:
         columns = tuple(_columns(table, chosen).values())
@@ -71,7 +68,7 @@ def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> 
     what = "no sheet or group has all motions and reactions; there are "
     what += listed([table.part for table in found.tables])
     expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
-    raise RecordingError(Problem(str(source.file), what, "", expected))
+    raise source.refused(what, expected)
 
 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
@@ -97,14 +94,14 @@ def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mappi
         what = f"reactions are in {len(forced)} groups with different time stamps: "
         what += listed([part.table.part for part in forced])
         expected = "export them with one common raster; forces are not interpolated"
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+        raise source.refused(what, expected)
     (own,) = forced
     keys = [key for part in parts for key in _columns(part.table, chosen)]
     for key in keys:
         if keys.count(key) > 1:
             what = f"{key} is in several groups with different time stamps"
             expected = f'name the channel that is meant: motions = {{{key} = "..."}} in the case file'
-            raise RecordingError(Problem(str(source.file), what, "", expected))
+            raise source.refused(what, expected)
     moved = [
         RasterColumns(part.table, (index,), part.stamps)
         for part in parts
@@ -143,9 +140,7 @@ def columns_of(
     if not own:
         listed = ", ".join(name for name in table.names if name)[:300]
         what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
-        raise RecordingError(
-            Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
-        )
+        raise source.refused(what, "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
     for name in theirs.values():
         # Reactions whose motion stays zero are not read later.
         chosen_index(table, name)
@@ -208,7 +203,7 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise RecordingError(Problem(str(source.file), what, "", "put the rows in the order of time"))
+            raise source.refused(what, "put the rows in the order of time")
     if len(poses) < 2:
-        raise RecordingError(Problem(str(source.file), f"has only {len(poses)} points", "", "at least 2"))
+        raise source.refused(f"has only {len(poses)} points", "at least 2")
     return time, poses

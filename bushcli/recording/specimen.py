@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.source import Source
 from cases.mode import Mode
 
@@ -35,22 +34,18 @@ def nominal(
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
             )
-            raise RecordingError(
-                Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
-            )
+            raise source.refused(what, "if it is in percent, give its unit in units")
         strain = np.expm1(strain)
     if mode.sheared:
         return np.asarray(strain), np.asarray(stress)
     if (strain <= -1.0).any() and specimen.gauge_length is None:
         what = f"a strain of {strain.min():.4g} compresses the specimen to zero size"
-        raise RecordingError(
-            Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
-        )
+        raise source.refused(what, "if it is in percent, give its unit in units")
     if (strain <= -1.0).any():
         length = f"{specimen.gauge_length:g} mm"
         what = f"the travel of {moved.min():.4g} mm compresses a specimen of {length} to zero length"
         expected = "gauge_length in mm; the travel must start at 0"
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+        raise source.refused(what, expected)
     if mode.needs_compressibility:
         return _hydrostatic(source, strain, stress, strain_form, stress_form)
     if stress_form == "true":
@@ -78,5 +73,5 @@ def _hydrostatic(
         expected = (
             f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
         )
-        raise RecordingError(Problem(str(source.file), what, "", expected))
+        raise source.refused(what, expected)
     return np.asarray(volume ** (1.0 / 3.0) - 1.0), np.asarray(stress)

@@ -11,13 +11,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording.dynamic.names import ACROSS, KINDS, ColumnName, Stated, condition_of, meaning, stated
+from bushcli.recording.dynamic.names import (
+    ACROSS,
+    CONDITIONS,
+    KINDS,
+    ColumnName,
+    Stated,
+    condition_of,
+    meaning,
+    stated,
+)
 from bushcli.recording.dynamic.source import DynamicSource
-from bushcli.recording.dynamic.units import read_unit
 from bushcli.recording.header.columns import chosen_index
+from bushcli.recording.header.units import read_unit
 from bushcli.recording.header.vocabulary import is_foreign
 from bushcli.recording.text.fields import is_number, to_float
-from bushcli.recording.text.rows import SplitRows
 from bushcli.recording.text.table import Table, TextTable
 from cases.mode import Mode
 
@@ -25,8 +33,7 @@ Array = NDArray[np.float64]
 
 #: Columns of which two give K' and K''.
 MEASURED = ("stiffness", "modulus", "storage", "loss", "loss_angle", "tan_delta", "damping")
-_FURTHER = ("storage_error", "loss_error")
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
+ERRORS = ("storage_error", "loss_error")
 #: Units that are proposed for a column without one, by its quantity or by the kind of its unit.
 _PROPOSED = {
     "frequency": ('"Hz"', '"rad/s"'), "temperature": ('"°C"', '"K"'), "loss_angle": ('"deg"', '"rad"'),
@@ -109,7 +116,7 @@ def _carried(fields: Sequence[str], width: int) -> list[str]:
 def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
     """Return the conditions in a row, by column: ``0 N;500 N``, or ``Preload [N];0;500``, whose label has the unit."""
     label = meaning(fields[0]) if fields and fields[0] else ColumnName("")
-    said = label.quantity if label.quantity in _CONDITIONS else ""
+    said = label.quantity if label.quantity in CONDITIONS else ""
     found: dict[int, Stated] = {}
     for i, field in enumerate(fields):
         one = condition_of(field) if field else None
@@ -146,14 +153,8 @@ def with_conditions_above(table: Table) -> Table:
     fields = [table.text(0, i).strip() for i in range(width)]
     if is_number(fields[0], table.decimal) or len(_conditions_in(fields)) < 2:
         return table
-    rows = range(1, len(table))
-    split = [[table.text(row, i) for i in range(width)] for row in rows]
-    return replace(
-        table,
-        units=tuple(_carried(table.units, width)),
-        preamble=(*table.preamble, (table.line(0), ";".join(fields))),
-        parts=(SplitRows(split, [table.line(row) for row in rows]),),
-    )
+    units, preamble = _carried(table.units, width), (*table.preamble, (table.line(0), ";".join(fields)))
+    return replace(table.of_rows(np.arange(1, len(table))), units=tuple(units), preamble=preamble)
 
 
 def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]:
@@ -177,7 +178,7 @@ def groups(table: Table, source: DynamicSource, mode: Mode) -> list[ColumnGroup]
     conditioned: dict[tuple[tuple[str, float], ...], list[int]] = {}
     for i, one in enumerate(found):
         if one.quantity:
-            values = sorted((c.quantity, c.unit.factor * c.number + c.unit.zero) for c in one.conditions)
+            values = sorted((c.quantity, c.value) for c in one.conditions)
             conditioned.setdefault(tuple(values), []).append(i)
     shared = conditioned.pop((), [])
     if not any(found[i].quantity in MEASURED for columns in conditioned.values() for i in columns):
@@ -223,7 +224,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
     mode : Mode
     """
     coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in (*MEASURED[:4], *_FURTHER):
+    if quantity in (*MEASURED[:4], *ERRORS):
         own = {"stress"} if coupon else {"rotational stiffness", "moment"} if turned else {"stiffness"}
         return frozenset(own)
     if quantity in ("amplitude", "preload"):
@@ -289,7 +290,4 @@ def with_values(table: Table, group: ColumnGroup) -> Table:
         return table
     columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
     kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
-    if len(kept) == len(table):
-        return table
-    fields = [[table.text(row, i) for i in range(len(table.names))] for row in kept]
-    return replace(table, parts=(SplitRows(fields, [table.line(row) for row in kept]),))
+    return table if len(kept) == len(table) else table.of_rows(np.array(kept, dtype=np.int_))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.columns import (
+    ERRORS,
     MEASURED,
     ColumnGroup,
     above,
@@ -26,7 +27,7 @@ from bushcli.recording.dynamic.columns import (
     with_values,
 )
 from bushcli.recording.dynamic.loops import read_loops
-from bushcli.recording.dynamic.names import Stated
+from bushcli.recording.dynamic.names import CONDITIONS, Stated
 from bushcli.recording.dynamic.source import HIGHEST, DynamicSource
 from bushcli.recording.dynamic.stiffness import StiffnessColumns, complex_stiffness
 from bushcli.recording.dynamic.table import DynamicTable, Quantity, TablePart, refuse_rows
@@ -40,10 +41,8 @@ Array = NDArray[np.float64]
 
 #: Larger amplitudes of a strain are in percent: 100 % is beyond any dynamic test.
 _LARGEST_STRAIN = 1.0
-_CONDITIONS = ("frequency", "amplitude", "preload", "preload_force", "temperature")
-_ERRORS = ("storage_error", "loss_error")
 #: Columns of the arrays of a `DynamicTable`.
-_ARRAYS = ("frequency", "storage", "loss", *_CONDITIONS[1:], *_ERRORS, "third_harmonic")
+_ARRAYS = ("frequency", "storage", "loss", *CONDITIONS[1:], *ERRORS, "third_harmonic")
 
 
 def read_dynamic(source: DynamicSource, tables: TableCache | None = None) -> DynamicTable:
@@ -166,7 +165,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
         asked += error.problems
     if asked:
         raise RecordingError(*asked)
-    for quantity in _CONDITIONS:
+    for quantity in CONDITIONS:
         if quantity not in arrays:
             arrays[quantity] = np.full(len(table), _stated(table, quantity, stated, source, mode))
             for line, one in between(table, quantity) if quantity not in group.conditions else ():
@@ -198,7 +197,7 @@ def _part(table: Table, group: ColumnGroup, source: DynamicSource, mode: Mode) -
     measured = {key: arrays.pop(key) for key in MEASURED if key in arrays}
     labels = {key: table.label(group.columns[key][0]) for key in measured}
     columns = StiffnessColumns(
-        measured, labels, arrays["frequency"], table.where, places, source.stiffness_is, source.loss_angle_is
+        measured, table, labels, places, arrays["frequency"], source.stiffness_is, source.loss_angle_is
     )
     storage, loss, said_of = complex_stiffness(columns)
     unknown = np.full(len(table), np.nan)
@@ -222,7 +221,7 @@ def _stated(
     if found.unit.kind not in suited_kinds(quantity, mode):
         what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
         raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
-    return found.unit.factor * found.number + found.unit.zero
+    return found.value
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:

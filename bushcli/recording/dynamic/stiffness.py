@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
 from bushcli.recording.dynamic.table import refuse_rows
+from bushcli.recording.text.table import Table
 
 Array = NDArray[np.float64]
 
@@ -38,24 +38,24 @@ class StiffnessColumns:
     values : mapping of str to (n,) array
         By quantity: "stiffness" |K*|, "modulus" (|K*| or K'), "storage", "loss", "loss_angle", "tan_delta",
         "damping"; N/mm, N mm/rad or MPa, rad.
+    table : Table
+        Where they stand.
     labels : mapping of str to str
         ``column 2 (K')`` by quantity.
-    frequency : shape (n,)
-        Hz.
-    where : str
-        The file.
     places : sequence of str
         File and line of each row.
+    frequency : shape (n,)
+        Hz.
     stiffness_is : {"magnitude", "storage"}, optional
         What the case says that the "modulus" is.
     loss_angle_is : {"loss", "complement"}, optional
     """
 
     values: Mapping[str, Array]
+    table: Table
     labels: Mapping[str, str]
-    frequency: Array
-    where: str
     places: Sequence[str]
+    frequency: Array
     stiffness_is: Literal["magnitude", "storage"] | None
     loss_angle_is: Literal["loss", "complement"] | None
 
@@ -79,7 +79,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         have = ", ".join(columns.labels.values()) or "none of them"
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
-        raise RecordingError(Problem(columns.where, what, "", expected))
+        raise columns.table.refused(what, expected)
     storage, loss = _solved(pair, values)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
@@ -89,7 +89,7 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
             what = f"loss angles of {low:.3g} to {high:.3g} degrees are those of a fluid"
             complement = 'loss_angle_is = "complement" if the file has 90 degrees minus them'
             expected = f'{complement}, "loss" if they were measured so'
-            raise RecordingError(Problem(columns.where, what, "", expected))
+            raise columns.table.refused(what, expected)
     return storage, loss, tuple(remarks)
 
 
@@ -136,7 +136,7 @@ def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str,
             return best, [f"{label} is read as {shown}, which agrees with the loss and the angle"]
     what = f"{label} may be |K*| or K', and the file does not say which"
     expected = 'stiffness_is = "magnitude" for |K*|, or "storage" for K\', in the recording\'s table of the case file'
-    raise RecordingError(Problem(columns.where, what, "", expected))
+    raise columns.table.refused(what, expected)
 
 
 def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -> None:
@@ -146,7 +146,7 @@ def _refuse_impossible(columns: StiffnessColumns, values: Mapping[str, Array]) -
         if (angle < 0.0).all():
             what = f"{columns.labels['loss_angle']} is negative throughout: the force would run behind the motion"
             expected = "change the sign of the column, if it has the phase of the motion behind the force"
-            raise RecordingError(Problem(columns.where, what, "", expected))
+            raise columns.table.refused(what, expected)
         refuse_rows(
             (angle < 0.0) | (angle >= 0.5 * np.pi),
             columns.places,

@@ -12,7 +12,7 @@ import functools
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -203,10 +203,22 @@ _SCALED = re.compile(
 )
 
 #: Factor to kelvins, and the value in degrees C of zero.
-TEMPERATURES = {
+_TEMPERATURES = {
     "°c": (1.0, 0.0), "degc": (1.0, 0.0), "℃": (1.0, 0.0), "c": (1.0, 0.0), "celsius": (1.0, 0.0), "∑c": (1.0, 0.0),
     "k": (1.0, -273.15), "kelvin": (1.0, -273.15),
     "°f": (5 / 9, -160 / 9), "degf": (5 / 9, -160 / 9), "f": (5 / 9, -160 / 9), "fahrenheit": (5 / 9, -160 / 9),
+}  # fmt: skip
+#: Factor to Hz.
+_FREQUENCIES = {
+    "hz": 1.0, "hertz": 1.0, "khz": 1e3, "mhz": 1e-3, "rad/s": 0.5 / math.pi, "rads-1": 0.5 / math.pi,
+    "rad/sec": 0.5 / math.pi, "rad·s-1": 0.5 / math.pi, "rad*s-1": 0.5 / math.pi, "rpm": 1 / 60, "cpm": 1 / 60,
+}  # fmt: skip
+#: "Ns/mm", "kNs/m", "Nms/rad": a force, or a moment, times seconds, written together.
+_IMPULSE = re.compile(r"(?<![^\W_])([kM]?N)(mm|m)?s(?![^\W_])")
+#: Kinds of units by powers of time, length, force and angle: those of a recording, and of stiffness and damping.
+_KINDS = _MEASURED | {
+    (0, -1, 1, 0): "stiffness", (0, 1, 1, -1): "rotational stiffness", (1, -1, 1, 0): "damping",
+    (1, 1, 1, -1): "rotational damping", (1, 1, 1, 0): "rotational damping",
 }  # fmt: skip
 
 
@@ -229,17 +241,22 @@ class Unit:
     factor: float
 
 
-def _spelled() -> Iterator[tuple[str, _Size]]:
-    """Yield each spelling of the table, with each prefix that is in use, and its size."""
-    for measured, factor, prefixes, spellings in _TABLE:
-        for spelling in spellings.split():
-            yield spelling, _Size(_POWERS[measured], factor)
-            for prefix in prefixes.split():
-                size = _Size(_POWERS[measured], factor * _PREFIXES[prefix])
-                yield from ((one + spelling, size) for one in {prefix, _ALSO.get(prefix, prefix)})
+@dataclass(frozen=True)
+class DynamicUnit:
+    """A unit: its kind, and ``value in internal units = factor * number + zero``."""
+
+    kind: str
+    factor: float
+    zero: float = 0.0
 
 
-_EXACT = dict(_spelled())
+#: Each spelling of the table, with each prefix that is in use, and its size.
+_EXACT = {
+    prefix + spelling: _Size(_POWERS[measured], factor * _PREFIXES.get(prefix, 1.0))
+    for measured, factor, prefixes, spellings in _TABLE
+    for spelling in spellings.split()
+    for prefix in ("", *prefixes.split(), *(_ALSO[one] for one in prefixes.split() if one in _ALSO))
+}
 _FOLDED: dict[str, set[_Size]] = {}
 for _spelling, _one in _EXACT.items():
     _FOLDED.setdefault(_spelling.lower(), set()).add(_one)
@@ -332,10 +349,22 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
     return replace(unit, name=text.strip(), factor=number * unit.factor) if 0.0 < number < math.inf else None
 
 
-def unit_size(text: str) -> tuple[tuple[int, int, int, int], float] | None:
-    """Return the powers of time, length, force and angle of a unit and its factor to s, mm, N, rad; None for others."""
-    size = _size(plain_unit(text), "")
-    return None if size is None else (size.powers, size.factor)
+def read_unit(text: str) -> DynamicUnit | None:
+    """Return the unit that a text names: to Hz, degrees C, and the internal units of a recording; None for others."""
+    bare = re.sub(r"\s+", "", text.strip().strip("[](){}"))
+    low = bare.lower()
+    if low in _FREQUENCIES:
+        return DynamicUnit("frequency", _FREQUENCIES[low])
+    if low in _TEMPERATURES:
+        return DynamicUnit("temperature", *_TEMPERATURES[low])
+    if bare in ("1", "-", "--"):
+        return DynamicUnit("strain", 1.0)
+    if not bare or any(character.isdigit() for character in bare[:1]):
+        return None
+    spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", text.strip().strip("[](){}"))
+    spaced = re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)
+    size = _size(plain_unit(spaced), "")
+    return DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
 
 
 def slip(text: str, measured: str) -> str:

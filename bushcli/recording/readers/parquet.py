@@ -16,7 +16,8 @@ from bushcli.recording.text.clock_times import UTC
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the only table."""
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(path) as file:
@@ -52,6 +53,6 @@ def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
 READER = Reader(
     name="a Parquet file",
     recognises=lambda head, suffix: head.startswith(b"PAR1"),
-    opened=_opened,
+    opened=opened,
     library="pyarrow",
 )

@@ -48,7 +48,8 @@ class _Layout:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the channels, with a time by the sampling interval."""
     header = _header(path)
     order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
     if order not in _ORDERS or kind not in _TYPES:
@@ -144,5 +145,5 @@ READER = Reader(
     recognises=lambda head, suffix: (
         head.startswith(b"FORMAT\0") or (head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512])
     ),
-    opened=_opened,
+    opened=opened,
 )

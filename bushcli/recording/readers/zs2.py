@@ -57,7 +57,8 @@ class _Node:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Sequence[FilePart]]:
+def opened(path: Path) -> Iterator[Sequence[FilePart]]:
+    """Yield the specimens."""
     from zs2decode import parser
 
     with gzip.open(path) as packed:
@@ -115,7 +116,8 @@ def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[FilePart]
         yield FilePart(part, [titles[i] for i in at], units, samples, taken.__getitem__)
 
 
-def _recognises(head: bytes, suffix: str) -> bool:
+def recognises(head: bytes, suffix: str) -> bool:
+    """Whether what a file packs begins like a zs2 file; a packed file that is damaged is one by its suffix."""
     if not head.startswith(b"\x1f\x8b"):
         return False
     import zlib
@@ -126,4 +128,4 @@ def _recognises(head: bytes, suffix: str) -> bool:
         return suffix == ".zs2"
 
 
-READER = Reader(name="a Zwick file (zs2)", recognises=_recognises, opened=_opened, library="zs2decode")
+READER = Reader(name="a Zwick file (zs2)", recognises=recognises, opened=opened, library="zs2decode")

@@ -20,13 +20,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.errors import Problem, RecordingError
+from bushcli.errors import RecordingError
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.match import WantedColumn, by_unit, candidates, has_columns, named_as
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.text.clock_times import ClockTimes
 from bushcli.recording.text.table import ArrayTable, Table
-from bushcli.recording.time.clock import even_stamps
+from bushcli.recording.time.samples import even_stamps
 from cases.mode import Mode
 
 Array = NDArray[np.float64]
@@ -223,13 +223,13 @@ def _only(tables: Sequence[Table], source: Source, mode: Mode, quantity: Quantit
         listed = ", ".join(f'"{table.part}"' for table in having[:8])
         what = f"the channels have different time stamps, and the {quantity} could be in {listed}"
         key = f'columns = {{{quantity} = "..."}} in the case file'
-        raise RecordingError(Problem(str(source.file), what, "", f"name the channel that is meant: {key}"))
+        raise source.refused(what, f"name the channel that is meant: {key}")
     table, chosen = having[0], source.columns.get(quantity)
     named = [i for i, name in enumerate(table.names) if name == chosen]
     found = stamped(table, named or candidates(table, wanted) or by_unit(table, wanted), source, mode)
     if found is None:
         what = f'the {quantity} is in group "{table.part}", which has no time, apart from the other channels'
-        raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with a time in each group"))
+        raise source.refused(what, f"{_RASTER}, or with a time in each group")
     return found
 
 
@@ -384,7 +384,7 @@ def _common_stamps(
         if shift is None:
             what = f"{forced.name} and {one.name} have different time stamps"
             what += ", and the file does not say that they count from the same instant"
-            raise RecordingError(Problem(str(source.file), what, "", f"{_RASTER}, or with dates"))
+            raise source.refused(what, f"{_RASTER}, or with dates")
         one = replace(one, stamps=replace(one.stamps, values=one.time + shift))
         there, count = _known_at(one, forced.time, source)
         known &= there
@@ -393,7 +393,7 @@ def _common_stamps(
     if np.count_nonzero(known) < 2:
         spans = " and ".join(dict.fromkeys(one.span for one in (forced, *found)))
         what = f"{spans} do not overlap in time"
-        raise RecordingError(Problem(str(source.file), what, "", "were they recorded in the same run?"))
+        raise source.refused(what, "were they recorded in the same run?")
     return forced, found, known, gaps
 
 
