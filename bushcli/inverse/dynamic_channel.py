@@ -333,7 +333,7 @@ class DynamicChannel(FitChannel):
                 drive=made.drive,
                 progress=lambda *_: meet(self.comm),
                 observer=observe,
-                patience=limit.steps,
+                failure_limit=limit.steps,
             )
             limit.learn(history)
         if len(made.curves) < len(test.preload):
