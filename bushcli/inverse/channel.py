@@ -290,7 +290,7 @@ class SweptChannel(Channel):
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
         history = sweep(
-            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=limit.steps
+            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, failure_limit=limit.steps
         )
         limit.learn(history)
         none = np.zeros((len(history.force), 0))
@@ -353,7 +353,7 @@ class FollowedChannel(Channel):
     ) -> ChannelForces:
         limit = StepLimit() if limit is None else limit
         try:
-            answer = self.simulation.solve(parameters, names, patience=limit.steps)
+            answer = self.simulation.solve(parameters, names, failure_limit=limit.steps)
         except NoEquilibrium as error:
             raise unsolved(str(error)) from None
         limit.learn(answer.history)

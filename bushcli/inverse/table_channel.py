@@ -17,7 +17,8 @@ from bushcli.case import Case
 from bushcli.faults.dynamic import table_faults
 from bushcli.inverse.channel import Channel, ChannelForces, FitChannel, StepLimit
 from bushcli.inverse.channels import dynamic_tables
-from bushcli.inverse.dynamic_channel import DynamicChannel, Store
+from bushcli.inverse.dynamic_channel import DynamicChannel
+from bushcli.inverse.dynamic_simulation import Store
 from bushcli.recording.dynamic.rows import RecordedTable, recorded_table
 from bushcli.recording.table_cache import TableCache
 from bushcli.simulate.dynamic_tables import by_temperature

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import MeshCorrection
-from bushcli.inverse.dynamic_channel import Store
+from bushcli.inverse.dynamic_simulation import Store
 from bushcli.inverse.table_channel import AnyChannel, TableChannel, recorded_tables
 from bushcli.inverse.task import Task
 from bushcli.recording.dynamic.rows import recorded_table
