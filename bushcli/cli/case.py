@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,13 +17,9 @@ from bushcli.errors import InputError, Problem
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.recording.dynamic.table import DynamicTable
-    from bushcli.report.document import Document
     from bushcli.runtime.condition import Condition
     from bushcli.simulate.dynamic_tables import ComparedTable
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
 
 
 @click.command()
@@ -119,10 +115,11 @@ def mesh(run: Run) -> int:
                 for picture in report.write_refused(output, error)[:1]:
                     run.say(f"see the picture {picture}")
         raise
+    result = report.MeshResult(case, built)
     run.deliver(
-        lambda: report.mesh_json(case, built),
-        lambda: report.mesh_document(case, built),
-        lambda: report.mesh_files(case, built),
+        lambda: report.mesh_json(result),
+        lambda: report.mesh_document(result),
+        lambda: report.mesh_files(result),
     )
     part = case.path.suffix != ".toml"
     if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
@@ -174,6 +171,7 @@ def direct(
 
     A law without parameters is fitted to the coupon tests first.
     """
+    from bushcli import report
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -221,42 +219,15 @@ def direct(
 
         with run.timed("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
-    _deliver_direct(run, response, compared, found, (vibrations, doubts) if tables else None)
+    result = report.DirectResult(response, compared, found, vibrations if tables else None, doubts)
+    run.deliver(
+        lambda: report.direct_json(result),
+        lambda: report.direct_document(result),
+        lambda: report.direct_files(result),
+    )
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, read)):
         return NOT_CONVERGED
     good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
-
-
-def _deliver_direct(
-    run: Run,
-    response: Response,
-    compared: Mapping[str, Misfit],
-    found: Fit | None,
-    dynamic: tuple[Sequence[ComparedTable], Sequence[Condition]] | None,
-) -> None:
-    """Print and save curves, and the stiffness beside that of tables with what has to be known about it."""
-    from bushcli import report
-
-    vibrations, doubts = dynamic or ((), ())
-
-    def document() -> Document:
-        static = report.direct_document(response, compared, found)
-        if dynamic is None:
-            return static
-        from bushcli.report.views.dynamic_tables import with_tables
-
-        return with_tables(static, vibrations, doubts, not response.channels)
-
-    def result() -> dict[str, Any]:
-        static = report.direct_json(response, compared, found)
-        if dynamic is None:
-            return static
-        from bushcli.report.json.dynamic_tables import compared_json
-
-        static["problems"] += [vars(one) for one in doubts]
-        return static | {"dynamic": compared_json(vibrations)}
-
-    run.deliver(result, document, lambda: report.direct_files(response, compared, found, vibrations))

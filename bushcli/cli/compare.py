@@ -94,4 +94,4 @@ def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
 
             case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
         response = predict(case, pictures=False)
-    return report.direct_json(response, misfits(response), None)
+    return report.direct_json(report.DirectResult(response, misfits(response)))

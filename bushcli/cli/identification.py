@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss
-    from bushcli.report.document import Document
     from bushcli.runtime.executor import Pool
 
 weighted = click.option(
@@ -84,37 +83,28 @@ def fit(
     """
     from bushcli import report
     from bushcli.inverse.coupon_tables import fit_tables
-    from bushcli.report.json.spectrum import spectra_json, tables_json
-    from bushcli.report.views.spectrum import spectra_sections, tables_document
 
     case = run.load()
     with run.timed("spectra"):
         spectra, problems = fit_tables(case, run.tables)
-    if spectra and not case.coupons:
-        run.deliver(
-            lambda: tables_json(case, spectra, problems),
-            lambda: tables_document(case, spectra, problems),
-            lambda: report.fit_files(case, None, spectra),
-        )
-        return NEGATIVE if strict and problems else DONE
     if problems and not spectra and not case.coupons:
         # The only tables of the case have no spectrum: what prevents it is the answer.
         raise InputError(*(Problem(case.path.name, one.message, "", one.remedy) for one in problems))
     if branch is not None:
         case = replace(case, coupons=tuple(replace(source, branch=branch) for source in case.coupons))
-    found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
-    found = replace(found, conditions=(*found.conditions, *problems))
-    further = {"dynamic": spectra_json(spectra)} if spectra else {}
-
-    def document() -> Document:
-        law = report.fit_document(case, found)
-        return replace(law, sections=[*law.sections, *spectra_sections(spectra)])
-
+    found = None
+    if case.coupons or not spectra:
+        found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
+        found = replace(found, conditions=(*found.conditions, *problems))
+        problems = ()
+    result = report.FitResult(case, found, spectra, problems)
     run.deliver(
-        lambda: report.fit_json(case, found) | further,
-        document,
-        lambda: report.fit_files(case, found, spectra),
+        lambda: report.fit_json(result),
+        lambda: report.fit_document(result),
+        lambda: report.fit_files(result),
     )
+    if found is None:
+        return NEGATIVE if strict and problems else DONE
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
 
 
@@ -252,10 +242,11 @@ def inverse(
                 break
     interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
     fits.sort(key=report.rank)
+    result = report.InverseResult(case, fits)
     run.deliver(
-        lambda: report.inverse_json(case, fits),
-        lambda: report.inverse_document(case, fits),
-        lambda: report.inverse_files(case, fits),
+        lambda: report.inverse_json(result),
+        lambda: report.inverse_document(result),
+        lambda: report.inverse_files(result),
     )
     return _exit_code(fits[0], strict, interrupted)
 

@@ -23,9 +23,12 @@ if TYPE_CHECKING:
     from bushcli.report.json.study import described as described
     from bushcli.report.json.study import study_json as study_json
     from bushcli.report.ranking import rank as rank
-    from bushcli.report.verdict import judge as judge
+    from bushcli.report.results import Checked as Checked
+    from bushcli.report.results import DirectResult as DirectResult
+    from bushcli.report.results import FitResult as FitResult
+    from bushcli.report.results import InverseResult as InverseResult
+    from bushcli.report.results import MeshResult as MeshResult
     from bushcli.report.views.batch import batch_document as batch_document
-    from bushcli.report.views.check import Checked as Checked
     from bushcli.report.views.check import check_document as check_document
     from bushcli.report.views.compare import compare_document as compare_document
     from bushcli.report.views.design import design_document as design_document
@@ -67,8 +70,7 @@ _ENDINGS = {"json": "json.{}", "document": "views.{}", "files": "writers.files"}
 _OTHERS = {
     "json.study": "described",
     "ranking": "rank",
-    "verdict": "judge",
-    "views.check": "Checked",
+    "results": "Checked DirectResult FitResult InverseResult MeshResult",
     "writers.files": "BEGINNING Files check_output question_of write write_refused write_starter_case",
     "writers.folder": "QUESTION STAGING NotDrawn earlier_result moves_to occupy staging",
     "writers.terminal": "terminal_text",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -193,8 +193,3 @@ def energy_unit(mode: str) -> str:
     """Return the unit of the hysteresis energy: N mm, or MPa (energy per volume) for a coupon."""
     # N mm x rad of a rotation is N mm.
     return "MPa" if quantities(mode).force_unit == "MPa" else "N mm"
-
-
-def by_name(histories: Sequence[ChannelHistory]) -> dict[str, ChannelHistory]:
-    """Return the histories by channel name."""
-    return {history.name: history for history in histories}

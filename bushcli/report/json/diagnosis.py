@@ -11,7 +11,7 @@ from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
 from bushcli.mismatch.record import Mismatch
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
-from bushcli.report.json.dynamic_tables import compared_json
+from bushcli.report.json.dynamic import compared_json
 from bushcli.report.quantity import Quantities, quantities
 from bushcli.report.views.diagnosis.paragraph import paragraph
 from bushcli.report.views.diagnosis.values import derived, shown

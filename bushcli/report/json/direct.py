@@ -5,44 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.cycles import by_name, energy_unit, response_histories
+from bushcli.report.cycles import energy_unit
 from bushcli.report.json.common import cleaned, faults_json, head, material_json, part
 from bushcli.report.json.cycles import history_json
+from bushcli.report.json.dynamic import compared_json
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import Quantities, quantities, shown_motion
-from bushcli.report.verdict import Verdict, all_within_10_percent, judge
-from bushcli.report.views.direct import displacement_at, problems_of
+from bushcli.report.results import DirectResult
+from bushcli.report.verdict import DirectVerdict, all_within_10_percent
+from bushcli.report.views.direct import displacement_at
 from cases.six import MOTIONS, REACTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.response import Simulated
 
 
-def direct_json(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> dict[str, Any]:
-    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
-
-    Parameters
-    ----------
-    response : Response
-        The simulated channels.
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
-    document = head("direct", response.case, problems_of(response, misfits, fit))
+def direct_json(found: DirectResult) -> dict[str, Any]:
+    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data."""
+    response = found.response
+    document = head("direct", response.case, found.conditions)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
-    document["verdict"] = _verdict(judge(response, misfits), misfits)
-    document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
-    histories = by_name(response_histories(response, misfits))
-    for entry in (one for one in document["load_cases"] if one["name"] in histories):
-        entry |= history_json(histories[entry["name"]])
-    if fit is not None:
-        document["fit"] = fit_part(fit)
+    document["verdict"] = _verdict(found.verdict, found.misfits)
+    histories = {history.name: history_json(history) for history in found.histories}
+    document["load_cases"] = [
+        _channel(one, found.misfits.get(one.name)) | histories.get(one.name, {}) for one in response.channels
+    ]
+    if found.fit is not None:
+        document["fit"] = fit_part(found.fit)
+    if found.tables is not None:
+        document["dynamic"] = compared_json(found.tables)
     return cleaned(document)
 
 
@@ -134,7 +128,7 @@ _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
 }
 
 
-def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
+def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     document: dict[str, Any] = {
         **part(verdict, "headline text"),
         "within_10_percent": all_within_10_percent(verdict, misfits),

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from bushcli.report.json.common import cleaned, head, part
-from bushcli.runtime.condition import Condition
+from bushcli.report.json.common import part
 
 if TYPE_CHECKING:
-    from bushcli.case import Case
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
 
 
@@ -29,22 +27,8 @@ def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, 
             ]
         else:
             table |= _spectrum(one)
-        shown.append(cleaned(table))
+        shown.append(table)
     return shown
-
-
-def tables_json(
-    case: Case, found: Sequence[TableSpectrum | TableSweep], problems: Sequence[Condition]
-) -> dict[str, Any]:
-    """Return the result of `fit` where a case has tables of dynamic moduli and no other coupon tests.
-
-    Parameters
-    ----------
-    case : Case
-    found : sequence of TableSpectrum or TableSweep
-    problems : sequence of Condition
-    """
-    return cleaned(head("fit", case, problems) | {"dynamic": spectra_json(found)})
 
 
 def _spectrum(one: TableSpectrum) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.json.direct import direct_json
+from bushcli.report.results import DirectResult
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
 from bushcli.study.analysis import Summary
@@ -15,7 +16,7 @@ from bushcli.study.study import Study
 
 def described(response: Response) -> Mapping[str, Any]:
     """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
-    return direct_json(response, misfits(response), None)
+    return direct_json(DirectResult(response, misfits(response)))
 
 
 def study_json(found: Study) -> dict[str, Any]:

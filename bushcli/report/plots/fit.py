@@ -12,13 +12,13 @@ from bushcli.inverse import Estimate, Fit, FittedCurve, Profile
 from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
-from bushcli.report.cycles import fit_histories
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.dynamic_tables import table_panels
 from bushcli.report.plots.search import convergence_panels, ends_panels
 from bushcli.report.quantity import interval, percent, quantities
+from bushcli.report.results import InverseResult
 from bushcli.report.views.fit import curves_of
 
 # The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
@@ -59,9 +59,9 @@ def coupon_plot(curve: FittedCurve, stable: tuple[float, float] | None, index: i
     )
 
 
-def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels]:
+def inverse_panels(result: InverseResult, names: Mapping[str, str]) -> list[Panels]:
     """Return curves, search and certainty, cycles and holds and, for several laws, their ranking."""
-    best = fits[0]
+    fits, best = result.fits, result.best
     found = [fitted_panels(curve, names[curve.name]) for curve in best.curves]
     found += [table_panels(one, names[one.table.name]) for one in best.tables]
     if len(fits) > 1:
@@ -76,7 +76,7 @@ def inverse_panels(fits: Sequence[Fit], names: Mapping[str, str]) -> list[Panels
         found.append(convergence_panels(best))
     if len(best.end_points) > 1:
         found.append(ends_panels(best))
-    return found + history_panels(fit_histories(best), names)
+    return found + history_panels(result.histories, names)
 
 
 def fitted_panels(curve: FittedCurve, file: str) -> Panels:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.dynamic.table import DynamicTable
-from bushcli.report.document import Columns, Document, Section, figures, paragraphs, table_of
+from bushcli.report.document import Columns, Section, figures, paragraphs, table_of
 from bushcli.report.quantity import number, percent, quantities
-from bushcli.runtime.condition import Condition
 from cases.mode import modes
 
 if TYPE_CHECKING:
@@ -35,34 +33,6 @@ def dynamic_tables_section(tables: Sequence[DynamicTable]) -> Section:
     remarks = [f"{one.name}: {text}" for one in tables for text in one.remarks]
     table = table_of("Dynamic tables", parts, _MEASURED, left=2)
     return Section("Dynamic tables", [table, *paragraphs(remarks)])
-
-
-def with_tables(
-    static: Document, compared: Sequence[ComparedTable], problems: Sequence[Condition], alone: bool
-) -> Document:
-    """Return the document of a direct prediction with the misfit of the tables.
-
-    Parameters
-    ----------
-    static : Document
-        Of the curves, of which there may be none.
-    compared : sequence of ComparedTable
-    problems : sequence of Condition
-        What has to be known about the comparison.
-    alone : bool
-        Whether there are no curves.
-    """
-    if not compared:
-        return replace(static, problems=[*static.problems, *problems])
-    lines = misfit_lines(compared)
-    headline = f"{len(compared)} table{'s' if len(compared) > 1 else ''} of dynamic stiffness compared"
-    return replace(
-        static,
-        headline=headline if alone else static.headline,
-        lines=[*static.lines, *lines],
-        sections=[*static.sections, compared_section(compared)],
-        problems=[*static.problems, *problems],
-    )
 
 
 def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.case import Case
 from bushcli.curve.misfit import NOISE_FLOOR
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import UNDETERMINED
-from bushcli.inverse.file_units import in_file_units, parameter_unit
+from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.result import POOR
 from bushcli.inverse.verdict import ABOVE_NOISE, POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.conditions import conditions
-from bushcli.report.cycles import fit_histories, with_hysteresis
 from bushcli.report.document import (
     Columns,
     Document,
@@ -31,7 +28,8 @@ from bushcli.report.document import (
 )
 from bushcli.report.quantity import interval, listed, number, percent, with_std
 from bushcli.report.ranking import CLEAR, information_criterion
-from bushcli.report.verdict import faulty_data
+from bushcli.report.results import InverseResult
+from bushcli.report.verdict import Verdict, faulty_data
 from bushcli.report.views.cycles import history_section
 from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
@@ -53,19 +51,10 @@ _RANKING = (
 )
 
 
-def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
-    """Return the document of identified laws; all but the ranking describes the best of them.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the recordings.
-    fits : sequence of Fit
-        The best first.
-    """
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
-    found, histories = answer(best), fit_histories(best)
+def inverse_document(found: InverseResult) -> Document:
+    """Return the document of identified laws; all but the ranking describes the best of them."""
+    fits, best = found.fits, found.best
+    verdict = answer(best)
     sections = [
         *(
             [Section("Laws compared", [model_table(fits), note(_RANKING), figures("ranking")])]
@@ -77,7 +66,7 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
             "Curves before and after", [table_of(_MISFITS, best.curves, _CURVES, left=3), figures("curve")]
         ),
         *([compared_section(best.tables)] if best.tables else []),
-        history_section(histories),
+        history_section(found.histories),
         Section(
             "What the curves determine",
             [
@@ -91,36 +80,17 @@ def inverse_document(case: Case, fits: Sequence[Fit]) -> Document:
         Section("The search", [*paragraphs(search(best), kind="note"), figures("convergence", "starts")]),
     ]
     return Document(
-        found.headline,
-        (*found.lines, *misfit_lines(best.tables)),
-        found.tone,
+        verdict.headline,
+        (*verdict.lines, *misfit_lines(best.tables)),
+        verdict.tone,
         sections,
-        with_hysteresis(best.conditions, histories),
-        conditions(case, best.material, "recordings"),
+        found.conditions,
+        conditions(found.case, best.material, "recordings"),
         ends_with_verdict=True,
     )
 
 
-@dataclass(frozen=True)
-class IdentificationVerdict:
-    """The verdict on an identification.
-
-    Attributes
-    ----------
-    headline : str
-        One clear sentence, without its full stop.
-    lines : tuple of str
-        Sentences with its consequences.
-    tone : {"good", "bad", "plain"}
-        Curves met to their noise, not met, in between.
-    """
-
-    headline: str
-    lines: tuple[str, ...]
-    tone: Tone
-
-
-def answer(fit: Fit) -> IdentificationVerdict:
+def answer(fit: Fit) -> Verdict:
     """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
@@ -130,7 +100,7 @@ def answer(fit: Fit) -> IdentificationVerdict:
     if any(fault.fatal for fault in fit.faults):
         # Neither the misfit nor the standard errors say anything about the rubber.
         told = f"The law was fitted to these data ({misfits} rms): its values do not describe the rubber."
-        return IdentificationVerdict(faulty_data(fit.faults), (told,), "bad")
+        return Verdict(faulty_data(fit.faults), (told,), "bad")
     if not fitted and fit.tables:
         met, tone = "", "good"
     elif not fitted:
@@ -155,8 +125,8 @@ def answer(fit: Fit) -> IdentificationVerdict:
         )
     met, tone = _with_tables(fit, met, tone)
     if len(fit.parameters) > _IN_HEADLINE:
-        return IdentificationVerdict(met, (f"{values}.", *_lines(fit)), tone)
-    return IdentificationVerdict(f"{met}: {values}", tuple(_lines(fit)), tone)
+        return Verdict(met, (f"{values}.", *_lines(fit)), tone)
+    return Verdict(f"{met}: {values}", tuple(_lines(fit)), tone)
 
 
 def _with_tables(fit: Fit, met: str, tone: Tone) -> tuple[str, Tone]:

@@ -35,14 +35,10 @@ from bushcli.runtime.store import code_revision
 if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
-    from bushcli.inverse import Fit, FittedCurve
-    from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
+    from bushcli.inverse import FittedCurve
     from bushcli.report.document import Document, Panels, Picture
+    from bushcli.report.results import DirectResult, FitResult, InverseResult, MeshResult
     from bushcli.simulate.dynamic import DynamicResponse
-    from bushcli.simulate.dynamic_tables import ComparedTable
-    from bushcli.simulate.meshes import Meshed
-    from bushcli.simulate.misfit import Misfit
-    from bushcli.simulate.response import Response
     from bushcli.study.batch import Batch
     from bushcli.study.compare import Comparison
     from bushcli.study.study import Study
@@ -151,78 +147,48 @@ def check_files(case: Case) -> Files:
     return Files(case, has_page=False)
 
 
-def mesh_files(case: Case, meshes: Sequence[Meshed]) -> Files:
-    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file.
-
-    Parameters
-    ----------
-    case : Case
-        The validated case.
-    meshes : sequence of Meshed
-        Its meshes.
-    """
+def mesh_files(found: MeshResult) -> Files:
+    """Return the files of meshes: a picture of each, and of the interpretation of a geometry file."""
     return Files(
         None,  # a part has no case file: the one that is written to start from is not an input
-        fields=[f"mesh-{one.name}{end}" for one in meshes for end in FIELDS],
-        pictures=lambda: _report("drawing.results").mesh_pictures(case.geometry, meshes),
+        fields=[f"mesh-{one.name}{end}" for one in found.meshes for end in FIELDS],
+        pictures=lambda: _report("drawing.results").mesh_pictures(found.case.geometry, found.meshes),
         has_page=False,
     )
 
 
-def direct_files(
-    response: Response,
-    misfits: Mapping[str, Misfit],
-    fit: Fit | None,
-    vibrations: Sequence[ComparedTable] = (),
-) -> Files:
-    """Return the files of a direct prediction: per channel its curve, its comparison and its fields.
-
-    Parameters
-    ----------
-    response, misfits, fit
-        As given to `direct_json`.
-    vibrations : sequence of ComparedTable
-        Tables of dynamic stiffness beside their simulation.
-    """
-    curves = [channel.name for channel in response.channels]
-    names = file_names([*curves, *(one.table.name for one in vibrations)])
+def direct_files(found: DirectResult) -> Files:
+    """Return the files of a direct prediction: per channel its curve, its comparison and its fields."""
+    curves, compared = [channel.name for channel in found.response.channels], found.tables or ()
+    names = file_names([*curves, *(one.table.name for one in compared)])
     contents: dict[str, Content] = {
-        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in vibrations
+        f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in compared
     }
-    for channel in response.channels:
+    for channel in found.response.channels:
         name = names[channel.name]
         contents[f"{name}.csv"] = (
             partial(write_curve_csv, curve=channel.curve)
             if channel.six is None
             else tables.six_table(channel.six)
         )
-        if (found := misfits.get(channel.name)) is not None:
+        if (misfit := found.misfits.get(channel.name)) is not None:
             # At the recorded displacements, in the order of the recording.
-            forces = {"recorded": found.simulated - found.difference, "simulated": found.simulated}
-            columns = tables.forces(channel.mode, found.displacement, forces)
+            forces = {"recorded": misfit.simulated - misfit.difference, "simulated": misfit.simulated}
+            columns = tables.forces(channel.mode, misfit.displacement, forces)
             contents[f"{name}-comparison.csv"] = tables.number_table(columns)
     return Files(
-        response.case,
+        found.response.case,
         contents,
         [f"{names[name]}{end}" for name in curves for end in FIELDS],
-        lambda: _report("drawing.results").direct_pictures(response, misfits, fit, names, vibrations),
+        lambda: _report("drawing.results").direct_pictures(found, names),
     )
 
 
-def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | TableSweep] = ()) -> Files:
-    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the coupon tests.
-    fit : Fit or None
-        None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum or TableSweep
-        What its tables of dynamic moduli say.
-    """
+def fit_files(found: FitResult) -> Files:
+    """Return the files of a fit: recorded and fitted stress of each coupon, and the master curve of each table."""
     from bushcli.inverse.coupon_tables import TableSpectrum
 
+    fit, spectra = found.fit, found.spectra
     curves = () if fit is None else fit.curves
     names = file_names([*(curve.name for curve in curves), *dict.fromkeys(one.table.name for one in spectra)])
     contents = {f"{names[curve.name]}-fit.csv": _fitted(curve, "fitted") for curve in curves}
@@ -236,23 +202,12 @@ def fit_files(case: Case, fit: Fit | None, spectra: Sequence[TableSpectrum | Tab
         of_law = [] if fit is None else [_report("plots.fit").fit_panels(fit)]
         return [*of_law, *(of_table(one, names[one.table.name]) for one in spectra)]
 
-    return Files(case, contents, pictures=pictures)
+    return Files(found.case, contents, pictures=pictures)
 
 
-def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
-    """Return the files of identified laws: for each channel the recorded curve and that of the best law.
-
-    Parameters
-    ----------
-    case : Case
-        The case with the recordings.
-    fits : sequence of Fit
-        The best first.
-    """
-    from bushcli.inverse.file_units import in_file_units
-
-    fits = [in_file_units(fit) for fit in fits]
-    best = fits[0]
+def inverse_files(found: InverseResult) -> Files:
+    """Return the files of identified laws: for each channel the recorded curve and that of the best law."""
+    best = found.best
     names = file_names([*(curve.name for curve in best.curves), *(one.table.name for one in best.tables)])
     contents = {f"{names[one.table.name]}-table.csv": tables.compared_table(one) for one in best.tables}
     contents |= {
@@ -261,7 +216,7 @@ def inverse_files(case: Case, fits: Sequence[Fit]) -> Files:
         )
         for curve in best.curves
     }
-    return Files(case, contents, pictures=lambda: _report("plots.fit").inverse_panels(fits, names))
+    return Files(found.case, contents, pictures=lambda: _report("plots.fit").inverse_panels(found, names))
 
 
 def _fitted(curve: FittedCurve, how: str, start: bool = False) -> str:

@@ -98,13 +98,13 @@ def identified(law="yeoh", curves=None, names=("C10", "C20"), **changes):
 def shown(case, fits):
     stream = io.StringIO()
     Console(width=160, no_color=True, file=stream).print(
-        report.terminal_text(report.inverse_document(case, fits))
+        report.terminal_text(report.inverse_document(report.InverseResult(case, fits)))
     )
     return stream.getvalue()
 
 
 def test_json_is_what_scripts_rely_on(case):
-    document = report.inverse_json(case(), [identified()])
+    document = report.inverse_json(report.InverseResult(case(), [identified()]))
     json.dumps(document, allow_nan=False)
     assert document["command"] == "inverse"
     assert document["law"] == "yeoh"
@@ -139,7 +139,7 @@ def test_json_is_what_scripts_rely_on(case):
 
 def test_loops_that_the_best_law_leaves_are_a_problem(case):
     looping = curve("axial", wave=0.05)
-    found = report.inverse_json(case(), [identified(curves=(looping, curve("radial")))])
+    found = report.inverse_json(report.InverseResult(case(), [identified(curves=(looping, curve("radial")))]))
     assert [problem["name"] for problem in found["problems"]] == ["undetermined", "unexplained_hysteresis"]
     assert found["channels"].keys() == {"axial", "radial"}
     (first,) = found["channels"]["axial"]["cycles"]
@@ -154,7 +154,9 @@ def test_loops_that_the_best_law_leaves_are_a_problem(case):
 
 def test_json_of_several_laws_ranks_them(case):
     other = identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0)), ("C10",), profiles=())
-    document = report.inverse_json(case(), sorted([other, identified()], key=report.rank))
+    document = report.inverse_json(
+        report.InverseResult(case(), sorted([other, identified()], key=report.rank))
+    )
     assert document["law"] == "yeoh"
     assert [model["law"] for model in document["models"]] == ["yeoh", "neo_hookean"]
     assert document["models"][1]["misfit"] == {"axial": 2.0, "radial": 3.0}
@@ -175,7 +177,7 @@ def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
         end_points=(EndPoint(inside, inside, 1.0, "done"),),
         profiles=(Profile("bump_stop.gap", np.array([0.1, 0.2]), np.array([0.0, 5.0])),),
     )
-    document = report.inverse_json(case(), [found])
+    document = report.inverse_json(report.InverseResult(case(), [found]))
     shown_values = document["parameters"]
     assert shown_values["bump_stop.stiffness"]["value"] == pytest.approx(1e6 / 57.29578)
     assert shown_values["bump_stop.stiffness"]["std"] == pytest.approx(1e4 / 57.29578)
@@ -190,13 +192,13 @@ def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
     assert "degrees" in shown(case(), [found])
     # The same stop on the channel that does not turn.
     straight = replace(found, effects=(replace(stop, channels=("axial",)),))
-    gap = report.inverse_json(case(), [straight])["parameters"]["bump_stop.gap"]
+    gap = report.inverse_json(report.InverseResult(case(), [straight]))["parameters"]["bump_stop.gap"]
     assert (gap["value"], gap["unit"]) == (0.1, "mm")
 
 
 def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
     found = identified(names=("C10", "compliance"))
-    document = report.inverse_json(case(), [found])
+    document = report.inverse_json(report.InverseResult(case(), [found]))
     assert document["parameters"]["compliance"]["unit"] == "1/MPa"
     assert document["bulk_modulus"] == 2000.0
     # -0.02 ± 0.01 per MPa cannot be distinguished from zero, so that the bulk modulus has no value.
@@ -325,7 +327,7 @@ def test_text_says_everything(case):
 @pytest.mark.slow
 def test_every_picture_is_sound():
     fits = [identified(curves=(curve("axial"), curve("radial", 4.0, held_out=True))), identified("gent")]
-    pictures = drawn(inverse_panels(fits, {"axial": "axial", "radial": "radial"}))
+    pictures = drawn(inverse_panels(report.InverseResult(None, fits), {"axial": "axial", "radial": "radial"}))
     names = {picture.name for picture in pictures}
     expected = {"axial-identified", "radial-identified", "ranking", "profiles", "correlation", "convergence"}
     assert expected | {"starts"} <= names
@@ -336,7 +338,8 @@ def test_every_picture_is_sound():
 
 def test_pictures_of_one_parameter_and_no_search():
     found = identified(names=("C10",), profiles=(), evaluations=(), end_points=())
-    names = {picture.name for picture in inverse_panels([found], {"axial": "axial", "radial": "radial"})}
+    panels = inverse_panels(report.InverseResult(None, [found]), {"axial": "axial", "radial": "radial"})
+    names = {picture.name for picture in panels}
     assert names & {"axial-identified", "ranking", "profiles", "correlation", "convergence"} == {
         "axial-identified"
     }
@@ -345,9 +348,9 @@ def test_pictures_of_one_parameter_and_no_search():
 @pytest.mark.slow
 def test_files_of_an_identification(case, tmp_path):
     used, fits = case(), [identified()]
-    result = report.inverse_json(used, fits)
-    files = report.inverse_files(used, fits)
-    written = report.write(tmp_path / "out", result, files, lambda: report.inverse_document(used, fits))
+    found = report.InverseResult(used, fits)
+    result, files = report.inverse_json(found), report.inverse_files(found)
+    written = report.write(tmp_path / "out", result, files, lambda: report.inverse_document(found))
     names = {path.name for path in written}
     assert {"result.json", "report.html", "axial-identified.csv", "convergence.png"} <= names
     rows = (tmp_path / "out" / "axial-identified.csv").read_text().splitlines()
