@@ -17,7 +17,7 @@ from bushcli.recording.header.units import read_unit
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
 from bushcli.recording.six import motion_columns, read_motions, six_table
-from bushcli.recording.source import WARM, Quantity, Source
+from bushcli.recording.source import WARM, Quantity, SixColumns, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import Table
@@ -89,9 +89,11 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         displacement, force, samples = displacement[kept], force[kept], samples.only(kept)
     machine = mode.specimen == "coupon" and source.measured("force", "coupon", mode.rotational) == "force"
     there = {"displacement": moved, "force": forced} | ({"time": stamps} if stamps else {})
+    path = None
     if source.six is not None:
-        every = motion_columns(table, source).items()
+        every = motion_columns(table, source, source.six).items()
         there |= {MOTIONS[k]: c for k, c in every if k not in source.six.free and c.index != moved.index}
+        path = _path(source, source.six, samples.time, len(force), tables)
     columns, unused, remarks = _used_columns(table, there, source)
     recording = Recording(
         mode.name,
@@ -107,7 +109,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         accepted_faults=source.accepted_faults,
-        six=None if source.six is None else _path(source, samples.time, len(force), tables),
+        six=path,
         temperature=_warm(table, source, samples.rows),
     )
     count = counted(table, samples.rows, recording)
@@ -174,15 +176,16 @@ def _used(recording: Recording, source: Source) -> Recording:
     return recording if cycles is None else select_cycles(recording, cycles)
 
 
-def _path(source: Source, time: Array | None, count: int, tables: TableCache) -> RecordedPath:
+def _path(
+    source: Source, six: SixColumns, time: Array | None, count: int, tables: TableCache
+) -> RecordedPath:
     """Return the path of a recording of six motions, at its samples."""
-    assert source.six is not None
-    stamps, motion = read_motions(source, tables)
+    stamps, motion = read_motions(source, six, tables)
     if time is not None and stamps is not None:
         motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
     assert len(motion) == count
     number = REACTIONS.index(source.label.rpartition(".")[2])
-    return RecordedPath(time, motion, source.six.free, number, source.six.name)
+    return RecordedPath(time, motion, six.free, number, six.name)
 
 
 def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:

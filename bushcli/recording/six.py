@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
 from bushcli.recording.opened import listed, opened
-from bushcli.recording.source import Source
+from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
 from bushcli.recording.text.table import ArrayTable, Table
 from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
@@ -159,21 +159,20 @@ def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
     return {key: name for key, name in given.items() if isinstance(name, str)}
 
 
-def motion_columns(table: Table, source: Source) -> dict[int, Column]:
+def motion_columns(table: Table, source: Source, six: SixColumns) -> dict[int, Column]:
     """Return the columns of the motions of a recorded path, by their numbers from 0."""
-    assert source.six is not None
     columns = {}
     for k, name in enumerate(MOTIONS):
-        if name not in source.six.motions:
+        if name not in six.motions:
             continue
-        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
+        one = replace(source, columns={"displacement": six.motions[name]}, units={})
         found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
         assert found is not None
         columns[k] = found
     return columns
 
 
-def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Array]:
+def read_motions(source: Source, six: SixColumns, tables: TableCache) -> tuple[Array | None, Array]:
     """Read the path of a recording or program: time (n,) in s or None, poses (n, 6) in mm and rad.
 
     Motions without a column are zero.
@@ -181,6 +180,8 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     Parameters
     ----------
     source : Source
+    six : SixColumns
+        Its columns.
     tables : TableCache
 
     Raises
@@ -188,10 +189,9 @@ def read_motions(source: Source, tables: TableCache) -> tuple[Array | None, Arra
     RecordingError
         A column is missing or cannot be read, or the time does not increase.
     """
-    assert source.six is not None
-    table = six_table(source, source.six.chosen, tables)
+    table = six_table(source, six.chosen, tables)
     poses: Array = np.zeros((0, 6))
-    for k, found in motion_columns(table, source).items():
+    for k, found in motion_columns(table, source, six).items():
         if not len(poses):
             poses = np.zeros((len(found.values), 6))
         poses[:, k] = found.values

@@ -199,8 +199,15 @@ class ModelCache:
                 refinement = shape.coarse
                 if modes is not None:
                     modes.add(mode.name)
-            path = None if mode.solid.six is None else mode.solid.six.identity
-            what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
+            what = (
+                shape,
+                mode.name,
+                mode.solid.six,
+                _law(task),
+                rubber.bulk_modulus,
+                refinement,
+                _structure(acting),
+            )
             return _kept(
                 self._bodies,
                 BODIES,

@@ -1,4 +1,4 @@
-"""A recorded path of six motions with the effects that act on it: one march, and a channel for each reaction."""
+"""Recordings with the effects that act on them; of a path of six motions one march, and a channel for each reaction."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from bushcli.case import Case
+from bushcli.curve.earlier import earlier
 from bushcli.curve.recorded import RecordedPath, Recording
+from bushcli.curve.signals import displacement_noise
 from bushcli.effects.active import ActiveEffect, acting, require_time
 from bushcli.effects.assembly import features_of
 from bushcli.effects.change import Signal
 from bushcli.simulate.derivatives import columns
 from bushcli.simulate.schedule import six_schedule
-from bushcli.simulate.simulation import Answer, FollowedPath, Steps, logged_force, with_values
+from bushcli.simulate.simulation import Answer, FollowedPath, Simulation, Steps, logged_force, with_values
 from cases.equilibrium import Equilibrium
 from cases.local import Cells, LocalStiffness
 from cases.march import History, march
-from cases.mode import mode_of
+from cases.mode import mode_of, modes
 from cases.model import FiniteElementModel
 from cases.simulate import Prepare, Rubber, prepare
 from cases.stretches import principal_stretches
@@ -208,50 +210,65 @@ class Reaction(FollowedPath):
         return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells
 
 
-def reaction(
+def followed(
     recording: Recording,
-    path: RecordedPath,
-    paths: Paths,
+    case: Case,
     shape: Shape,
     rubber: Rubber,
-    case: Case,
     refinement: Refinement,
     comm: MPI.Comm,
-    prepared: Prepare = prepare,
-) -> Reaction:
-    """Return the model of one channel of a path of six motions; the channels of a path share one march.
+    prepared: Prepare,
+    paths: Paths,
+) -> FollowedPath | None:
+    """Return a recording with the effects that act on it; None where the force depends on the displacement alone.
 
     Parameters
     ----------
     recording : Recording
-        Of the channel.
-    path : RecordedPath
-        The path to which it belongs.
-    paths : Paths
-        The paths that have been made; the new one is added.
-    shape, rubber, refinement, comm
-        Arguments of the finite-element model.
+        The samples in use.
     case : Case
         Its effects act.
+    shape, rubber, refinement, comm
+        Arguments of the finite-element model.
     prepared : callable
         Makes the finite-element model.
+    paths : Paths
+        Paths of six motions that have been made: their channels share one march.
 
     Raises
     ------
     InputError
-        The path has no time, which an effect needs.
+        The recording has no time, which an effect needs.
     """
-    active = acting(case.effects, recording.name, recording.mode)
-    if path.time is None:
-        require_time(case.effects, recording.name, recording.mode, str(recording.source))
-    key = (path.name, refinement)
-    if key not in paths:
-        on_it = [
-            one.at(one.temperatures.get(recording.name))
-            for one in case.effects
-            if one.effect.feature is not None
-            and one.effect.acts_on("path")
-            and (one.channels is None or recording.name in one.channels)
-        ]
-        paths[key] = PathSimulation(shape, rubber, refinement, on_it, path, comm, prepared)
-    return Reaction(paths[key], path.number, active)
+    active, whole = acting(case.effects, recording.name, recording.mode), recording.record
+    if whole.time is None:
+        require_time(active, recording.name, recording.mode, str(recording.source))
+    if recording.six is not None:
+        # The channels of a path share one march.
+        key = (recording.six.name, refinement)
+        if key not in paths:
+            on_it = [
+                one.at(one.temperatures.get(recording.name))
+                for one in case.effects
+                if one.effect.feature is not None
+                and one.effect.acts_on("path")
+                and (one.channels is None or recording.name in one.channels)
+            ]
+            paths[key] = PathSimulation(shape, rubber, refinement, on_it, recording.six, comm, prepared)
+        return Reaction(paths[key], recording.six.number, active)
+    if not active:
+        return None
+    return Simulation(
+        shape,
+        modes()[recording.mode],
+        rubber,
+        refinement,
+        active,
+        whole.time,
+        whole.displacement,
+        displacement_noise(whole),
+        comm,
+        prepared,
+        earlier(whole),
+        whole.temperature,
+    )

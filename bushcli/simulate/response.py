@@ -265,7 +265,7 @@ def _left_out(case: Case, channel: Simulated) -> list[Condition]:
         remedy = "prescribe the travel where the curve that the rig would log is wanted"
         return [Condition("effect_left_out", what, remedy)]
     results = ["its stiffness matrices"] if channel.stiffness else []
-    results += ["its reactions"] if channel.six is not None and channel.recording is None else []
+    results += ["its reactions"] if channel.in_time and channel.recording is None else []
     if not acting or not results:
         return []
     names = " and ".join(readable_name(one.name) for one in acting)
@@ -281,7 +281,7 @@ def _of_the_assembly(channel: Simulated) -> list[Condition]:
     """Return a condition if the assembled part exerts a force at rest, which a rig would have zeroed."""
     q, force = channel.curve.displacement, channel.curve.force
     stiffness = channel.curve.initial_stiffness()
-    if channel.six is not None or q[0] != 0.0 or not abs(stiffness) > 0.0:
+    if channel.in_time or q[0] != 0.0 or not abs(stiffness) > 0.0:
         return []
     if abs(force[0]) <= AT_REST * float(np.ptp(force)):
         return []

@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bushcli.case import load_case_names, resolved
+from bushcli.case import resolved
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
@@ -356,7 +356,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     recordings = case.coupons if command == "fit" else case.recordings
     channels = {
         "direct": [name for name, _ in case.channels],
-        "dynamic": load_case_names(case.vibrations, ()),
+        "dynamic": [one.label for one in case.vibrations],
     }.get(command, [source.label for source in recordings])
     endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
     endings += FIELDS if command == "direct" else ()
