@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,12 +146,11 @@ class UnevenModel:
             Hz.
         """
         found: dict[int, Balance] = {}
-        for one in np.unique(frequency):
+        for one, response in self._responses(frequency, float(amplitude.max())).items():
             own = np.flatnonzero(frequency == one)
-            response = self._response(float(one), float(amplitude[own].max()))
             local = self._elastic
             for i in map(int, own[np.argsort(amplitude[own])]):
-                found[i] = self._balance(float(amplitude[i]), float(one), response, local)
+                found[i] = self._balance(float(amplitude[i]), one, response, local)
                 local = found[i].local
         return [found[i] for i in range(len(amplitude))]
 
@@ -185,15 +185,14 @@ class UnevenModel:
         more, less : UnevenModel
             Those of `of`.
         """
-        moved = np.empty(len(found), dtype=np.complex128)
-        for frequency in {one.frequency for one in found}:
-            own = [i for i, one in enumerate(found) if one.frequency == frequency]
-            largest = max(found[i].amplitude for i in own)
-            high, low = more._response(frequency, largest), less._response(frequency, largest)
-            for i in own:
-                gamma, x = found[i].amplitude * found[i].local, found[i].state
-                moved[i] = x @ self._over(high(gamma)[0] - low(gamma)[0]) @ x
-        return moved
+        frequency = np.array([one.frequency for one in found])
+        largest = max(one.amplitude for one in found)
+        high, low = (other._responses(frequency, largest) for other in (more, less))
+        moved = []
+        for one in found:
+            gamma, x = one.amplitude * one.local, one.state
+            moved.append(x @ self._over(high[one.frequency](gamma)[0] - low[one.frequency](gamma)[0]) @ x)
+        return np.array(moved)
 
     def along(self, change: Change, found: Sequence[Balance]) -> Complex:
         """Return the derivative of the stiffness of balances (n,) by a parameter of the model that is no relaxation's.
@@ -229,7 +228,7 @@ class UnevenModel:
         frequency : float
             Hz.
         """
-        response = self._response(frequency, amplitude)
+        response = self._responses(np.array([frequency]), amplitude)[frequency]
         found = self._balance(amplitude, frequency, response, self._elastic)
         for _ in range(MOST_ROUNDS):
             before, local = found.stiffness, found.local
@@ -251,16 +250,17 @@ class UnevenModel:
                 break
         return abs(found.stiffness - before) / abs(found.stiffness)
 
-    def _response(self, frequency: float, amplitude: float) -> LocalResponse:
-        """Return the local harmonics at a frequency up to what the largest amplitude (mm or rad) may cause."""
-        own = self._thinned.response(frequency, ABOVE * amplitude * float(self._elastic.max()))
-        beside = modulus(np.array([frequency]), self._branches)[0]
+    def _responses(self, frequency: Array, amplitude: float) -> dict[float, LocalResponse]:
+        """Return the local harmonics at each frequency up to what the largest amplitude (mm or rad) may cause."""
+        frequency = np.unique(frequency)
+        own = self._thinned.responses(frequency, ABOVE * amplitude * float(self._elastic.max()))
+        beside = modulus(frequency, self._branches)
 
-        def harmonics(local: Array) -> tuple[Complex, Complex]:
-            first, third = own(local)
-            return first + beside, third
+        def harmonics(i: int, local: Array) -> tuple[Complex, Complex]:
+            first, third = own[i](local)
+            return first + beside[i], third
 
-        return harmonics
+        return {one: partial(harmonics, i) for i, one in enumerate(map(float, frequency))}
 
     def _balance(self, amplitude: float, frequency: float, response: LocalResponse, local: Array) -> Balance:
         """Bring moduli and state into balance.
