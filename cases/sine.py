@@ -9,7 +9,7 @@ a closed form, the loss would be up to 30 % higher.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -92,26 +92,47 @@ class ThinnedSpectrum:
 
         last = int(np.ceil(PER_DECADE * np.log10(max(largest, 10.0 * SMALLEST) / SMALLEST)))
         nodes = SMALLEST * 10.0 ** (np.arange(last + BEYOND) / PER_DECADE)
-        tables = [
-            spline_filter1d(one, output=np.complex128, mode="mirror")
-            for one in self.harmonics(nodes, frequency[:, None])
+        found = np.stack(self.harmonics(nodes, frequency[:, None]), axis=1)
+        return [
+            TabulatedHarmonics(one, last)
+            for one in spline_filter1d(found, output=np.complex128, mode="mirror")
         ]
-        return [TabulatedHarmonics(first, third, last) for first, third in zip(*tables, strict=True)]
 
 
 @dataclass(frozen=True)
 class TabulatedHarmonics:
-    """Spline coefficients of the harmonics, `PER_DECADE` per decade of the amplitude above `SMALLEST`."""
+    """Harmonics over the logarithm of the amplitude.
 
-    first: Complex
-    third: Complex
+    Attributes
+    ----------
+    coefficients : shape (2, k)
+        Of splines of the first and the third harmonic, `PER_DECADE` per decade of the amplitude above `SMALLEST`.
+    last : int
+        Place of the largest amplitude.
+    beside : complex
+        Modulus of branches beside the spectrum, over mu.
+    """
+
+    coefficients: Complex
     last: int
+    beside: complex = 0.0
 
-    def __call__(self, amplitude: Array) -> tuple[Complex, Complex]:
-        """Return the first and the third harmonic, shape (n,)."""
-        place = PER_DECADE * np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST)
-        place = np.minimum(place, self.last)
-        return interpolated(self.first, place), interpolated(self.third, place)
+    def first(self, amplitude: Array) -> Complex:
+        """Return the first harmonic, shape (n,)."""
+        return interpolated(self.coefficients[0], self._places(amplitude)) + self.beside
+
+    def third(self, amplitude: Array) -> Complex:
+        """Return the third harmonic, shape (n,)."""
+        return interpolated(self.coefficients[1], self._places(amplitude))
+
+    def less(self, other: TabulatedHarmonics) -> TabulatedHarmonics:
+        """Return the difference to harmonics up to the same amplitude."""
+        return replace(
+            self, coefficients=self.coefficients - other.coefficients, beside=self.beside - other.beside
+        )
+
+    def _places(self, amplitude: Array) -> Array:
+        return np.minimum(PER_DECADE * np.log10(np.maximum(amplitude, SMALLEST) / SMALLEST), self.last)
 
 
 def interpolated(coefficients: Complex, *places: Array) -> Complex:
