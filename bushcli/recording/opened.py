@@ -63,26 +63,24 @@ def opened(
     inside = tables.tables(source.file, name, wanted)
     if source.group is None:
         return inside
-    found = inside.tables
-    names = [table.part for table in found]
-    if isinstance(source.group, int):
-        if source.group <= len(found):
-            return found[source.group - 1]
-        what = f"has no group {source.group}"
-        raise source.refused(what, f"it has {len(found)}: {listed(names)}")
-    key = source.group.strip("/ ").casefold()
-    known = [(table.part.strip("/ ").casefold(), table) for table in found]
-    hits = [table for part, table in known if part == key]
-    if hits:
-        return hits[0]
+    names = [table.part for table in inside.tables]
     # Channels of the group have clocks of their own, or other lengths: `bushcli.recording.waveforms` names the pieces.
-    pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
-    if pieces:
-        return FileContents(pieces, {})
-    if source.group in inside.failed:
-        raise inside.failed[source.group]
-    what = f'has no sheet or group "{source.group}"'
-    raise RecordingError(Problem(str(source.file), what, nearest(source.group, names), listed(names)))
+    pieces: tuple[Table, ...] = ()
+    if isinstance(source.group, int):
+        hits = list(inside.tables[source.group - 1 : source.group])
+        problem = Problem(
+            str(source.file), f"has no group {source.group}", "", f"it has {len(names)}: {listed(names)}"
+        )
+    else:
+        key = source.group.strip("/ ").casefold()
+        known = [(table.part.strip("/ ").casefold(), table) for table in inside.tables]
+        hits = [table for part, table in known if part == key]
+        pieces = tuple(table for part, table in known if part.startswith(f"{key}, "))
+        what = f'has no sheet or group "{source.group}"'
+        problem = Problem(str(source.file), what, nearest(source.group, names), listed(names))
+    if not hits and not pieces:
+        raise inside.failed.get(str(source.group), RecordingError(problem))
+    return hits[0] if hits else FileContents(pieces, {})
 
 
 def format_of(path: Path) -> str:

@@ -351,20 +351,20 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
 
 def read_unit(text: str) -> DynamicUnit | None:
     """Return the unit that a text names: to Hz, degrees C, and the internal units of a recording; None for others."""
-    bare = re.sub(r"\s+", "", text.strip().strip("[](){}"))
-    low = bare.lower()
+    inside = text.strip().strip("[](){}")
+    bare = re.sub(r"\s+", "", inside)
+    size, low = None, bare.lower()
+    if bare and not bare[0].isdigit():
+        spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", inside)
+        size = _size(plain_unit(re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)), "")
+    found = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
     if low in _FREQUENCIES:
-        return DynamicUnit("frequency", _FREQUENCIES[low])
-    if low in _TEMPERATURES:
-        return DynamicUnit("temperature", *_TEMPERATURES[low])
-    if bare in ("1", "-", "--"):
-        return DynamicUnit("strain", 1.0)
-    if not bare or any(character.isdigit() for character in bare[:1]):
-        return None
-    spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", text.strip().strip("[](){}"))
-    spaced = re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)
-    size = _size(plain_unit(spaced), "")
-    return DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
+        found = DynamicUnit("frequency", _FREQUENCIES[low])
+    elif low in _TEMPERATURES:
+        found = DynamicUnit("temperature", *_TEMPERATURES[low])
+    elif bare in ("1", "-", "--"):
+        found = DynamicUnit("strain", 1.0)
+    return found
 
 
 def slip(text: str, measured: str) -> str:
