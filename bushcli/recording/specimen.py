@@ -42,31 +42,22 @@ def nominal(
             what, expected = f"{what} to zero length", "gauge_length in mm; the travel must start at 0"
         raise source.refused(what, expected)
     if mode.needs_compressibility:
-        strain, stress = _hydrostatic(source, strain, stress, strain_form, stress_form)
+        volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
+        stress = -stress if stress_form == "pressure" else stress
+        stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)
+        grows, pulled = (abs(values.min()) < values.max() for values in (volume - 1.0, stress))
+        # Rubber cavitates at a tension of some MPa from all sides: what is positive is compression.
+        if (grows or pulled) and source.reverse is None:
+            signs = "pressure is negative in compression"
+            if grows:
+                signs = f"volume increases {'under tension from all sides' if pulled else 'in compression'}"
+            what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
+            listed = ", ".join(['"displacement"'] * grows + ['"force"'] * pulled)
+            expected = (
+                f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
+            )
+            raise source.refused(what, expected)
+        strain = volume ** (1.0 / 3.0) - 1.0
     elif stress_form == "true" and not mode.sheared:
         stress = stress / (1.0 + strain)
     return strain, stress
-
-
-def _hydrostatic(
-    source: Source, strain: Array, stress: Array, strain_form: str, stress_form: str
-) -> tuple[Array, Array]:
-    """Return stretch - 1 and nominal stress of a volumetric test; arguments as for `nominal`."""
-    volume = 1.0 + strain if strain_form == "volume" else (1.0 + strain) ** 3
-    stress = -stress if stress_form == "pressure" else stress
-    stress = stress if stress_form == "engineering" else stress * volume ** (2.0 / 3.0)
-    grows, pulled = (abs(values.min()) < values.max() for values in (volume - 1.0, stress))
-    # Rubber cavitates at a tension of some MPa from all sides: what is positive is compression, counted as positive.
-    if (grows or pulled) and source.reverse is None:
-        turned = [name for name, is_positive in (("displacement", grows), ("force", pulled)) if is_positive]
-        signs = "volume increases" if grows else "pressure is negative"
-        signs = (
-            "volume increases under tension from all sides" if grows and pulled else f"{signs} in compression"
-        )
-        what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
-        listed = ", ".join(f'"{name}"' for name in turned)
-        expected = (
-            f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
-        )
-        raise source.refused(what, expected)
-    return np.asarray(volume ** (1.0 / 3.0) - 1.0), np.asarray(stress)

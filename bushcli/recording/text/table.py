@@ -325,5 +325,7 @@ class TextTable(Table):
         if column in self.dates:
             return ClockTimes(self.numbers(column), self.dates[column])
         stamped = len(self) > 0 and ":" in self.text(0, column)
-        fields = [text for part in self.parts for text in part.texts(column)] if stamped else []
-        return clock_times(fields, form or f"{self.names[column]} {self.units[column]}")
+        fields = (text for part in self.parts for text in part.texts(column))
+        return (
+            clock_times([*fields], form or f"{self.names[column]} {self.units[column]}") if stamped else None
+        )
