@@ -52,7 +52,8 @@ def nominal(
             if grows:
                 signs = f"volume increases {'under tension from all sides' if pulled else 'in compression'}"
             what = f"by the signs of the columns the {signs}: nobody tests rubber like that"
-            listed = ", ".join(['"displacement"'] * grows + ['"force"'] * pulled)
+            turned = (("displacement", grows), ("force", pulled))
+            listed = ", ".join(f'"{name}"' for name, holds in turned if holds)
             expected = (
                 f"reverse = [{listed}] in the table of the case file, or reverse = [] if the signs are right"
             )
