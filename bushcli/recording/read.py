@@ -80,7 +80,8 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     if np.ptp(force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
         raise table.refused(what)
-    displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
+    if mode.specimen == "coupon":
+        displacement, force = nominal(source, mode, displacement, force, moved.form, forced.form)
     if source.largest_stretch is not None:
         kept = np.asarray(mode.stretch(displacement) <= source.largest_stretch)
         if np.count_nonzero(kept) < min(fewest, len(kept)):

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from bushcli.recording.header.columns import Column, chosen_index, column
 from bushcli.recording.header.name import heading
-from bushcli.recording.opened import listed, opened
+from bushcli.recording.isolated import FileContents
+from bushcli.recording.opened import Needed, listed, only_table, opened
 from bushcli.recording.source import SixColumns, Source
 from bushcli.recording.table_cache import TableCache
-from bushcli.recording.text.table import ArrayTable, Table
-from bushcli.recording.time.rasters import RasterColumns, interpolated, joined, own_clocks, stamped
+from bushcli.recording.text.table import Table
+from bushcli.recording.time.rasters import RasterColumns, interpolated, own_clocks, stamped
 from cases.mode import modes
 from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
@@ -40,35 +41,22 @@ def named_in(table: Table) -> dict[str, int]:
 
 def six_table(source: Source, chosen: Mapping[str, str], tables: TableCache) -> Table:
     """Return the table of a recording of six motions."""
-    found = opened(source, list(chosen.values()), tables)
-    if isinstance(found, Table):
-        return _one_clock(found, chosen, source)
-    if len(found.tables) == 1 and not found.failed:
-        return _one_clock(found.tables[0], chosen, source)
-    every = {name for table in found.tables for name in _columns(table, chosen)}
-    together = joined(found.tables, source, modes()["axial"])
-    for among in (found.tables, together):
-        fitting = [table for table in among if every and every == _columns(table, chosen).keys()]
-        if len(fitting) == 1:
-            return _one_clock(fitting[0], chosen, source)
-        if fitting:
-            what = f"{len(fitting)} sheets or groups have motions and reactions: "
-            what += listed([table.part for table in fitting])
-            raise source.refused(what, 'choose in the case file: group = "..."')
-    parts = []
-    for table in together:
-        columns = tuple(_columns(table, chosen).values())
-        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
-        parts += [] if stamps is None else [stamps]
-    if len(parts) > 1:
-        return _on_one_raster(source, parts, chosen)
-    # A sheet with a bad row may be the sheet that is meant.
-    for error in found.failed.values():
-        raise error
-    what = "no sheet or group has all motions and reactions; there are "
-    what += listed([table.part for table in found.tables])
-    expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
-    raise source.refused(what, expected)
+    axial = modes()["axial"]
+    table = opened(source, list(chosen.values()), tables)
+    if isinstance(table, FileContents):
+        every = {name for one in table.tables for name in _columns(one, chosen)}
+        needed = Needed(
+            "all motions and reactions",
+            "motions = {ux = ...}, by name; names such as time_s, ux_mm, fx_N are found",
+            lambda one: bool(every) and every == _columns(one, chosen).keys(),
+            lambda together: _on_one_raster(source, together, chosen),
+        )
+        table = only_table(source, axial, table, needed)
+    # Motions and reactions of a table may have clocks of their own.
+    columns = _columns(table, chosen)
+    forced = [index for key, index in columns.items() if key in REACTIONS]
+    moved = [index for key, index in columns.items() if key in MOTIONS]
+    return own_clocks(table, forced, moved, source, axial, _WORDS)
 
 
 def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
@@ -79,16 +67,15 @@ def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
     return {key: index for key, index in named_in(table).items() if key not in known} | own
 
 
-def _one_clock(table: Table, chosen: Mapping[str, str], source: Source) -> Table:
-    """Return a table whose motions and reactions have one clock."""
-    columns = _columns(table, chosen)
-    forced = [index for key, index in columns.items() if key in REACTIONS]
-    moved = [index for key, index in columns.items() if key in MOTIONS]
-    return own_clocks(table, forced, moved, source, modes()["axial"], _WORDS)
-
-
-def _on_one_raster(source: Source, parts: Sequence[RasterColumns], chosen: Mapping[str, str]) -> ArrayTable:
-    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
+def _on_one_raster(source: Source, tables: Sequence[Table], chosen: Mapping[str, str]) -> Table | None:
+    """Return the reactions, and the motions interpolated at their stamps; None where one table has all."""
+    parts = []
+    for table in tables:
+        columns = tuple(_columns(table, chosen).values())
+        stamps = stamped(table, columns, source, modes()["axial"]) if columns else None
+        parts += [] if stamps is None else [stamps]
+    if len(parts) < 2:
+        return None
     forced = [part for part in parts if any(key in REACTIONS for key in _columns(part.table, chosen))]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "

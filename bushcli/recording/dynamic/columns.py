@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bushcli.recording.dynamic.names import (
     ACROSS,
     CONDITIONS,
-    KINDS,
+    KINDS_OF_MODES,
     ColumnName,
     Stated,
     condition_of,
@@ -70,9 +70,7 @@ class ColumnGroup:
 
 def is_dynamic(table: Table, source: DynamicSource) -> bool:
     """Whether a table has columns of which K' and K'' may be made."""
-    if set(source.columns) & set(MEASURED):
-        return True
-    return any(one.quantity in MEASURED for one in meanings(table))
+    return any(key in MEASURED for key in (*source.columns, *(one.quantity for one in meanings(table))))
 
 
 def meanings(table: Table) -> list[ColumnName]:
@@ -83,8 +81,7 @@ def meanings(table: Table) -> list[ColumnName]:
     # A row of lengths above the names may have been taken for one of units. What a line has for a column, a quantity,
     # ``Kdyn [N/mm]`` above ``0 N``, ``500 N``, or a condition, holds until the next one of the line.
     for text in (*(text for _, text in table.preamble), ";".join(table.units)):
-        split = [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
-        lines = [fields for fields in split if 1 < len(fields) <= width]
+        lines = [fields for fields in _fields(text) if 1 < len(fields) <= width]
         for fields in lines:
             if any(meaning(field).quantity in MEASURED for field in fields if field):
                 over |= {i: title for i, title in enumerate(_carried(fields, width)) if title}
@@ -103,6 +100,11 @@ def meanings(table: Table) -> list[ColumnName]:
         conditions = (*said.conditions, *((own,) if own and i in over else ()), *above.get(i, ()))
         found.append(replace(said, conditions=conditions))
     return found
+
+
+def _fields(text: str) -> list[list[str]]:
+    """Return the fields of a line above a table, by each delimiter that it may have."""
+    return [[field.strip() for field in text.split(delimiter)] for delimiter in ";\t,|"]
 
 
 def _carried(fields: Sequence[str], width: int) -> list[str]:
@@ -132,13 +134,12 @@ def _conditions_in(fields: Sequence[str]) -> dict[int, Stated]:
 
 def with_names_above(table: Table) -> Table:
     """Return a table whose names are units, as ``Hz;Ns/mm``, with the line above them as its names."""
-    if not table.preamble or not all(read_unit(name) for name in table.names if name):
-        return table
-    for delimiter in ";\t,|":
-        fields = [field.strip() for field in table.preamble[-1][1].split(delimiter)]
+    unnamed = table.preamble and all(read_unit(name) for name in table.names if name)
+    for fields in _fields(table.preamble[-1][1]) if unnamed else ():
         found = {meaning(field).quantity for field in fields}
         if len(fields) == len(table.names) and "frequency" in found and found & set(MEASURED):
-            return replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
+            table = replace(table, names=tuple(fields), units=table.names, preamble=table.preamble[:-1])
+            break
     return table
 
 
@@ -223,17 +224,7 @@ def suited_kinds(quantity: str, mode: Mode) -> frozenset[str]:
     quantity : str
     mode : Mode
     """
-    coupon, turned = mode.specimen == "coupon", mode.rotational
-    if quantity in (*MEASURED[:4], *ERRORS):
-        own = {"stress"} if coupon else {"rotational stiffness", "moment"} if turned else {"stiffness"}
-        return frozenset(own)
-    if quantity in ("amplitude", "preload"):
-        return frozenset({"strain"} if coupon else {"angle"} if turned else {"length"})
-    if quantity == "preload_force":
-        return frozenset({"stress"} if coupon else {"moment"} if turned else {"force"})
-    if quantity == "damping":
-        return frozenset({"rotational damping"} if turned else {"damping"})
-    return KINDS[quantity]
+    return KINDS_OF_MODES[quantity][0 if mode.specimen == "coupon" else 1 if mode.rotational else 2]
 
 
 def numbers(
@@ -271,23 +262,18 @@ def numbers(
 
 def above(table: Table) -> dict[str, Stated]:
     """Return the conditions that the lines above a table state for all its rows, by quantity."""
-    decimal = table.decimal if isinstance(table, TextTable) else ""
-    found = [one for _, text in table.preamble if (one := stated(text, decimal)) is not None]
+    found = [one for _, text in table.preamble if (one := stated(text, table.decimal)) is not None]
     return {one.quantity: one for one in found}
 
 
 def between(table: Table, quantity: str) -> list[tuple[int, Stated]]:
     """Return the conditions of a quantity that lines between the rows state for the rows below, with their lines."""
-    if not isinstance(table, TextTable):
-        return []
     found = ((line, stated(text, table.decimal)) for line, text in table.between)
     return [(line, one) for line, one in found if one is not None and one.quantity == quantity]
 
 
 def with_values(table: Table, group: ColumnGroup) -> Table:
     """Return the rows of a table in which a group of columns has values."""
-    if not isinstance(table, TextTable):
-        return table
     columns = [i for i, one in group.columns.values() if one.quantity in MEASURED or one.conditions]
     kept = [row for row in range(len(table)) if any(table.text(row, i) for i in columns)]
     return table if len(kept) == len(table) else table.of_rows(np.array(kept, dtype=np.int_))

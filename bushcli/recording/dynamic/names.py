@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -13,20 +13,25 @@ from bushcli.recording.text.fields import is_thousands
 
 Peak = Literal["peak", "double", ""]
 
-#: Kinds of units that a quantity can have; the first three depend on the mode.
-KINDS: Mapping[str, frozenset[str]] = {
-    "amplitude": frozenset({"length", "angle", "strain"}),
-    "preload": frozenset({"length", "angle", "strain"}),
-    "preload_force": frozenset({"force", "moment", "stress"}),
-    "frequency": frozenset({"frequency"}),
-    "temperature": frozenset({"temperature"}),
-    "loss_angle": frozenset({"angle"}),
-    "tan_delta": frozenset({"strain"}),
-    "damping": frozenset({"damping", "rotational damping"}),
-} | dict.fromkeys(
-    ("stiffness", "modulus", "storage", "loss", "storage_error", "loss_error"),
-    frozenset({"stiffness", "rotational stiffness", "moment", "stress"}),
-)
+#: Kinds of units that a quantity has, of a coupon, of a rotation and of a translation; and of any of these.
+KINDS_OF_MODES: Mapping[str, tuple[frozenset[str], ...]] = {
+    quantity: tuple(frozenset(kinds.split(", ")) for kinds in by_mode)
+    for quantities, by_mode in (
+        ("amplitude preload", ("strain", "angle", "length")),
+        ("preload_force", ("stress", "moment", "force")),
+        ("damping", ("damping", "rotational damping", "damping")),
+        ("frequency", ("frequency",) * 3),
+        ("temperature", ("temperature",) * 3),
+        ("loss_angle", ("angle",) * 3),
+        ("tan_delta", ("strain",) * 3),
+        (
+            "stiffness modulus storage loss storage_error loss_error",
+            ("stress", "rotational stiffness, moment", "stiffness"),
+        ),
+    )
+    for quantity in quantities.split()
+}
+KINDS = {quantity: frozenset[str]().union(*kinds) for quantity, kinds in KINDS_OF_MODES.items()}
 #: Words for a column, in lower case with single blanks; the longest that a name contains decides. "modulus" is one of
 #: |K*| and K', as a rig's "stiffness" is: the file or the user has to say which.
 _WORDS: Mapping[str, tuple[str, ...]] = {
@@ -190,7 +195,7 @@ def meaning(name: str, unit: str = "") -> ColumnName:
         own = _quantity(key, None) in CONDITIONS or key in ("a", "at", "bei")
         return " " if own else f" {found['key'] or ''} "
 
-    text, written, known = _apart(_CONDITION.sub(kept, name))
+    text, written, known = next(_apart(_CONDITION.sub(kept, name)))
     if unit.strip() and (row := read_unit(unit)) is not None:
         written, known = unit, row
     plain = text.replace("_", " ")
@@ -281,15 +286,17 @@ def _condition(found: re.Match[str]) -> Stated:
     return Stated(sure[0], number, unit) if sure else Stated(quantity, number, unit, peak)
 
 
-def _apart(text: str) -> tuple[str, str, DynamicUnit | None]:
-    """Return a name without its unit, the unit as written, and the unit."""
+def _apart(text: str) -> Iterator[tuple[str, str, DynamicUnit | None]]:
+    """Yield the ways to split a name into what is no unit, the unit as written, and the unit, the surest first.
+
+    The last one has no unit.
+    """
     brackets = re.compile(r"[\[({<]([^\[\](){}<>]*)[\])}>]")
     for found in reversed(list(brackets.finditer(text))):
         inside = _BESIDE.sub(" ", found[1]).strip(" ,;")
-        known = read_unit(inside)
-        if known is not None:
+        if (known := read_unit(inside)) is not None:
             said = " ".join(_BESIDE.findall(found[1]))
-            return f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known
+            yield f"{text[: found.start()]} {said} {text[found.end() :]}", inside, known
     bare = brackets.sub(r" \1 ", text)
     per = re.sub(r"(?<=[^\W_])[\s_]+per[\s_]+(?=[^\W_])", "/", bare)
     for found in re.finditer(r"[\s_,;/]+(?:in\s+)?(±|\+/-)?", per):
@@ -297,8 +304,8 @@ def _apart(text: str) -> tuple[str, str, DynamicUnit | None]:
         known = read_unit(tail) if tail and found.start() else None
         # The dash of "E - modulus" is no unit, and neither is the number of "K 1".
         if known is not None and tail not in ("1", "-", "--"):
-            return per[: found.start()] + " " + (found[1] or ""), tail, known
-    return bare, "", None
+            yield per[: found.start()] + " " + (found[1] or ""), tail, known
+    yield bare, "", None
 
 
 def _quantity(words: str, unit: DynamicUnit | None) -> str:

@@ -229,15 +229,11 @@ def _stated(
 ) -> float:
     """Return a condition of all rows, as the case file or else the file states it, in internal units; or nan."""
     given = getattr(source, quantity)
-    if given is not None:
-        return float(given)
-    found = stated.get(quantity)
-    if found is None:
-        return float("nan")
-    if found.unit.kind not in suited_kinds(quantity, mode):
+    found = stated.get(quantity) if given is None else None
+    if found is not None and found.unit.kind not in suited_kinds(quantity, mode):
         what = f"states a {quantity.replace('_', ' ')} in a unit of a {found.unit.kind}, which mode {mode.name} has not"
         raise table.refused(what, f"{quantity} = ... in the recording's table of the case file")
-    return found.value
+    return found.value if found is not None else math.nan if given is None else float(given)
 
 
 def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source: DynamicSource) -> str:
@@ -245,12 +241,10 @@ def _peak(table: Table, group: ColumnGroup, stated: Mapping[str, Stated], source
     if "amplitude" in group.columns:
         index, said = group.columns["amplitude"]
         named, label = said.peak, table.label(index)
-    elif source.amplitude is not None:
-        return source.amplitude_is or "peak"
-    elif "amplitude" in stated:
+    elif source.amplitude is None and "amplitude" in stated:
         named, label = stated["amplitude"].peak, "the amplitude that the file states"
     else:
-        return "peak"
+        named, label = source.amplitude_is or "peak", ""
     if source.amplitude_is is not None and named and named != source.amplitude_is:
         what = (
             f'{label} is the {named} amplitude, and the case file has amplitude_is = "{source.amplitude_is}"'

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,13 +20,24 @@ _TOLERANCE = 0.02
 #: The loss angle of rubber stays below this but in its glass transition, where tan delta reaches 2 to 3 at some
 #: temperatures and frequencies; a table in which *every* row is above it has probably 90 degrees minus the angle.
 _IMPLAUSIBLE_ANGLE = np.radians(45.0)
-_SHOWN = 3
 #: Pairs that give K' and K'', the best conditioned first.
 _PAIRS = (
     ("storage", "loss"), ("stiffness", "loss_angle"), ("stiffness", "tan_delta"), ("storage", "tan_delta"),
     ("storage", "loss_angle"), ("stiffness", "loss"), ("loss", "tan_delta"), ("loss", "loss_angle"),
     ("stiffness", "storage"),
 )  # fmt: skip
+#: K' and K'' from the quantities of a pair; from a loss angle by its tangent.
+_SOLVED: Mapping[tuple[str, str], Callable[[Array, Array], tuple[Array, Array]]] = {
+    ("storage", "loss"): lambda storage, loss: (storage, loss),
+    ("storage", "tan_delta"): lambda storage, tangent: (storage, storage * tangent),
+    ("loss", "tan_delta"): lambda loss, tangent: (loss / tangent, loss),
+    ("stiffness", "tan_delta"): lambda size, tangent: (
+        size * np.cos(np.arctan(tangent)),
+        size * np.sin(np.arctan(tangent)),
+    ),
+    ("stiffness", "loss"): lambda size, loss: (np.sqrt(np.maximum(size**2 - loss**2, 0.0)), loss),
+    ("stiffness", "storage"): lambda size, storage: (storage, np.sqrt(np.maximum(size**2 - storage**2, 0.0))),
+}
 
 
 @dataclass(frozen=True)
@@ -80,7 +91,9 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
         what = f"K' and K'' need two of |K*|, K', K'', loss angle, tan delta and damping; there is {have}"
         expected = "columns = {storage = ..., loss = ...} in the case file, if others are meant"
         raise columns.table.refused(what, expected)
-    storage, loss = _solved(pair, values)
+    one, two = values[pair[0]], values[pair[1]]
+    two = np.tan(two) if pair[1] == "loss_angle" else two
+    storage, loss = _SOLVED[pair[0], pair[1].replace("loss_angle", "tan_delta")](one, two)
     _refuse_contradictions(columns, values, storage, loss, pair)
     if columns.loss_angle_is is None and {"loss_angle", "tan_delta"} & set(pair):
         angle = np.arctan2(loss, storage)
@@ -91,24 +104,6 @@ def complex_stiffness(columns: StiffnessColumns) -> tuple[Array, Array, tuple[st
             expected = f'{complement}, "loss" if they were measured so'
             raise columns.table.refused(what, expected)
     return storage, loss, tuple(remarks)
-
-
-def _solved(pair: Sequence[str], values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Return K' and K'' from two given quantities."""
-    tangent = np.tan(values["loss_angle"]) if "loss_angle" in pair else values.get("tan_delta", np.zeros(1))
-    if pair == ("storage", "loss"):
-        return values["storage"], values["loss"]
-    if pair[0] == "storage":
-        return values["storage"], values["storage"] * tangent
-    if pair == ("stiffness", "loss"):
-        return np.sqrt(np.maximum(values["stiffness"] ** 2 - values["loss"] ** 2, 0.0)), values["loss"]
-    if pair == ("stiffness", "storage"):
-        squared = np.maximum(values["stiffness"] ** 2 - values["storage"] ** 2, 0.0)
-        return values["storage"], np.sqrt(squared)
-    if pair[0] == "loss":
-        return values["loss"] / tangent, values["loss"]
-    angle = np.arctan(tangent)
-    return values["stiffness"] * np.cos(angle), values["stiffness"] * np.sin(angle)
 
 
 def _named(columns: StiffnessColumns, values: Mapping[str, Array]) -> tuple[str, list[str]]:

@@ -351,20 +351,20 @@ def scaled_unit(text: str, measured: str) -> Unit | None:
 
 def read_unit(text: str) -> DynamicUnit | None:
     """Return the unit that a text names: to Hz, degrees C, and the internal units of a recording; None for others."""
-    bare = re.sub(r"\s+", "", text.strip().strip("[](){}"))
-    low = bare.lower()
+    inside = text.strip().strip("[](){}")
+    bare = re.sub(r"\s+", "", inside)
+    size, low = None, bare.lower()
+    if bare and not bare[0].isdigit():
+        spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", inside)
+        size = _size(plain_unit(re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)), "")
+    found = DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
     if low in _FREQUENCIES:
-        return DynamicUnit("frequency", _FREQUENCIES[low])
-    if low in _TEMPERATURES:
-        return DynamicUnit("temperature", *_TEMPERATURES[low])
-    if bare in ("1", "-", "--"):
-        return DynamicUnit("strain", 1.0)
-    if not bare or any(character.isdigit() for character in bare[:1]):
-        return None
-    spaced = _IMPULSE.sub(lambda m: f"{m[1]}*{m[2] + '*' if m[2] else ''}s", text.strip().strip("[](){}"))
-    spaced = re.sub(r"(?<=[^\W_])\s+(?=[^\W_])", "*", spaced)
-    size = _size(plain_unit(spaced), "")
-    return DynamicUnit(_KINDS[size.powers], size.factor) if size and size.powers in _KINDS else None
+        found = DynamicUnit("frequency", _FREQUENCIES[low])
+    elif low in _TEMPERATURES:
+        found = DynamicUnit("temperature", *_TEMPERATURES[low])
+    elif bare in ("1", "-", "--"):
+        found = DynamicUnit("strain", 1.0)
+    return found
 
 
 def slip(text: str, measured: str) -> str:
@@ -410,9 +410,16 @@ def _size(bare: str, measured: str) -> _Size | None:
 
 @functools.lru_cache(maxsize=4096)
 def _word(word: str, measured: str) -> _Size | None:
-    """Return the size of one word: a unit with or without prefix, or a force and a length written together."""
-    pairs = (_glued(word[:cut], word[cut:], measured) for cut in range(1, len(word)))
-    return _single(word, measured) or next(filter(None, pairs), None)
+    """Return the size of one word: a unit with or without prefix, or a force and a length, ``ftlb``."""
+    found = _single(word, measured)
+    for cut in range(1, len(word) if found is None else 0):
+        one, two = _single(word[:cut], measured), _single(word[cut:], measured)
+        kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
+        # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
+        before = word[cut:].lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
+        if one and two and (kinds == ["force", "length"] or (before and kinds == ["length", "force"])):
+            return one.times(two)
+    return found
 
 
 def _single(word: str, measured: str) -> _Size | None:
@@ -431,16 +438,6 @@ def _single(word: str, measured: str) -> _Size | None:
     else:
         size = _EXACT.get(word) or (next(iter(folded)) if len(folded) == 1 else None)
     return size
-
-
-def _glued(first: str, second: str, measured: str) -> _Size | None:
-    """Return the moment of a force and a length written together, ``daNcm``, ``ftlb``, ``mkp``, ``nm``; or None."""
-    one, two = _single(first, measured), _single(second, measured)
-    kinds = [_MEASURED.get(size.powers) if size else None for size in (one, two)]
-    # "mN" is a millinewton; a length comes first before pounds, ounces and kiloponds only.
-    before = second.lower() in ("lb", "lbs", "lbf", "oz", "ozf", "kp", "kgf", "kip", "kips")
-    fits = kinds == ["force", "length"] or (before and kinds == ["length", "force"])
-    return one.times(two) if one and two and fits else None
 
 
 def _foreign(bare: str) -> Unit | None:
@@ -468,32 +465,21 @@ def _foreign(bare: str) -> Unit | None:
         quantity = _registry().Quantity(1.0, known).to_base_units()
     except (pint.PintError, ArithmeticError, AttributeError, TypeError, ValueError):
         return None
-    found = _judged(bare, known, quantity)
-    if found is None or found.measured == OTHER:
-        return found
-    if found.measured in ("angle", "strain"):
-        return Unit(OTHER, bare, 0.0)  # mV/V, the angle "mil" of gunners
-    return None if any(prefix for prefix, _, _ in parsed) else found
-
-
-def _judged(text: str, known: str, quantity: Any) -> Unit | None:
-    """Return the unit for a quantity in base units."""
-    base = str(quantity.units)
-    dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
     size = float(f"{float(quantity.magnitude):.14g}")
-    if base in ("radian", "dimensionless"):
-        return Unit("angle" if base == "radian" else "strain", text, size)
-    # An energy has the dimensions of a moment, and so has a moment per angle.
-    # pint's pixels and points are lengths on a printed page.
+    dimensions = {name: int(power) for name, power in quantity.dimensionality.items()}
+    # An energy has the dimensions of a moment, and so has a moment per angle; pint's pixels and points are lengths on a
+    # printed page. The numbers mV/V and the angle "mil" of gunners are no strains and angles.
     foreign = re.search(
-        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count", f"{known} {base}"
+        r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count",
+        f"{known} {quantity.units}",
     )
-    for of, wanted, scale in _DIMENSIONS:
-        if dimensions == wanted and not foreign:
+    for of, wanted, scale in () if foreign else _DIMENSIONS:
+        if dimensions == wanted:
             low, high = _SENSIBLE[of]
             factor = float(f"{size * scale:.14g}")
-            return Unit(of, text, factor) if low <= factor <= high else None
-    return Unit(OTHER, text, 0.0)
+            prefixed = any(prefix for prefix, _, _ in parsed)
+            return Unit(of, bare, factor) if low <= factor <= high and not prefixed else None
+    return Unit(OTHER, bare, 0.0)
 
 
 @functools.cache

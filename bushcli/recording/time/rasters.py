@@ -376,8 +376,16 @@ def _common_stamps(
     """Return the force, and the travels with stamps that count from the same instant; where all travels are known, (n,)
     by stamp of the force; and the number of gaps of the travels.
     """
-    forced, *moved = (_forwards(one) for one in (forced, *moved))
-    found, gaps = list[RasterColumns](), 0
+    every, found, gaps = list[RasterColumns](), list[RasterColumns](), 0
+    for one in (forced, *moved):
+        if (np.diff(one.time) < 0.0).any():
+            row = int(np.argmax(np.diff(one.time) < 0.0)) + 1
+            what = f"the time runs backwards, {one.time[row]:g} s follows {one.time[row - 1]:g} s"
+            raise one.table.refused(what, _RASTER, row)
+        # Stamps with too few digits get equal intervals.
+        even = even_stamps(one.time)
+        every.append(one if even is None else replace(one, stamps=replace(one.stamps, values=even)))
+    forced, *moved = every
     known = np.ones(len(forced.time), dtype=bool)
     for one in moved:
         shift = _shift(forced, one, together)
@@ -386,38 +394,17 @@ def _common_stamps(
             what += ", and the file does not say that they count from the same instant"
             raise source.refused(what, f"{_RASTER}, or with dates")
         one = replace(one, stamps=replace(one.stamps, values=one.time + shift))
-        there, count = _known_at(one, forced.time, source)
-        known &= there
-        gaps += count
+        known &= (forced.time >= one.time[0]) & (forced.time <= one.time[-1]) & (len(one.time) > 1)
+        values = one.table.numbers(one.columns[0], source.accept)
+        intervals = np.diff(one.time)
+        paused = np.abs(np.diff(values)) > _MOVED * np.ptp(values)
+        paused &= intervals > _PAUSE * np.median(intervals) if len(intervals) else False
+        for gap in np.flatnonzero(paused):
+            known &= (forced.time <= one.time[gap]) | (forced.time >= one.time[gap + 1])
+        gaps += np.count_nonzero(paused)
         found.append(one)
     if np.count_nonzero(known) < 2:
         spans = " and ".join(dict.fromkeys(one.span for one in (forced, *found)))
         what = f"{spans} do not overlap in time"
         raise source.refused(what, "were they recorded in the same run?")
     return forced, found, known, gaps
-
-
-def _forwards(one: RasterColumns) -> RasterColumns:
-    """Return columns with stamps that can be interpolated at, those with too few digits at equal intervals."""
-    time = one.time
-    if (np.diff(time) < 0.0).any():
-        row = int(np.argmax(np.diff(time) < 0.0)) + 1
-        what = f"the time runs backwards, {time[row]:g} s follows {time[row - 1]:g} s"
-        raise one.table.refused(what, _RASTER, row)
-    even = even_stamps(time)
-    return one if even is None else replace(one, stamps=replace(one.stamps, values=even))
-
-
-def _known_at(moved: RasterColumns, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
-    """Return whether a travel is known at each stamp (n,), and the number of its gaps."""
-    intervals = np.diff(moved.time)
-    known = (time >= moved.time[0]) & (time <= moved.time[-1])
-    if not len(intervals):
-        return np.zeros(len(time), dtype=bool), 0
-    values = moved.table.numbers(moved.columns[0], source.accept)
-    paused = intervals > _PAUSE * np.median(intervals)
-    paused &= np.abs(np.diff(values)) > _MOVED * np.ptp(values)
-    gaps = np.flatnonzero(paused)
-    for gap in gaps:
-        known &= (time <= moved.time[gap]) | (time >= moved.time[gap + 1])
-    return known, len(gaps)
