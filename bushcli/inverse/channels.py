@@ -47,13 +47,7 @@ def curve_channel(
     bad: NDArray[np.bool_] | None = None,
     branch: str = "",
 ) -> Channel:
-    """Return the channel of a recording: of the case's bushing, or of another shape.
-
-    Raises
-    ------
-    InputError
-        The recording has no time, which an effect needs.
-    """
+    """Return the channel of a recording: of the case's bushing, or of another shape. An effect may require its time."""
     shape, mode, mesh = shape or case.geometry, modes()[recording.mode], case.mesh.refinement
     bad = bad_samples(recording) if bad is None else bad
     active = acting(case.effects, recording.name, recording.mode)
@@ -106,12 +100,7 @@ def fitted_branch(source: Source, recording: Recording) -> tuple[str, NDArray[np
     """Return the branch of a coupon to which a law is fitted, and which samples (n,) belong to it.
 
     A law has no memory: fitted to loading and unloading it would follow neither, but their mean. The branch is empty
-    where the recording has no other.
-
-    Raises
-    ------
-    InputError
-        The case chooses a branch of which there are too few samples.
+    where the recording has no other. Raises `InputError` where the branch that the case chooses has too few samples.
     """
     whole = np.ones(len(recording.displacement), dtype=bool)
     if source.branch == "both":

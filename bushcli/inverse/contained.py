@@ -43,26 +43,16 @@ APART = 3.0
 
 @dataclass(frozen=True)
 class ContainedPart:
-    """An effect, one branch more of it, or one term more of the law.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Its identified parameters.
-    off : mapping of str to float
-        Values of its amplitudes with which it is absent.
-    grid : mapping of str to tuple of float
-        Values of its other parameters that are tried, the start value first.
-    after : str
-        The effect or law whose earlier branches or terms come first.
-    earlier : mapping of str to str
-        The same parameters of the branch or term before it; empty for the first.
-    """
+    """An effect, one branch more of it, or one term more of the law: its identified parameters by name."""
 
     names: tuple[str, ...]
+    # Values of its amplitudes with which it is absent.
     off: Mapping[str, float]
+    # Values of its other parameters that are tried, the start value first.
     grid: Mapping[str, tuple[float, ...]]
+    # The effect or law whose earlier branches or terms come first.
     after: str
+    # The same parameters of the branch or term before it; empty for the first.
     earlier: Mapping[str, str]
 
 

@@ -101,20 +101,10 @@ Store = dict[tuple[tuple[str, float], ...], ReducedCurves]
 
 
 class DynamicSimulation:
-    """Simulates the rows of a table with a model; their preloads may be travels or forces.
+    """Simulates the rows of a table with a model and effects, those of the rig included.
 
-    Parameters
-    ----------
-    table : DynamicTable
-    model : FiniteElementModel
-    active : tuple of ActiveEffect
-        Effects that act on the table, those of the rig included.
-    density : float
-        Of the rubber, t/mm^3, where it is not a parameter.
-    temperature : float or None
-        Of the rows, degrees C, where an effect depends on it.
-    stored : callable or None
-        See `bushcli.inverse.dynamic_channel.DynamicChannel`.
+    The density of the rubber (t/mm^3) counts where it is no parameter, the temperature (degrees C) where an effect
+    depends on it; `stored` is that of `bushcli.inverse.dynamic_channel.DynamicChannel`.
     """
 
     def __init__(

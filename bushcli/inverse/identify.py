@@ -192,20 +192,11 @@ def identify(
 
 @dataclass
 class _Searches:
-    """An identification in progress.
-
-    Attributes
-    ----------
-    curves, dynamic : list of Channel, of DynamicChannel
-        All of the case, those held out too.
-    minima : list of Minimum
-        Ends of the searches, the first start's first.
-    instead : Array or None
-        Where the search began if the given start could not be solved, shape (parameters,).
-    """
+    """An identification in progress."""
 
     task: Task
     problem: LeastSquaresProblem
+    # All channels of the case, those held out too.
     curves: list[Channel]
     dynamic: list[DynamicChannel]
     start: Array
@@ -214,7 +205,9 @@ class _Searches:
     progress: Progress | None
     pool: Pool | None
     tables: TableCache
+    # Ends of the searches, the first start's first.
     minima: list[Minimum] = field(default_factory=list)
+    # Where the search began if the given start could not be solved, shape (parameters,).
     instead: Array | None = None
 
     @property
@@ -404,28 +397,12 @@ def _best(minima: Sequence[Minimum]) -> int:
 
 
 def values_by_name(task: Task, x: NDArray[np.float64]) -> dict[str, float]:
-    """Return the values of the parameters by name, in the units of the case file.
-
-    Parameters
-    ----------
-    task : Task
-    x : (parameters,) array
-        In N, mm, MPa, s, rad.
-    """
+    """Return the values (parameters,) by name, in the units of the case file."""
     return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
 def unsolvable(task: Task, initial: NDArray[np.float64], faults: Sequence[DataFault]) -> Problem:
-    """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one.
-
-    Parameters
-    ----------
-    task : Task
-    initial : (parameters,) array
-        Where the search should have starts_loaded, in N, mm, MPa, s, rad.
-    faults : sequence of DataFault
-        Of the recordings.
-    """
+    """Return why nothing can be fitted; the likely cause is a fatal fault of the data, if there is one."""
     fatal = next((fault for fault in faults if fault.fatal), None)
     values = ", ".join(f"{name} = {value:g}" for name, value in values_by_name(task, initial).items())
     what = (

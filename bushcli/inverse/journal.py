@@ -75,21 +75,10 @@ def digest(identity: Mapping[str, Any]) -> str:
 
 
 class Journal:
-    """Saved evaluations of one identification.
+    """Saved evaluations of one identification, in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are saved.
-    identity : mapping
-        Everything that determines the answers, ready for JSON; a folder of another run is refused.
-    resume : bool
-        Use what the folder holds; otherwise the evaluations of earlier runs are deleted.
-
-    Raises
-    ------
-    InputError
-        The folder belongs to another case, law or option, or cannot be written.
+    The identity is all that determines the answers, ready for JSON. A folder of another case, law or option is refused;
+    its evaluations are deleted unless the run resumes.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:

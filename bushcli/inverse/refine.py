@@ -41,29 +41,14 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Assignment:
-    """A start to be refined.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    point : shape (parameters,)
-        In the units of the law.
-    states : shape (n, 3)
-        Principal stretches in which the law has to be stable.
-    limits : tuple of StepLimit
-        Failed steps after which marches are given up, by channel, as the first search left them.
-    reference : float
-        Cost to compare its own with, of the first start's minimum.
-    journal, resume
-        As in `identify`.
-    """
+    """A start to be refined, numbered from 1, and what the first search knows: states, limits and its cost."""
 
     number: int
     point: Array
     states: Array
     limits: tuple[StepLimit, ...]
     reference: float
+    # As in `identify`.
     journal: Path | None
     resume: bool | None
 

@@ -32,23 +32,15 @@ _RATES = 3
 
 @dataclass(frozen=True)
 class Bins:
-    """The grid that a channel's samples are sorted into.
+    """The grid that a channel's samples are sorted into."""
 
-    Attributes
-    ----------
-    edges : (d + 1,) array
-        Edges of the bands of the absolute displacement, from 0, mm or rad.
-    cycles : tuple of (int, int)
-        First and last cycle of each group; every cycle is a group unless there are many.
-    rates : tuple of (float, float)
-        Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
-    place : (5, n) array of int
-        Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample.
-    """
-
+    # Edges (d + 1,) of the bands of the absolute displacement, from 0, mm or rad.
     edges: Array
+    # First and last cycle of each group; every cycle is a group unless there are many.
     cycles: tuple[tuple[int, int], ...]
+    # Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
     rates: tuple[tuple[float, float], ...]
+    # Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample, shape (5, n).
     place: Index
 
     @property
@@ -145,11 +137,6 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
     A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares has
     n / T degrees of freedom; the degrees of freedom of t and F allow for the estimation of the noise. The smaller
     probability of the two tests is doubled.
-
-    Parameters
-    ----------
-    compared : Compared
-    grid : Bins
     """
     known, noise = compared.known, compared.noise
     misfit = np.where(known, compared.misfit, 0.0)

@@ -49,27 +49,16 @@ LARGE, REPEATS = 0.02, 3
 
 @dataclass(frozen=True)
 class Seen:
-    """Data of a channel for the map.
-
-    Attributes
-    ----------
-    compared : Compared
-    jacobian : shape (n, p)
-        Derivatives of the simulated force by the fitted parameters.
-    slope : shape (n, m)
-        Derivatives of the simulated force by the stiffness of the channel's cells.
-    cells : Cells
-    mirrors : frozenset of {"x", "y", "z"}
-        Planes at which its mesh is cut.
-    shared : float
-        Standard deviation of the common factor of its forces (`calibration`).
-    """
+    """Data of a channel for the map."""
 
     compared: Compared
+    # Derivatives of the simulated force by the fitted parameters (n, p), and by the stiffness of the cells (n, m).
     jacobian: Array
     slope: Array
     cells: Cells
+    # Planes at which its mesh is cut.
     mirrors: Mirrors
+    # Standard deviation of the common factor of its forces (`calibration`).
     shared: float
 
 

@@ -42,26 +42,16 @@ _AS_GOOD = 0.90
 
 @dataclass(frozen=True)
 class Box:
-    """A part of a grid.
-
-    Attributes
-    ----------
-    rates, branches : tuple of int
-        Classes of rates and indices of branches that belong to it.
-    signs : (float, float)
-        Of the misfit on the positive and the negative side: (1, -1) for too stiff on both, (1, 1) for too high on
-        both; 0 for a side that does not belong to the box.
-    cycles, bands : (int, int)
-        First and last.
-    z : float
-        Sum of the misfit with these signs, over its standard deviation by noise.
-    """
+    """A part of a grid: classes of rates, indices of branches, first and last cycle and band."""
 
     rates: tuple[int, ...]
     branches: tuple[int, ...]
+    # Of the misfit on the positive and the negative side: (1, -1) for too stiff on both, (1, 1) for too high on both; 0
+    # for a side that does not belong to the box.
     signs: tuple[float, float]
     cycles: tuple[int, int]
     bands: tuple[int, int]
+    # Sum of the misfit with these signs, over its standard deviation by noise.
     z: float
 
     def mask(self, shape: tuple[int, ...]) -> NDArray[np.bool_]:
