@@ -159,9 +159,9 @@ def dynamic_channels(
     from bushcli.simulate.dynamic_tables import by_temperature
 
     return [
-        DynamicChannel(one.rows(rows), rubber, case, comm, temperature=temperature)
-        for one in read
-        for rows, temperature in by_temperature(case, one)
+        DynamicChannel(table.rows(rows), rubber, case, comm, temperature=temperature)
+        for table in read
+        for rows, temperature in by_temperature(case, table)
     ]
 
 

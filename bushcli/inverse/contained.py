@@ -170,8 +170,8 @@ def from_contained(
             starts = [np.where([name in chosen.names for name in problem.names], start, lowest.x)]
         if set(chosen.earlier) == set(chosen.names):
             starts.append(_split(problem, lowest.x, chosen))
-        for begin in starts:
-            lowest = _lower(problem, lowest, begin, free, loss)
+        for begins_at in starts:
+            lowest = _lower(problem, lowest, begins_at, free, loss)
     for i, part in enumerate(added if lowest is not None else ()):
         # A part took its place without those of other effects that came after it: it is tried again beside them.
         if lowest is None or all(later.after == part.after for later in added[i:]):
@@ -206,10 +206,10 @@ def _shortened(problem: LeastSquaresProblem, x: Array, point: Array) -> Array:
 
 
 def _lower(
-    problem: LeastSquaresProblem, lowest: Minimum, begin: Array, free: Sequence[str], loss: Loss
+    problem: LeastSquaresProblem, lowest: Minimum, begins_at: Array, free: Sequence[str], loss: Loss
 ) -> Minimum:
     """Search from another point, shape (p,); return the lower of both minima."""
-    further = _searched(problem, begin, free, loss)
+    further = _searched(problem, begins_at, free, loss)
     if further is None or not further.cost < (1.0 - problem.stopping.tolerance) * lowest.cost:
         return lowest
     return replace(further, iterations=lowest.iterations + further.iterations)

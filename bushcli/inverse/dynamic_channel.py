@@ -201,11 +201,11 @@ class DynamicChannel(FitChannel):
         return used
 
 
-def _vibrates(one: ActiveEffect, by_force: bool) -> bool:
+def _vibrates(active: ActiveEffect, by_force: bool) -> bool:
     """Whether an effect changes a dynamic stiffness in a way that is known, where a preload may be a force."""
-    if one.effect.rig is not None:
-        return has_slope(one) and not (one.effect.rig.parallel is not None and by_force)
-    return one.effect.fades or is_in_vibrations(one)
+    if active.effect.rig is not None:
+        return has_slope(active) and not (active.effect.rig.parallel is not None and by_force)
+    return active.effect.fades or is_in_vibrations(active)
 
 
 def _errors(table: DynamicTable) -> tuple[Array, int]:

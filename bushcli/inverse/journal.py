@@ -46,13 +46,16 @@ class AnswersCodec:
             }
         return arrays
 
-    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
+    def decoded(self, arrays: dict[str, Any], question: tuple[Any, ...]) -> list[ChannelForces]:
         """Return the answers from their arrays."""
         return [
             ChannelForces(
-                found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
+                arrays[f"{i}.displacement"],
+                arrays[f"{i}.force"],
+                arrays[f"{i}.slope"],
+                arrays.get(f"{i}.states"),
             )
-            for i in range(int(found["channels"]))
+            for i in range(int(arrays["channels"]))
         ]
 
 

@@ -168,10 +168,10 @@ class _Along:
         """Return the points outward from the best one, and what ends them; the sign of `spread` selects the side."""
         points = [_Point(float(self.x[self.index]), 0.0, self.x)]
         end = float((self.problem.bounds.lower if spread < 0 else self.problem.bounds.upper)[self.index])
-        wall, reason, halvings = None, None, 0.0
+        failed_at, reason, halvings = None, None, 0.0
         initial = len(self.problem.evaluations)
         while len(points) <= POINTS and len(self.problem.evaluations) - initial < MOST_OF_A_SIDE:
-            value = self._next(points, spread, wall)
+            value = self._next(points, spread, failed_at)
             value = max(value, end) if spread < 0 else min(value, end)
             if value == points[-1].value:
                 return points[1:], "bound"
@@ -184,12 +184,12 @@ class _Along:
                 continue
             # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
-            wall, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
+            failed_at, reason, halvings = value, refitted, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
                 return points[1:], reason
         return points[1:], "open" if reason is None else reason
 
-    def _next(self, points: list[_Point], spread: float, wall: float | None) -> float:
+    def _next(self, points: list[_Point], spread: float, failed_at: float | None) -> float:
         """Return the next value, extrapolated from the points so far, at most half way to a value that failed."""
         last = points[-1]
         if len(points) == 1:
@@ -200,9 +200,9 @@ class _Along:
             aim = next((a for a in AIMS if last.root < 0.8 * a), AIMS[-1])
             step = (aim - last.root) / slope if slope > 0 else np.inf
             value = last.value + np.sign(spread) * min(step, (GROWTH - 1) * abs(gone))
-        if wall is None:
+        if failed_at is None:
             return float(value)
-        half = 0.5 * (last.value + wall)
+        half = 0.5 * (last.value + failed_at)
         return float(min(value, half) if spread > 0 else max(value, half))
 
     def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:

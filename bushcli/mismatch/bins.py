@@ -102,7 +102,7 @@ class Bin:
 
 def bins(recording: Recording) -> Bins:
     """Return the grid of a recording (n samples), and the place of each sample in it."""
-    found = branches(recording)
+    segments = branches(recording)
     q, n = recording.displacement, len(recording.displacement)
     # About `_BANDS` bands from 0 to the largest displacement, at round numbers of mm or degrees.
     unit = np.pi / 180 if modes()[recording.mode].rotational else 1.0
@@ -115,8 +115,8 @@ def bins(recording: Recording) -> Bins:
     cycle = np.empty(n, dtype=int)
     kind = np.empty(n, dtype=int)
     rate = np.empty(n, dtype=int)
-    classes, rates = _rates(found, recording)
-    for branch, its_class in zip(found, classes, strict=True):
+    classes, rates = _rates(segments, recording)
+    for branch, its_class in zip(segments, classes, strict=True):
         cut = slice(branch.start, branch.stop)
         cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
     numbers = np.unique(cycle).tolist()
@@ -169,15 +169,15 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
 
 
 def _rates(
-    found: tuple[Segment, ...], recording: Recording
+    segments: tuple[Segment, ...], recording: Recording
 ) -> tuple[list[int], tuple[tuple[float, float], ...]]:
     """Rate class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
     time, q = recording.time, recording.displacement
     if time is None:
-        return [0] * len(found), ((float("nan"), float("nan")),)
+        return [0] * len(segments), ((float("nan"), float("nan")),)
     speeds, last = [], float("nan")
-    for i, branch in enumerate(found):
-        first = departure(found, i)
+    for i, branch in enumerate(segments):
+        first = departure(segments, i)
         seconds = float(time[branch.stop - 1] - time[first])
         if branch.kind != "hold" and seconds > 0:
             last = abs(float(q[branch.stop - 1] - q[first])) / seconds
