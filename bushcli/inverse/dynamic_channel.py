@@ -41,25 +41,10 @@ Complex = NDArray[np.complex128]
 class DynamicChannel(FitChannel):
     """A table of dynamic stiffness and its model; its displacements are the preloads (mm or rad) of the rows.
 
-    Parameters
-    ----------
-    table, rubber, case, comm, prepared
-        As for `bushcli.inverse.channel.Channel`.
-    temperature : float or None
-        Of the rows, degrees C, where an effect depends on it.
-    stored : callable or None
-        Returns a store of reduced matrices, from which channels with other effects begin, too. They then follow the
-        law's constants to first order as far as that is exact enough, and effects without dynamic stiffness are left
-        out. None: the channel's own, exact for each set of constants.
-
-    Attributes
-    ----------
-    table : DynamicTable
-    measured : shape (2 n,)
-        Magnitudes, and deviations of the loss angle times magnitude, which are zero.
-    scale : shape (2 n,)
-        Their standard errors; inf for rows that are not used.
-    faults : tuple of DataFault
+    Its rows (2 n,) are the magnitudes, and the deviations of the loss angle times magnitude, zero as they are measured;
+    the scale is their standard errors. `stored` returns a store of reduced matrices, from which channels with other
+    effects begin, too: they follow the law's constants to first order as far as that is exact enough, and effects
+    without dynamic stiffness are left out. Without it, each set of constants has matrices of its own.
     """
 
     def __init__(
@@ -216,11 +201,11 @@ class DynamicChannel(FitChannel):
         return used
 
 
-def _vibrates(one: ActiveEffect, by_force: bool) -> bool:
+def _vibrates(active: ActiveEffect, by_force: bool) -> bool:
     """Whether an effect changes a dynamic stiffness in a way that is known, where a preload may be a force."""
-    if one.effect.rig is not None:
-        return has_slope(one) and not (one.effect.rig.parallel is not None and by_force)
-    return one.effect.fades or is_in_vibrations(one)
+    if active.effect.rig is not None:
+        return has_slope(active) and not (active.effect.rig.parallel is not None and by_force)
+    return active.effect.fades or is_in_vibrations(active)
 
 
 def _errors(table: DynamicTable) -> tuple[Array, int]:

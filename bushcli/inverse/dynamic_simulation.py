@@ -83,7 +83,7 @@ class ReducedCurves:
             steps[name] = (
                 (before * math.log(value / before), before / value) if scales else (value - before, 1.0)
             )
-        for model in (one.model for group in self.curves for one in group):
+        for model in (curve.model for group in self.curves for curve in group):
             rest, by = model.stiffness(np.zeros(1), ()).real, model.slopes_by_parameters(np.zeros(1), ()).real
             factor = beside = 0.0
             for i, (name, change) in enumerate(zip(model.changes.names, model.changes.matrices, strict=True)):
@@ -101,20 +101,10 @@ Store = dict[tuple[tuple[str, float], ...], ReducedCurves]
 
 
 class DynamicSimulation:
-    """Simulates the rows of a table with a model; their preloads may be travels or forces.
+    """Simulates the rows of a table with a model and effects, those of the rig included.
 
-    Parameters
-    ----------
-    table : DynamicTable
-    model : FiniteElementModel
-    active : tuple of ActiveEffect
-        Effects that act on the table, those of the rig included.
-    density : float
-        Of the rubber, t/mm^3, where it is not a parameter.
-    temperature : float or None
-        Of the rows, degrees C, where an effect depends on it.
-    stored : callable or None
-        See `bushcli.inverse.dynamic_channel.DynamicChannel`.
+    The density of the rubber (t/mm^3) counts where it is no parameter, the temperature (degrees C) where an effect
+    depends on it; `stored` is that of `bushcli.inverse.dynamic_channel.DynamicChannel`.
     """
 
     def __init__(
@@ -128,8 +118,8 @@ class DynamicSimulation:
     ) -> None:
         self.table, self.model, self.active = table, model, active
         self._density, self._temperature, self._near = density, temperature, stored is not None
-        self.rig = tuple(one for one in active if one.effect.acts == "rig")
-        self._rubber = {one.name for one in active if one not in self.rig}
+        self.rig = tuple(effect for effect in active if effect.effect.acts == "rig")
+        self._rubber = {effect.name for effect in active if effect not in self.rig}
         known = table.amplitude[~np.isnan(table.amplitude)]
         #: Whether amplitude thins the rubber of the simulation.
         self.uneven = thinned_of(active) is not None and len(known) > 0
@@ -156,17 +146,21 @@ class DynamicSimulation:
             own["temperature"] = self._temperature
         if self._near:
             # Another channel may ask for others.
-            held = {one.full_name(p) for one in self.active for p in one.parameters if p.of_mesh}
+            held = {effect.full_name(p) for effect in self.active for p in effect.parameters if p.of_mesh}
             moving = tuple(name for name in own if name not in {"temperature", *held})
         else:
             moving = tuple(name for name in names if name in own)
         key = tuple(own.items())
         known = self._known.pop(key, None)
         if known is None and self._near:
-            moved = (one.moved(own) for one in self._known.values())
-            near = [one for one in moved if one is not None and self.error(one, parameters) <= PROMISED]
+            moved = (known.moved(own) for known in self._known.values())
+            near = [
+                curves
+                for curves in moved
+                if curves is not None and self.error(curves, parameters) <= PROMISED
+            ]
             if near:
-                return min(near, key=lambda one: sum(abs(step) for step, _ in one.steps.values()))
+                return min(near, key=lambda curves: sum(abs(step) for step, _ in curves.steps.values()))
         if (
             known is None
             or not set(moving) <= set(known.names)
@@ -253,9 +247,9 @@ class DynamicSimulation:
                     held += float(sum(force * step))
                     moved = np.exp((own / part[:, None]) @ step)
                     part, own = part * moved, own * moved[:, None] * rate
-                found = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
-                value[rows] = found.value
-                slope[rows] = found.slope + found.by_part[:, None] * own[:, : len(names)]
+                measured = vibrating(rig, part, frequency, curve.preload, held, names, force[: len(names)])
+                value[rows] = measured.value
+                slope[rows] = measured.slope + measured.by_part[:, None] * own[:, : len(names)]
         return value, slope
 
     def _thinned(

@@ -49,7 +49,7 @@ class TableChannel(FitChannel):
         for rows, temperature in by_temperature(case, table):
             part = table.rows(rows)
             conditions = (part.preload, part.preload_force, part.frequency, part.amplitude)
-            name = (table.name, temperature, *(one.tobytes().hex() for one in conditions))
+            name = (table.name, temperature, *(values.tobytes().hex() for values in conditions))
 
             def stored(model: FiniteElementModel, uneven: bool, name: tuple[object, ...] = name) -> Store:
                 return stores(model, (*name, uneven))
@@ -110,10 +110,10 @@ def recorded_tables(case: Case, tables: TableCache | None = None) -> tuple[Recor
     tables : TableCache, optional
         Cache of the files that the caller reads.
     """
-    found = []
+    recorded = []
     for table in dynamic_tables(case, tables):
         faulty = np.zeros(len(table), dtype=bool)
         for fault in table_faults(case.geometry, [table]):
             faulty |= fault.samples & (not fault.fatal)
-        found.append(recorded_table(table, faulty))
-    return tuple(found)
+        recorded.append(recorded_table(table, faulty))
+    return tuple(recorded)
