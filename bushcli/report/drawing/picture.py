@@ -118,10 +118,13 @@ def plotted(panels: Panels) -> Picture:
 
 def draw(axes: Axes, plot: Plot) -> None:
     """Draw a prepared plot into axes."""
-    assert plot.x is not None
-    assert plot.y is not None
     handles: dict[str, Any] = {}
-    axes.set(xlim=plot.x, ylim=plot.y, xlabel=literal(plot.labels[0]), ylabel=literal(plot.labels[1]))
+    axes.set(
+        xlim=plot.limits[0],
+        ylim=plot.limits[1],
+        xlabel=literal(plot.labels[0]),
+        ylabel=literal(plot.labels[1]),
+    )
     _axis(axes, plot, "x")
     _axis(axes, plot, "y")
     for band in plot.bands:

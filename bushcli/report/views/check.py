@@ -13,7 +13,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.report.results import Checked
-from bushcli.report.views.dynamic_tables import dynamic_tables_section
+from bushcli.report.views.dynamic import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
 from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol

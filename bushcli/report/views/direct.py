@@ -21,7 +21,7 @@ from bushcli.report.quantity import (
 )
 from bushcli.report.results import DirectResult
 from bushcli.report.views.cycles import history_section
-from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
+from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
 from bushcli.runtime.digits import beside

@@ -31,7 +31,7 @@ from bushcli.report.ranking import CLEAR, information_criterion
 from bushcli.report.results import InverseResult
 from bushcli.report.verdict import Verdict, faulty_data
 from bushcli.report.views.cycles import history_section
-from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
+from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import curves_of
 from bushcli.runtime.digits import beside
 

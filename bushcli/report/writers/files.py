@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -21,10 +20,11 @@ from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
 from bushcli.report.writers.folder import (
+    CLAIMED,
     RESULT,
     Content,
     check_folder,
-    claim,
+    claimed,
     earlier_result,
     refuse_others,
     write_files,
@@ -108,11 +108,6 @@ def write(
         Everything else that is written.
     document : callable
         Returns the document of the result.
-
-    Returns
-    -------
-    tuple of Path
-        The files written.
 
     Raises
     ------
@@ -299,21 +294,14 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         Folder for the picture, created if necessary; if it holds a result, `REFUSED` in it.
     error : GeometryError
         The error, whose message becomes the title.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     if error.view is None:
         return ()
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    refuse_others(directory, pictures, [])
-    with suppress(OSError):  # `write_files` says why
-        claim(directory, pictures)
-    return write_files(directory, pictures, [])
+    noted = json.dumps(sorted({*claimed(directory), *pictures}))
+    return write_files(directory, {CLAIMED: noted, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -325,11 +313,6 @@ def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
         Folder for the case file; created if necessary.
     case : str
         Text of the case file.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     return () if (directory / BEGINNING).exists() else write_files(directory, {BEGINNING: case}, [])
 
