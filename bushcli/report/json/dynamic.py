@@ -12,25 +12,18 @@ from numpy.typing import NDArray
 from bushcli.report.json.common import cleaned, head, material_json, part
 from bushcli.report.json.fit import fit_part
 from bushcli.report.quantity import quantities
+from bushcli.report.results import DynamicResult
 from bushcli.report.views.dynamic import stiffness_unit, table_units
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.recording.dynamic.table import DynamicTable
-    from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.dynamic_tables import ComparedTable
 
 
-def dynamic_json(response: DynamicResponse, fit: Fit | None) -> dict[str, Any]:
-    """Return dynamic stiffness as JSON-ready data.
-
-    Parameters
-    ----------
-    response : DynamicResponse
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
+def dynamic_json(found: DynamicResult) -> dict[str, Any]:
+    """Return dynamic stiffness as JSON-ready data."""
+    response = found.response
     document = head("dynamic", response.case, response.conditions, response.seconds)
     document["complete"] = response.complete
     document["material"] = material_json(response.material)
@@ -67,8 +60,8 @@ def dynamic_json(response: DynamicResponse, fit: Fit | None) -> dict[str, Any]:
             entry["storage_matrix"] = curve.matrix.real.tolist()
             entry["loss_matrix"] = curve.matrix.imag.tolist()
         document["load_cases"].append(entry)
-    if fit is not None:
-        document["fit"] = fit_part(fit)
+    if found.fit is not None:
+        document["fit"] = fit_part(found.fit)
     return cleaned(document)
 
 

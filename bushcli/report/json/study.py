@@ -7,10 +7,9 @@ from typing import Any
 
 from bushcli.report.json.common import cleaned, head, part
 from bushcli.report.json.direct import direct_json
-from bushcli.report.results import DirectResult
+from bushcli.report.results import DirectResult, StudyResult
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
-from bushcli.study.study import Study
 
 
 def described(response: Response) -> Mapping[str, Any]:
@@ -18,8 +17,9 @@ def described(response: Response) -> Mapping[str, Any]:
     return direct_json(DirectResult(response, misfits(response)))
 
 
-def study_json(found: Study) -> dict[str, Any]:
+def study_json(result: StudyResult) -> dict[str, Any]:
     """Return a study as JSON-ready data."""
+    found = result.study
     document = head("study", found.case, found.conditions)
     document |= {
         "sampling": found.plan.sampling,

@@ -16,7 +16,7 @@ from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
 from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
 from bushcli.report.plots.dynamic import table_panels
-from bushcli.report.quantity import interval, number, percent, quantities
+from bushcli.report.quantity import held, interval, number, percent, quantities
 from bushcli.report.results import InverseResult
 from bushcli.report.views.fit import curves_of
 
@@ -157,7 +157,7 @@ def ranked_plot(fits: Sequence[Fit], curve: FittedCurve, index: int) -> Plot:
         regions=bars,
         bands=[Stripe("level", x=(noise, noise), label=label)] if noise > 0 else [],
         notes=notes,
-        heading=f"{curve.name} (held out)" if curve.held_out else curve.name,
+        heading=held(curve.name, curve.held_out),
         height=95.0 + 30.0 * len(fits),
         log="x",
         y_names=[(i, f"{fit.material.law} ({len(fit.parameters)})") for i, fit in enumerate(fits)],

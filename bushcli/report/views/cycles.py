@@ -9,7 +9,7 @@ from bushcli.curve.cycles import Cycle, Uncertain
 from bushcli.curve.holds import STANDARD_TIMES, Hold
 from bushcli.report.cycles import ChannelHistory, energy_unit, shown_values, times
 from bushcli.report.document import Row, Section, Table, figures, note
-from bushcli.report.quantity import Quantities, number, quantities, with_std
+from bushcli.report.quantity import Quantities, held, number, quantities, with_std
 
 # Largest number of rows on the terminal.
 FEW = 12
@@ -43,11 +43,17 @@ def cycle_table(history: ChannelHistory) -> Table:
             for cell in _pair(before.get(name), after.get(name), both)
         ]
         rows.append((f"{known.number}{'' if known.closed else ' open'}", path, *rate, *cells))
-    heads: Row = ("cycle", unit or shown.displacement, *((f"{unit or '1'}/s",) if timed else ()))
+    heads: Row = ("cycle", unit or shown.displacement, *((shown.rate_unit,) if timed else ()))
     values = [f"energy, {energy_unit(history.mode)}", "loss, %", f"secant, {shown.stiffness_unit}"]
     heads += _paired([*values, f"peak, {shown.force_unit}"], both)
     peaks = range(len(heads) - (2 if both else 1), len(heads))
-    return Table(f"{_name(history)}: cycles, {_seen(both)}", heads, tuple(rows), detail=peaks, most=FEW)
+    return Table(
+        f"{held(history.name, history.held_out)}: cycles, {_seen(both)}",
+        heads,
+        tuple(rows),
+        detail=peaks,
+        most=FEW,
+    )
 
 
 def hold_table(history: ChannelHistory) -> Table:
@@ -63,12 +69,8 @@ def hold_table(history: ChannelHistory) -> Table:
         rows.append((str(known.number), _plain(shown.at(known.displacement)), duration, *cells))
     values = [f"start, {shown.force_unit}", *(f"{at:g} s, %" for at in known_times), "end, %"]
     heads: Row = ("hold", f"at, {shown.displacement_unit or 'stretch'}", "s", *_paired(values, both))
-    title = f"{_name(history)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
+    title = f"{held(history.name, history.held_out)}: force lost in holds after 1 s, 10 s, ..., {_seen(both)}"
     return Table(title, heads, tuple(rows), most=FEW)
-
-
-def _name(history: ChannelHistory) -> str:
-    return f"{history.name} (held out)" if history.held_out else history.name
 
 
 def _seen(both: bool) -> str:

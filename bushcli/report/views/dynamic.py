@@ -14,12 +14,12 @@ from bushcli.recording.dynamic.table import DynamicTable
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Columns, Document, Section, Table, figures, paragraphs, table_of
 from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.results import DynamicResult
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
 from cases.six import MOTIONS
 
 if TYPE_CHECKING:
-    from bushcli.inverse import Fit
     from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.vibrations import DynamicCurve
@@ -28,15 +28,9 @@ if TYPE_CHECKING:
 _ROWS = 10
 
 
-def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
-    """Return the document of dynamic stiffness.
-
-    Parameters
-    ----------
-    response : DynamicResponse
-    fit : Fit or None
-        Fit to the coupons; None where the case gives the parameters.
-    """
+def dynamic_document(found: DynamicResult) -> Document:
+    """Return the document of dynamic stiffness."""
+    response = found.response
     count = len({(curve.name, curve.preload) for curve in response.curves})
     tables = [frequency_table(curve) for curve in response.curves]
     headline = f"Dynamic stiffness about {count} preload{'' if count == 1 else 's'}"
@@ -46,7 +40,7 @@ def dynamic_document(response: DynamicResponse, fit: Fit | None) -> Document:
         lines,
         "plain" if response.complete else "bad",
         [
-            *([] if fit is None else [fit_section(fit)]),
+            *([] if found.fit is None else [fit_section(found.fit)]),
             Section("Dynamic stiffness and loss angle", [figures("dynamic")]),
             Section("Preloads", [table_of("", response.curves, _PRELOADS, left=3)]),
             Section(
@@ -127,17 +121,15 @@ def frequency_table(curve: DynamicCurve) -> Table:
 def solution_line(response: DynamicResponse) -> str:
     """Return how the vibrations were solved, and how long it took."""
     text = f"static march {response.seconds['static']:.1f} s, the rest {response.seconds['dynamic']:.2f} s"
-    if response.curves:
-        worst = max(curve.reduction_error for curve in response.curves)
-        vectors = max(curve.vectors for curve in response.curves)
-        kind = "small vibrations"
-        if any(curve.uneven for curve in response.curves):
-            kind = "harmonic balance of vibrations"
-        text = (
-            f"{kind} about the relaxed preload, reduced to at most {vectors} vectors: relative error of the "
-            f"reduction at most {number(worst, 2)}; {text}"
-        )
-    return text
+    if not response.curves:
+        return text
+    worst = max(curve.reduction_error for curve in response.curves)
+    vectors = max(curve.vectors for curve in response.curves)
+    uneven = any(curve.uneven for curve in response.curves)
+    return (
+        f"{'harmonic balance of' if uneven else 'small'} vibrations about the relaxed preload, reduced to at most "
+        f"{vectors} vectors: relative error of the reduction at most {number(worst, 2)}; {text}"
+    )
 
 
 Array = NDArray[np.float64]
@@ -170,12 +162,11 @@ def misfit_lines(compared: Sequence[ComparedTable]) -> list[str]:
 
 def compared_section(compared: Sequence[ComparedTable]) -> Section:
     """Return a table with the misfit of each curve of each measured table."""
-    parts = [
-        (one.table.rows(rows), one.simulated[rows]) for one in compared for rows in one.table.conditions()
-    ]
-    title, drawn = "Dynamic stiffness: simulated and measured", figures("table")
+    each = [(one, rows) for one in compared for rows in one.table.conditions()]
+    parts = [(one.table.rows(rows), one.simulated[rows]) for one, rows in each]
+    title = "Dynamic stiffness: simulated and measured"
     remarks = [f"{one.table.name}: {text}" for one in compared for text in one.table.remarks]
-    blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), drawn]
+    blocks = [table_of(title, parts, _COMPARED), *paragraphs(remarks), figures("table")]
     return Section(title, blocks if parts else [])
 
 
@@ -189,11 +180,9 @@ def preload_of(table: DynamicTable) -> str:
 def _motion(part: DynamicTable, values: Array) -> str:
     """Return the range of a motion: mm, degrees, or a strain in percent."""
     unit = table_units(part)[0]
-    return (
-        _span(100.0 * values, "%")
-        if unit == "strain"
-        else _span(quantities(part.mode).per_internal * values, unit)
-    )
+    if unit == "strain":
+        return _span(100.0 * values, "%")
+    return _span(quantities(part.mode).per_internal * values, unit)
 
 
 def _preload(part: DynamicTable) -> str:

@@ -92,7 +92,7 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> dict[str, Problem]:
     """Return the names of files that must not be replaced, with the reason."""
-    there = [name for name in names if os.path.lexists(directory / name)]
+    there = [name for name in names if name != CLAIMED and os.path.lexists(directory / name)]
     if not there:
         return {}
     read = {path.resolve() for path in inputs}
@@ -124,10 +124,9 @@ def _not_replaced(directory: Path, names: Iterable[str], inputs: Collection[Path
 def owned(directory: Path) -> frozenset[str] | None:
     """Return the files that bushcli wrote into a folder; None if it wrote none."""
     found, noted = earlier_result(directory), claimed(directory)
-    own = noted | {CLAIMED} if noted else noted
     if found is None:
-        return own or None
-    return own | {name for name in found[FILES] if Path(name).name == name} | {RESULT}
+        return noted or None
+    return noted | {name for name in found[FILES] if Path(name).name == name} | {RESULT}
 
 
 def earlier_result(directory: Path) -> dict[str, Any] | None:

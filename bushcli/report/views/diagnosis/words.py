@@ -9,7 +9,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, DiagnosedTable, Diagnosis
 from bushcli.effects.names import effect_name, within
 from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
 from bushcli.report.document import Tone
-from bushcli.report.quantity import listed, percent
+from bushcli.report.quantity import held, listed, percent
 from bushcli.report.verdict import faulty_data
 
 # A probability beyond these is given as a limit, because no model is certain.
@@ -305,7 +305,7 @@ def relative_to(found: Diagnosis) -> str:
 
 def channel_label(channel: DiagnosedChannel | DiagnosedTable) -> str:
     """Return the name of a channel, with "(held out)" where it applies."""
-    return f"{channel.name} (held out)" if channel.held_out else channel.name
+    return held(channel.name, channel.held_out)
 
 
 def ended(lines: Iterable[str]) -> list[str]:
