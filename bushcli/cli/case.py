@@ -35,7 +35,6 @@ def check(run: Run, strict: bool) -> int:
     The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy; cycles, rates
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
-    from bushcli import report
     from bushcli.case.hardness import known_from_hardness
     from bushcli.case.load import unedited
     from bushcli.case.typical import unusual
@@ -43,6 +42,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.faults.dynamic import table_faults
     from bushcli.recording import read_coupon, read_program, read_recording
     from bushcli.recording.dynamic.read import read_dynamic
+    from bushcli.report.results import Checked
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material, check_travel
     from bushcli.simulate.play import check_play, check_play_of_load_cases
@@ -81,12 +81,8 @@ def check(run: Run, strict: bool) -> int:
         *odd,
     )
     tests = protocol(case, curves, coupons, moved)
-    checked = report.Checked(case, records, materials, tests, faults, programs, found, tables)
-    run.deliver(
-        lambda: report.check_json(checked),
-        lambda: report.check_document(checked),
-        lambda: report.check_files(case),
-    )
+    checked = Checked(case, records, materials, tests, faults, programs, found, tables)
+    run.deliver(checked)
     return NEGATIVE if strict and (faults or tests.violated or odd) else DONE
 
 
@@ -98,30 +94,27 @@ def mesh(run: Run) -> int:
     CASE may also be a part: a STEP, BREP, DXF, MSH or INP file. Its axis, bonds and symmetry are found and shown, and a
     case file to start from is written.
     """
-    from bushcli import report
     from bushcli.case import starter_case
+    from bushcli.report.results import MeshResult
+    from bushcli.report.writers.files import BEGINNING, write_refused, write_starter_case
+    from bushcli.report.writers.folder import STAGING
     from bushcli.simulate.meshes import meshes
 
     output = run.write_into(Path("out"))
     try:
         case = run.load(parts=True)
         with run.timed("mesh"):
-            built = meshes(case, output / report.STAGING)
+            built = meshes(case, output / STAGING)
     except GeometryError as error:
         if is_first_rank():
             with suppress(InputError):  # the geometry is what has to be said
-                for picture in report.write_refused(output, error)[:1]:
+                for picture in write_refused(output, error)[:1]:
                     run.say(f"see the picture {picture}")
         raise
-    result = report.MeshResult(case, built)
-    run.deliver(
-        lambda: report.mesh_json(result),
-        lambda: report.mesh_document(result),
-        lambda: report.mesh_files(result),
-    )
+    run.deliver(MeshResult(case, built))
     part = case.path.suffix != ".toml"
-    if part and is_first_rank() and report.write_starter_case(output, starter_case(case, output)):
-        run.say(f"wrote {output / report.BEGINNING}: a case file to start from; enter your rubber and loads")
+    if part and is_first_rank() and write_starter_case(output, starter_case(case, output)):
+        run.say(f"wrote {output / BEGINNING}: a case file to start from; enter your rubber and loads")
     return DONE
 
 
@@ -169,7 +162,7 @@ def direct(
 
     A law without parameters is fitted to the coupon tests first.
     """
-    from bushcli import report
+    from bushcli.report.results import DirectResult
     from bushcli.simulate.measured import Measured
     from bushcli.simulate.misfit import misfits
     from bushcli.simulate.predict import predict
@@ -217,12 +210,7 @@ def direct(
 
         with run.timed("dynamic"):
             vibrations, doubts = compare_tables(case, response.material, read)
-    result = report.DirectResult(response, compared, found, vibrations if tables else None, doubts)
-    run.deliver(
-        lambda: report.direct_json(result),
-        lambda: report.direct_document(result),
-        lambda: report.direct_files(result),
-    )
+    run.deliver(DirectResult(response, compared, found, vibrations if tables else None, doubts))
     if interrupted:
         raise KeyboardInterrupt
     if not response.complete or sum(len(one.table) for one in vibrations) < sum(map(len, read)):

@@ -81,8 +81,8 @@ def fit(
     Coupons' tables of dynamic moduli give relaxation spectra, the shift of their times with temperature, and a lag of
     the rig.
     """
-    from bushcli import report
     from bushcli.inverse.coupon_tables import fit_tables
+    from bushcli.report.results import FitResult
 
     case = run.load()
     with run.timed("spectra"):
@@ -97,12 +97,7 @@ def fit(
         found = fit_to_coupons(run, case, model, weighting, names_in(held_out), names_in(fixed))
         found = replace(found, conditions=(*found.conditions, *problems))
         problems = ()
-    result = report.FitResult(case, found, spectra, problems)
-    run.deliver(
-        lambda: report.fit_json(result),
-        lambda: report.fit_document(result),
-        lambda: report.fit_files(result),
-    )
+    run.deliver(FitResult(case, found, spectra, problems))
     if found is None:
         return NEGATIVE if strict and problems else DONE
     return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
@@ -203,8 +198,9 @@ def inverse(
     same command continues after an interruption. --scheduler shares the starts among the workers of Dask, which write
     no such files.
     """
-    from bushcli import report
     from bushcli.inverse import Task, refuse_fixed
+    from bushcli.report.ranking import rank
+    from bushcli.report.results import InverseResult
     from forms.law import laws
 
     case = run.load()
@@ -241,13 +237,8 @@ def inverse(
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
     interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
-    fits.sort(key=report.rank)
-    result = report.InverseResult(case, fits)
-    run.deliver(
-        lambda: report.inverse_json(result),
-        lambda: report.inverse_document(result),
-        lambda: report.inverse_files(result),
-    )
+    fits.sort(key=rank)
+    run.deliver(InverseResult(case, fits))
     return _exit_code(fits[0], strict, interrupted)
 
 

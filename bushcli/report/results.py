@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from bushcli.faults import DataFault, condition
 from bushcli.report.cycles import ChannelHistory, fit_histories, response_histories, with_hysteresis
@@ -13,46 +13,38 @@ from bushcli.report.verdict import DirectVerdict, judge
 from bushcli.runtime.condition import Condition
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from bushcli.case import Case
+    from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
     from bushcli.inverse.coupon_tables import TableSpectrum, TableSweep
     from bushcli.recording import RecordedProgram, Recording
     from bushcli.recording.dynamic.table import DynamicTable
+    from bushcli.simulate.dynamic import DynamicResponse
     from bushcli.simulate.dynamic_tables import ComparedTable
     from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
     from bushcli.standards.protocol import Protocol
+    from bushcli.study.batch import Batch
+    from bushcli.study.compare import Comparison
+    from bushcli.study.design import Design
+    from bushcli.study.study import Study
 
 
 @dataclass(frozen=True)
 class Checked:
-    """A case that was checked.
-
-    Attributes
-    ----------
-    curves, coupons : sequence of Recording
-        Recordings of the bushing, and coupon tests.
-    tests : Protocol
-        What the tests are.
-    faults : sequence of DataFault
-        Faults of recordings and coupon tests.
-    programs : sequence of RecordedProgram or None
-        For each load case the program that it has in a file.
-    problems : sequence of Condition
-        Those that are no faults of recordings.
-    tables : sequence of DynamicTable
-        Measured tables of dynamic stiffness.
-    """
+    """A case that was checked."""
 
     case: Case
-    curves: Sequence[Recording]
+    curves: Sequence[Recording]  # of the bushing
     coupons: Sequence[Recording]
-    tests: Protocol
-    faults: Sequence[DataFault] = ()
-    programs: Sequence[RecordedProgram | None] = ()
-    problems: Sequence[Condition] = ()
-    tables: Sequence[DynamicTable] = ()
+    tests: Protocol  # what the tests are
+    faults: Sequence[DataFault] = ()  # of recordings and coupon tests
+    programs: Sequence[RecordedProgram | None] = ()  # for each load case the program that it has in a file
+    problems: Sequence[Condition] = ()  # those that are no faults of recordings
+    tables: Sequence[DynamicTable] = ()  # measured dynamic stiffness
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
@@ -70,25 +62,13 @@ class MeshResult:
 
 @dataclass(frozen=True)
 class DirectResult:
-    """A direct prediction beside what was measured.
-
-    Attributes
-    ----------
-    misfits : mapping of str to Misfit
-        By channel name, for the channels that were compared with a recording.
-    fit : Fit, optional
-        Fit to the coupons; None where the case gives the parameters.
-    tables : sequence of ComparedTable, optional
-        Tables of dynamic stiffness beside their simulation; None where the case has none.
-    doubts : sequence of Condition
-        What has to be known about the comparison with the tables.
-    """
+    """A direct prediction beside what was measured."""
 
     response: Response
-    misfits: Mapping[str, Misfit]
-    fit: Fit | None = None
-    tables: Sequence[ComparedTable] | None = None
-    doubts: Sequence[Condition] = ()
+    misfits: Mapping[str, Misfit]  # by name, of the channels that were compared with a recording
+    fit: Fit | None = None  # to the coupons; None where the case gives the parameters
+    tables: Sequence[ComparedTable] | None = None  # of dynamic stiffness; None where the case has none
+    doubts: Sequence[Condition] = ()  # about the comparison with the tables
 
     @cached_property
     def verdict(self) -> DirectVerdict:
@@ -119,23 +99,21 @@ class DirectResult:
 
 
 @dataclass(frozen=True)
-class FitResult:
-    """The law identified from the coupon tests of a case.
+class DynamicResult:
+    """Dynamic stiffness, and the fit to the coupons; None where the case gives the parameters."""
 
-    Attributes
-    ----------
-    fit : Fit or None
-        None where the case has no tests but tables.
-    spectra : sequence of TableSpectrum or TableSweep
-        What its tables of dynamic moduli say.
-    problems : sequence of Condition
-        Of the tables.
-    """
+    response: DynamicResponse
+    fit: Fit | None = None
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """The law identified from the coupon tests of a case, and what its tables of dynamic moduli say."""
 
     case: Case
-    fit: Fit | None
+    fit: Fit | None  # None where the case has no tests but tables
     spectra: Sequence[TableSpectrum | TableSweep] = ()
-    problems: Sequence[Condition] = ()
+    problems: Sequence[Condition] = ()  # of the tables
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
@@ -145,13 +123,7 @@ class FitResult:
 
 @dataclass(frozen=True)
 class InverseResult:
-    """Laws identified from the recordings of a case.
-
-    Attributes
-    ----------
-    found : sequence of Fit
-        The best first.
-    """
+    """Laws identified from the recordings of a case, the best first."""
 
     case: Case
     found: Sequence[Fit] = field(repr=False)
@@ -177,3 +149,17 @@ class InverseResult:
     def conditions(self) -> tuple[Condition, ...]:
         """The conditions of the best law, and recorded loops that it does not have."""
         return with_hysteresis(self.best.conditions, self.histories)
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """A study, and the function that writes its designs at a path, as Parquet."""
+
+    study: Study
+    write_rows: Callable[[Path], None]
+
+
+Result: TypeAlias = (
+    "Checked | MeshResult | DirectResult | DynamicResult | FitResult | InverseResult"
+    " | Diagnosis | StudyResult | Design | Batch | Comparison"
+)

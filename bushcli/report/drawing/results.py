@@ -36,7 +36,7 @@ def direct_pictures(found: DirectResult, names: Mapping[str, str]) -> Iterator[P
     """Yield curves, tables, coupons, the deformed shape of each channel, and each mesh once."""
     from bushcli.report.plots.cycles import history_panels
     from bushcli.report.plots.direct import curve_panels, six_panels
-    from bushcli.report.plots.dynamic_tables import table_panels
+    from bushcli.report.plots.dynamic import table_panels
     from bushcli.report.plots.fit import fit_panels
 
     response = found.response
@@ -96,7 +96,7 @@ def _interpretation(shape: Shape) -> Iterator[Picture]:
 def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[Panels | Picture]:
     """Yield every picture of a diagnosis."""
     from bushcli.report.drawing.bushing_map import map_figure, map_title
-    from bushcli.report.plots import certainty, diagnosis, dynamic_tables, places
+    from bushcli.report.plots import certainty, diagnosis, dynamic, places
 
     if found.probability and found.models:
         yield certainty.probability_panels(found)
@@ -112,7 +112,7 @@ def diagnosis_pictures(found: Diagnosis, names: Mapping[str, str]) -> Iterator[P
         if own := [one for one in profiles if one.channel == channel.name]:
             yield places.missing_panels(channel, own, file)
     for table in found.tables:
-        yield dynamic_tables.table_panels(table.compared, names[table.name])
+        yield dynamic.table_panels(table.compared, names[table.name])
     for local in found.maps:
         file = f"{names[local.name]}-bushing-map"
         yield picture(file, "bushing_map", map_title(local), map_figure(local), local.name)

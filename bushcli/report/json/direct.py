@@ -41,12 +41,12 @@ def direct_json(found: DirectResult) -> dict[str, Any]:
 
 
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
-    shown = quantities(channel.mode)
+    shown, recorded = quantities(channel.mode), channel.recording
     document: dict[str, Any] = {key: of(channel, shown) for key, of in _CURVE.items()}
     if found is not None:
         document["recording"] = {
-            "file": str(channel.recording.source) if channel.recording and channel.recording.source else None,
-            "samples": len(channel.recording.displacement) if channel.recording else 0,
+            "file": str(recorded.source) if recorded and recorded.source else None,
+            "samples": len(recorded.displacement) if recorded else 0,
             **{key: of(found, shown) for key, of in _MISFIT.items()},
         }
     if channel.six is not None:
@@ -129,35 +129,29 @@ _MISFIT: dict[str, Callable[[Misfit, Quantities], Any]] = {
 
 
 def _verdict(verdict: DirectVerdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
-    document: dict[str, Any] = {
-        **part(verdict, "headline text"),
-        "within_10_percent": all_within_10_percent(verdict, misfits),
-        "within_tolerance": verdict.within,
-        "channels": {},
-        "single_factor": None,
-    }
+    channels: dict[str, Any] = {}
     for channel in verdict.channels:
-        found = misfits.get(channel.name)
-        entry: dict[str, Any] = {
+        found, shown = misfits.get(channel.name), quantities(channel.mode)
+        channels[channel.name] = {
             "text": channel.text,
             "within_10_percent": found.within_10_percent if found else None,
             "within_tolerance": channel.within,
         }
         if found is not None:
-            shown = quantities(channel.mode)
-            entry |= {
-                "stiffness_simulated": shown.stiffness(found.predicted.secant),
-                "stiffness_measured": shown.stiffness(found.measured.secant),
-                "stiffness_ratio": found.stiffness_ratio,
-                "unit": shown.stiffness_unit,
-            }
-        document["channels"][channel.name] = entry
+            keys = ("stiffness_simulated", "stiffness_measured", "stiffness_ratio")
+            known = {key: _MISFIT[key](found, shown) for key in keys}
+            channels[channel.name] |= known | {"unit": shown.stiffness_unit}
     factor = verdict.single_factor
-    if factor is not None:
-        document["single_factor"] = {
+    return {
+        **part(verdict, "headline text"),
+        "within_10_percent": all_within_10_percent(verdict, misfits),
+        "within_tolerance": verdict.within,
+        "channels": channels,
+        "single_factor": factor
+        and {
             **part(factor, "factor by_channel"),
             "rms_percent_before": factor.rms_before,
             "rms_percent_after": factor.rms_after,
             "explains_most": factor.explains,
-        }
-    return document
+        },
+    }

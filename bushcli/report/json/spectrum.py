@@ -26,32 +26,31 @@ def spectra_json(found: Iterable[TableSpectrum | TableSweep]) -> list[dict[str, 
                 for fit in one.fits
             ]
         else:
-            table |= _spectrum(one)
+            fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
+            table |= {
+                "rows": fit.rows,
+                "equilibrium": spectrum.equilibrium,
+                "terms": [
+                    {"g": g, "tau": tau, "modulus": modulus}
+                    for g, tau, modulus in zip(
+                        spectrum.relative, spectrum.times, spectrum.moduli, strict=True
+                    )
+                ],
+                "reference_temperature": fit.reference,
+                "shifts": [
+                    {"temperature": t, "log10_aT": value, "std": std}
+                    for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
+                    if not math.isnan(t)
+                ],
+                "shift_laws": {
+                    "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
+                    "arrhenius": fit.arrhenius
+                    and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
+                },
+                "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
+                "misfit": part(fit, "storage_percent loss_percent"),
+                "spring_pot": part(pot, "equilibrium modulus exponent")
+                | {"misfit": part(pot, "storage_percent loss_percent")},
+            }
         shown.append(table)
     return shown
-
-
-def _spectrum(one: TableSpectrum) -> dict[str, Any]:
-    fit, spectrum, pot = one.fit, one.fit.spectrum, one.fit.spring_pot
-    return {
-        "rows": fit.rows,
-        "equilibrium": spectrum.equilibrium,
-        "terms": [
-            {"g": g, "tau": tau, "modulus": modulus}
-            for g, tau, modulus in zip(spectrum.relative, spectrum.times, spectrum.moduli, strict=True)
-        ],
-        "reference_temperature": fit.reference,
-        "shifts": [
-            {"temperature": t, "log10_aT": value, "std": std}
-            for t, value, std in zip(fit.temperatures, fit.shifts, fit.shift_errors, strict=True)
-            if not math.isnan(t)
-        ],
-        "shift_laws": {
-            "wlf": fit.wlf and dict(zip(("C1", "C2", "rms_decades"), fit.wlf, strict=True)),
-            "arrhenius": fit.arrhenius and dict(zip(("E", "rms_decades"), fit.arrhenius, strict=True)),
-        },
-        "lag": {"value": fit.lag, "std": fit.lag_error, "unit": "s"} if fit.lag_error else None,
-        "misfit": part(fit, "storage_percent loss_percent"),
-        "spring_pot": part(pot, "equilibrium modulus exponent")
-        | {"misfit": part(pot, "storage_percent loss_percent")},
-    }

@@ -13,7 +13,7 @@ from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Row, Section, Table, paragraphs, table_of
 from bushcli.report.quantity import listed, number, quantities
 from bushcli.report.results import Checked
-from bushcli.report.views.dynamic_tables import dynamic_tables_section
+from bushcli.report.views.dynamic import dynamic_tables_section
 from bushcli.report.views.mesh import notes_section
 from bushcli.standards import Observed
 from bushcli.standards.protocol import Protocol
@@ -159,7 +159,6 @@ def file_line(one: Recording | RecordedProgram) -> str:
 def observed_line(one: Observed) -> str:
     """Return cycles, rates, holds and pauses of a test in words."""
     shown = quantities(one.mode)
-    unit = f"{shown.displacement_unit}/s" if shown.displacement_unit else "1/s"
     cycles = len(one.compared)
     words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
     if one.conditioning:
@@ -169,7 +168,7 @@ def observed_line(one: Observed) -> str:
     elif one.rates:
         # Classes of rates that differ by less than is shown are named once.
         rates = dict.fromkeys(number(shown.per_internal * rate) for rate in one.rates)
-        words.append(f"ramps at {listed(list(rates))} {unit}")
+        words.append(f"ramps at {listed(list(rates))} {shown.rate_unit}")
     for held, where in ((one.holds, "hold"), (one.rests, "rest")):
         if held:
             plural = f"{where}s" if len(held) > 1 else where

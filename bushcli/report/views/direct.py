@@ -21,7 +21,7 @@ from bushcli.report.quantity import (
 )
 from bushcli.report.results import DirectResult
 from bushcli.report.views.cycles import history_section
-from bushcli.report.views.dynamic_tables import compared_section, misfit_lines
+from bushcli.report.views.dynamic import compared_section, misfit_lines
 from bushcli.report.views.fit import fit_section
 from bushcli.report.views.mesh import measure_table
 from bushcli.runtime.digits import beside
@@ -49,8 +49,9 @@ def direct_document(found: DirectResult) -> Document:
     errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
     error = f"estimated error of the mesh, of the force range: {errors}" if errors else ""
     read = [*paragraphs(shape.notes), measure_table(shape), figures("geometry")]
+    stiffness = comparison_table(response, found.misfits) if found.misfits else stiffness_table(response)
     sections = [
-        Section("Channels", [channel_table(found), *paragraphs([error], kind="note")]),
+        Section("Channels", [stiffness, *paragraphs([error], kind="note")]),
         Section(f"Simulated {'and recorded ' if found.misfits else ''}curves", [figures("curve")]),
         Section("Six motions", [*six_tables(response), figures("six")]),
         history_section(found.histories),
@@ -69,13 +70,6 @@ def direct_document(found: DirectResult) -> Document:
         found.conditions,
         conditions(response.case, response.material),
         ends_with_verdict=True,
-    )
-
-
-def channel_table(found: DirectResult) -> Table:
-    """Return the stiffness of each channel; where there are recordings, beside what was measured, with the misfit."""
-    return (
-        comparison_table(found.response, found.misfits) if found.misfits else stiffness_table(found.response)
     )
 
 
@@ -157,7 +151,7 @@ def contact_table(response: Response) -> Table:
         shown = quantities(channel.mode)
         unit = "s" if channel.in_time else shown.displacement_unit
         for one in channel.touched:
-            first, at = ((q if channel.in_time else shown.at(q)) for q in (one.first, one.at))
+            first, at = (displacement_at(channel, q) for q in (one.first, one.at))
             other = " with itself" if len(set(one.surfaces)) == 1 else f" and {one.surfaces[1]}"
             met = (f"{number(first)} {unit}", f"{number(one.force)} N", f"{number(at)} {unit}")
             place = (f"{number(one.radius)} mm", f"{number(one.height)} mm")
@@ -205,13 +199,9 @@ def matrix_table(channel: Simulated, at: str, displacement: float, matrix: Array
     for k, name in enumerate(REACTIONS):
         row = [_force(matrix[k, m], float(diagonal[k] * diagonal[m])) for m in range(6)]
         rows.append((f"{name}, {FORCE_UNITS[k]}", *row))
-    where = {"start": "at the start", "end": "at the end"}.get(at, "")
     unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
-    place = (
-        f"{where} ({number(displacement_at(channel, displacement))} {unit})"
-        if where
-        else (f"at {number(displacement_at(channel, displacement))} {unit}")
-    )
+    travel = f"{number(displacement_at(channel, displacement))} {unit}"
+    place = f"at {travel}" if at == "at" else f"at the {at} ({travel})"
     state = f"; {channel.state}" if channel.state else ""
     return Table(f"{channel.name}: stiffness matrix {place}, N, mm, rad{state}", heads, tuple(rows), left=1)
 

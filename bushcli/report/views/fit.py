@@ -10,7 +10,7 @@ import numpy as np
 from bushcli.recording import branches
 from bushcli.report.conditions import conditions
 from bushcli.report.document import Document, Paragraph, Row, Section, Table, figures, note, paragraphs
-from bushcli.report.quantity import interval, number, percent, quantities, with_std
+from bushcli.report.quantity import held, interval, number, percent, quantities, with_std
 from bushcli.report.results import FitResult
 from bushcli.report.views.spectrum import spectra_sections
 from cases.mode import modes
@@ -93,8 +93,7 @@ def fitted_table(fit: Fit) -> Table:
         if limits is not None:
             low, high = limits
             stable = interval(low if low > 0 else -math.inf, high, "{:.2f}".format)
-        name = f"{curve.name} (held out)" if curve.held_out else curve.name
-        rows.append((name, mode, percent(curve.rms_percent), tested, stable))
+        rows.append((held(curve.name, curve.held_out), mode, percent(curve.rms_percent), tested, stable))
     heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
     weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
     return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -21,10 +20,11 @@ from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
 from bushcli.report.writers.folder import (
+    CLAIMED,
     RESULT,
     Content,
     check_folder,
-    claim,
+    claimed,
     earlier_result,
     refuse_others,
     write_files,
@@ -37,11 +37,18 @@ if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import FittedCurve
     from bushcli.report.document import Document, Panels, Picture
-    from bushcli.report.results import DirectResult, FitResult, InverseResult, MeshResult
-    from bushcli.simulate.dynamic import DynamicResponse
+    from bushcli.report.results import (
+        Checked,
+        DirectResult,
+        DynamicResult,
+        FitResult,
+        InverseResult,
+        MeshResult,
+        StudyResult,
+    )
     from bushcli.study.batch import Batch
     from bushcli.study.compare import Comparison
-    from bushcli.study.study import Study
+    from bushcli.study.design import Design
     from geometry.errors import GeometryError
 
 REPORT = "report.html"
@@ -72,24 +79,14 @@ _CURVES = {
 
 @dataclass(frozen=True)
 class Files:
-    """What is written of a result, besides result.json.
+    """What is written of a result, besides result.json."""
 
-    Attributes
-    ----------
-    case : Case or None
-        Its case, whose files are never replaced.
-    contents : mapping of str to Content
-        Numbers by file name, which are written first.
-    fields : sequence of str
-        Names of files that were written while the command calculated.
-    pictures : callable or None
-        Returns the pictures, and the plots to be drawn as pictures.
-    """
-
-    case: Case | None
-    contents: Mapping[str, Content] = field(default_factory=dict)
-    fields: Sequence[str] = ()
-    pictures: Callable[[], Iterable[Panels | Picture]] | None = None
+    case: Case | None  # its files are never replaced
+    contents: Mapping[str, Content] = field(
+        default_factory=dict
+    )  # numbers by file name, which are written first
+    fields: Sequence[str] = ()  # files that were written while the command calculated
+    pictures: Callable[[], Iterable[Panels | Picture]] | None = None  # and plots to be drawn as pictures
     has_page: bool = True
 
 
@@ -109,15 +106,8 @@ def write(
     document : callable
         Returns the document of the result.
 
-    Returns
-    -------
-    tuple of Path
-        The files written.
-
     Raises
     ------
-    InputError
-        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
     NotDrawn
         Everything is written but the pictures and the page.
     """
@@ -142,9 +132,9 @@ def _report(module: str) -> Any:
     return import_module(f"bushcli.report.{module}")
 
 
-def check_files(case: Case) -> Files:
+def check_files(found: Checked) -> Files:
     """Return the files of a checked case: result.json alone."""
-    return Files(case, has_page=False)
+    return Files(found.case, has_page=False)
 
 
 def mesh_files(found: MeshResult) -> Files:
@@ -249,31 +239,34 @@ def diagnosis_files(found: Diagnosis) -> Files:
     )
 
 
-def dynamic_files(response: DynamicResponse) -> Files:
+def dynamic_files(found: DynamicResult) -> Files:
     """Return the files of dynamic stiffness: a table of each load case, a row for each preload and frequency."""
-    names = file_names(dict.fromkeys(curve.name for curve in response.curves))
+    curves = found.response.curves
+    names = file_names(dict.fromkeys(curve.name for curve in curves))
     contents = {
-        f"{file}-dynamic.csv": tables.dynamic_table([one for one in response.curves if one.name == name])
+        f"{file}-dynamic.csv": tables.dynamic_table([one for one in curves if one.name == name])
         for name, file in names.items()
     }
     return Files(
-        response.case,
+        found.response.case,
         contents,
-        pictures=lambda: _report("plots.dynamic").dynamic_panels(response.curves, names),
+        pictures=lambda: _report("plots.dynamic").dynamic_panels(curves, names),
     )
 
 
-def study_files(found: Study, rows: Callable[[Path], None]) -> Files:
-    """Return the files of a study: its designs as Parquet.
+def study_files(found: StudyResult) -> Files:
+    """Return the files of a study: its designs as Parquet."""
+    study = found.study
+    return Files(
+        study.case,
+        {DESIGNS: found.write_rows},
+        pictures=lambda: _report("plots.study").study_panels(study),
+    )
 
-    Parameters
-    ----------
-    found : Study
-        The study.
-    rows : callable
-        Writes the designs at a path.
-    """
-    return Files(found.case, {DESIGNS: rows}, pictures=lambda: _report("plots.study").study_panels(found))
+
+def design_files(found: Design) -> Files:
+    """Return the files of a design: its page."""
+    return Files(found.case)
 
 
 def batch_files(found: Batch) -> Files:
@@ -299,21 +292,14 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
         Folder for the picture, created if necessary; if it holds a result, `REFUSED` in it.
     error : GeometryError
         The error, whose message becomes the title.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     if error.view is None:
         return ()
     if earlier_result(directory) is not None:
         directory = directory / REFUSED
     pictures = picture_files([_report("drawing.results").geometry_picture(error.view, str(error), {})])
-    refuse_others(directory, pictures, [])
-    with suppress(OSError):  # `write_files` says why
-        claim(directory, pictures)
-    return write_files(directory, pictures, [])
+    noted = json.dumps(sorted({*claimed(directory), *pictures}))
+    return write_files(directory, {CLAIMED: noted, **pictures}, [])[1:]
 
 
 def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
@@ -325,11 +311,6 @@ def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
         Folder for the case file; created if necessary.
     case : str
         Text of the case file.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     return () if (directory / BEGINNING).exists() else write_files(directory, {BEGINNING: case}, [])
 
@@ -345,12 +326,6 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         The validated case, whose input files are not replaced.
     command : str
         Name of the command, from which the names of its files follow.
-
-    Raises
-    ------
-    InputError
-        The folder is a file, lies below one or cannot be written to, or the result would replace a file that is not
-        bushcli's.
     """
     check_folder(directory)
     recordings = case.coupons if command == "fit" else case.recordings

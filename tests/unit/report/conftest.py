@@ -9,7 +9,7 @@ from bushcli.case import Material, load_case
 from bushcli.curve.curve import Curve
 from bushcli.inverse import Combination, Estimate, Fit, FittedCurve
 from bushcli.recording import Recording
-from bushcli.report import DirectResult
+from bushcli.report.results import DirectResult
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response, Simulated

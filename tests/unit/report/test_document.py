@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from bushcli.recording import read_recording
-from bushcli.report import Checked, FitResult, check_json, direct_json, fit_json
+from bushcli.report.json.check import check_json
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
+from bushcli.report.results import Checked, FitResult
 from bushcli.simulate.stretched import Stretched
 from bushcli.standards.protocol import protocol
 from bushcli.study.answers import RESULT_KEYS

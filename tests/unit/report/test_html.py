@@ -7,9 +7,13 @@ import re
 
 import pytest
 
-from bushcli.report import FitResult, direct_document, direct_json, fit_document, fit_json
 from bushcli.report.drawing.results import direct_pictures, drawn
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
 from bushcli.report.plots.fit import fit_panels
+from bushcli.report.results import FitResult
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
 from bushcli.report.writers.page import page as page_of
 
 

@@ -8,20 +8,13 @@ import pytest
 from bushcli.errors import InputError
 from bushcli.recording import read_recording
 from bushcli.recording.source import Source
-from bushcli.report import (
-    FitResult,
-    MeshResult,
-    NotDrawn,
-    check_output,
-    direct_document,
-    direct_files,
-    direct_json,
-    fit_document,
-    fit_files,
-    fit_json,
-    mesh_files,
-    write,
-)
+from bushcli.report.json.direct import direct_json
+from bushcli.report.json.fit import fit_json
+from bushcli.report.results import FitResult, MeshResult
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
+from bushcli.report.writers.files import check_output, direct_files, fit_files, mesh_files, write
+from bushcli.report.writers.folder import NotDrawn
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 

@@ -9,16 +9,12 @@ from rich.console import Console
 
 from bushcli.case import load_case
 from bushcli.recording import RecordedProgram, read_recording
-from bushcli.report import (
-    Checked,
-    FitResult,
-    MeshResult,
-    check_document,
-    direct_document,
-    fit_document,
-    mesh_document,
-    terminal_text,
-)
+from bushcli.report.results import Checked, FitResult, MeshResult
+from bushcli.report.views.check import check_document
+from bushcli.report.views.direct import direct_document
+from bushcli.report.views.fit import fit_document
+from bushcli.report.views.mesh import mesh_document
+from bushcli.report.writers.terminal import terminal_text
 from bushcli.simulate.meshes import Meshed
 from bushcli.standards.protocol import protocol
 
