@@ -74,20 +74,7 @@ def _have_same_samples(one: Source, other: Source) -> bool:
 
 
 class SourceBuilder:
-    """Builds the sources of a case and collects their errors.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the case file.
-    findings : list of Finding
-        Errors are added to it.
-    known : callable
-        Keys of the table, mode, specimen ("coupon" or None) -> whether the case can have this mode.
-    looks_for_files : bool
-        Whether a missing file is an error.
-    tables : TableCache
-    """
+    """Builds the sources of a case and collects their errors."""
 
     def __init__(
         self,

@@ -83,11 +83,6 @@ def blas_among(libraries: Iterable[str]) -> str:
     """Name the BLAS that PETSc works with, given the paths of the loaded shared libraries.
 
     NumPy and SciPy from PyPI carry a BLAS of their own, which the factorisations do not use.
-
-    Returns
-    -------
-    str
-        ``OpenBLAS``, ``MKL``, ``BLIS``, ``ATLAS``, ``reference``, or empty when none is recognised.
     """
     shared = [p for p in libraries if "numpy" not in p and "scipy" not in p]
     kinds = {

@@ -94,15 +94,7 @@ def _keep_signals() -> None:
 
 
 class _Dropped:
-    """Hook for exceptions that Python drops, where an object is destroyed or a weak reference dies.
-
-    Parameters
-    ----------
-    before : callable
-        Hook for other exceptions.
-    interrupted : callable
-        Called if the exception was an interruption.
-    """
+    """Hook for exceptions that Python drops, where an object is destroyed or a weak reference dies."""
 
     def __init__(self, before: Callable[[Any], None], interrupted: Callable[[], None]) -> None:
         self.before, self._interrupted = before, interrupted
