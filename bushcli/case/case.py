@@ -254,7 +254,7 @@ class DynamicTest(Load):
         if not any(sides):
             yield Program(np.zeros(1))
 
-    def number(self, q: float, force: float) -> int | None:
+    def preload_number(self, q: float, force: float) -> int | None:
         """Return which preload an equilibrium is; None if it is none.
 
         Parameters
@@ -313,7 +313,7 @@ class PosedTest(DynamicTest):
         yield steps_along(self.six, self.steps)
 
     @override
-    def number(self, q: float, force: float) -> int | None:
+    def preload_number(self, q: float, force: float) -> int | None:
         return 0 if q == self.six.time[-1] else None
 
     @override

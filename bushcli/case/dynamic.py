@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from bushcli.case.finding import Finding, Keys, dotted, shown
-from bushcli.case.schema import CaseTable, ColumnKey, Name
+from bushcli.case.schema import DELIMITERS, CaseTable, ColumnKey, Delimiter, Name
 from bushcli.errors import nearest
 from bushcli.recording.dynamic.source import COLUMNS, LOOP_COLUMNS, DynamicSource
 from cases.mode import modes
@@ -35,7 +35,7 @@ class DynamicRecordingTable(CaseTable):
         default=None, description=f"column by name or number: {', '.join((*COLUMNS, *LOOP_COLUMNS))}"
     )
     units: dict[str, str] | None = Field(default=None, description="unit by column")
-    delimiter: Literal[",", ";", "\t", " ", "|", "comma", "semicolon", "tab", "space", "pipe"] | None = None
+    delimiter: Delimiter | None = None
     decimal: Literal[".", ","] | None = None
     group: ColumnKey | None = Field(default=None, description="sheet or group of the file")
     amplitude_is: Literal["peak", "double"] | None = Field(
@@ -61,9 +61,6 @@ class DynamicRecordingTable(CaseTable):
     preload: float | None = Field(default=None, description="mm, degrees or strain, of the whole file")
     preload_force: float | None = Field(default=None, description="N, N mm or MPa, of the whole file")
     temperature: float | None = Field(default=None, ge=-273.15, description="degrees C, of the whole file")
-
-
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
 
 
 def sources(
@@ -116,7 +113,7 @@ def sources(
                 pattern=table.file,
                 columns=dict(table.columns or {}),
                 units=dict(table.units or {}),
-                delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+                delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
                 accepted_faults=tuple(table.accept or ()),
                 **given,
             )

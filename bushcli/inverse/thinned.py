@@ -46,7 +46,7 @@ class ThinnedFit:
     equilibrium, modulus : float
         E_inf and E_1, MPa.
     constants : mapping
-        Of the effect payne, by name.
+        Of the effect `payne`, by name.
     shear : float
         Shear strain per unit of the coupon's strain.
     storage_percent, loss_percent : float

@@ -273,16 +273,7 @@ def _close(client: Any, seconds: float) -> None:
 
 
 class _Watched(Executor):
-    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    executor : Executor
-        The client's.
-    address : str
-        Of the scheduler, for messages.
-    """
+    """The executor of a Dask client, whose futures end in `SchedulerLost` when the scheduler is lost."""
 
     def __init__(self, client: Any, executor: Executor, address: str) -> None:
         self.lost = ""

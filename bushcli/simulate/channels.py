@@ -106,15 +106,7 @@ def prescribed(case: Case, load: LoadCase, tables: TableCache) -> SimulatedChann
 
 
 def with_all_beside(active: Sequence[ActiveEffect], time: Array | None = None) -> PrescribedForce:
-    """Return a prescribed force that the bushing carries together with all that stands beside it.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, all with values.
-    time : shape (n,) or None
-        Times of the program, s.
-    """
+    """Return a prescribed force that the bushing carries together with all that stands beside it."""
     beside = [one for one in active if one.effect.rig is not None and one.effect.rig.parallel is not None]
     if not beside:
         return PrescribedForce()

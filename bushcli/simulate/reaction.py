@@ -34,19 +34,7 @@ Paths = dict[tuple[str, Refinement], "PathSimulation"]
 
 
 class PathSimulation:
-    """A recorded path that can be solved for any values of its parameters.
-
-    Parameters
-    ----------
-    shape, rubber, refinement, comm
-        Arguments of the finite-element model.
-    active
-        Effects on the rubber and on the assembly, with values.
-    recorded
-        The recorded path, mm, rad and s.
-    prepared
-        Makes the finite-element model.
-    """
+    """A recorded path that can be solved for any values of its parameters."""
 
     def __init__(
         self,

@@ -232,19 +232,6 @@ def logged_force(
     """Return the force as it is logged at the samples, from that of the bushing at the nodes of a march.
 
     If the rig was set to zero under a preload, the node at recorded zero comes before those of the steps.
-
-    Parameters
-    ----------
-    active : sequence of ActiveEffect
-        Effects of the channel, with values.
-    steps : Schedule
-        Nodes of the march.
-    clock : shape (samples,)
-        Times of the samples, s, or their numbers.
-    q, force : Signal
-        Displacement and force of the bushing at the nodes: mm or rad, N or N mm.
-    names : sequence of str
-        Parameters of the derivatives.
     """
     zeroed = len(force.value) - len(steps.time)
     elapsed = np.concatenate([np.zeros(zeroed), np.maximum(steps.time - clock[0], 0.0)])

@@ -171,7 +171,7 @@ class Vibrations:
 
     def observe(self, solver: Equilibrium) -> None:
         """Compute the stiffness if the equilibrium is a preload."""
-        number = self.test.number(solver.q, solver.force)
+        number = self.test.preload_number(solver.q, solver.force)
         if number is None or number in self.curves or number in self.unstable:
             return
         begin = time.perf_counter()
