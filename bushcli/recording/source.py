@@ -31,6 +31,7 @@ FaultKind = Literal[
     "extremes",
     "no_signal",
     "temperature",
+    "loss_angle",
 ]
 
 
