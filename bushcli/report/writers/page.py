@@ -78,7 +78,7 @@ def page(
         with suppress(OSError), path.open("rb") as opened:  # a file may be gone since it was read
             digests.append((path, hashlib.file_digest(opened, "sha256").hexdigest()))
     templates = environment()
-    templates.filters |= {"figure": figure, "grouped": _grouped}
+    templates.filters.update({"figure": figure, "grouped": _grouped})
     return templates.get_template("report.html").render(
         document=document,
         warnings=on("page", [document.warning] if document.warning else []),
