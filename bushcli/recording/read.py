@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve.recorded import ReadColumn, RecordedPath, RecordedProgram, Recording, Repair
+from bushcli.curve.recorded import ReadColumn, RecordedProgram, Recording, Repair
 from bushcli.curve.segment import turning_points
 from bushcli.curve.signals import branches, select_cycles
 from bushcli.recording.header.above import factor_remarks, rate_remarks
@@ -16,7 +16,7 @@ from bushcli.recording.header.name import heading
 from bushcli.recording.header.units import read_unit
 from bushcli.recording.opened import open_table
 from bushcli.recording.several import refuse_several
-from bushcli.recording.six import motion_columns, read_motions, six_table
+from bushcli.recording.six import motion_columns, recorded_path, six_table
 from bushcli.recording.source import WARM, Quantity, Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table_cache import TableCache
@@ -24,7 +24,7 @@ from bushcli.recording.text.table import Table
 from bushcli.recording.time.counted import counted
 from bushcli.recording.time.samples import increasing, timed
 from cases.mode import Mode, modes
-from cases.six import MOTIONS, REACTIONS
+from cases.six import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
         columns=columns,
         unused=unused,
         accepted_faults=source.accepted_faults,
-        six=None if source.six is None else _path(source, samples.time, len(force), tables),
+        six=None if source.six is None else recorded_path(source, samples, tables),
         temperature=_warm(table, source, samples.rows),
     )
     count = counted(table, samples.rows, recording)
@@ -173,17 +173,6 @@ def _used(recording: Recording, source: Source) -> Recording:
             what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
             raise source.refused(what)
     return recording if cycles is None else select_cycles(recording, cycles)
-
-
-def _path(source: Source, time: Array | None, count: int, tables: TableCache) -> RecordedPath:
-    """Return the path of a recording of six motions, at its samples."""
-    assert source.six is not None
-    stamps, motion = read_motions(source, tables)
-    if time is not None and stamps is not None:
-        motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
-    assert len(motion) == count
-    number = REACTIONS.index(source.label.rpartition(".")[2])
-    return RecordedPath(time, motion, source.six.free, number, source.six.name)
 
 
 def read_coupon(source: Source, tables: TableCache | None = None) -> Recording:
