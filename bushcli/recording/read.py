@@ -70,11 +70,7 @@ def read_recording(source: Source, tables: TableCache | None = None) -> Recordin
     moved = _enough(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
-    timed_by = stamps is not None or source.sample_rate is not None
-    if _is_still(moved.values) and not (timed_by and _relaxes(moved.values, forced.values)):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
-        raise table.refused(what, rest)
+    _refuse_still(table, moved, forced, stamps is not None or source.sample_rate is not None)
     samples = timed(table, source, stamps, moved, forced, fewest)
     displacement, force = moved.values[samples.rows], forced.values[samples.rows]
     if np.ptp(force) <= _SMALLEST:
@@ -218,9 +214,7 @@ def read_program(
     table = open_table(source, mode, (quantity,), TableCache() if tables is None else tables)
     stamps = column(table, source, mode, "time")
     moved = _enough(table, source, mode, _FEWEST_PROGRAM, quantity)
-    if _is_still(moved.values):
-        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
-        raise table.refused(what)
+    _refuse_still(table, moved)
     time: Array | None = None
     if stamps is not None:
         time = increasing(table, stamps)
@@ -251,14 +245,15 @@ def _enough(
     return found
 
 
-def _is_still(displacement: Array) -> bool:
-    return bool(np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST))
-
-
-def _relaxes(displacement: Array, force: Array) -> bool:
-    """Whether a record at one displacement is a hold: away from rest, at a force that falls and keeps its sign.
+def _refuse_still(table: Table, moved: Column, forced: Column | None = None, timed: bool = False) -> None:
+    """Refuse a motion that never moves, but a hold in time: away from rest, at a force that falls and keeps its sign.
 
     A sensor of displacement that is dead shows the same displacement, but its force goes back and forth.
     """
-    falls = abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
-    return bool(displacement[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force)))
+    q, force = moved.values, np.zeros(2) if forced is None else forced.values
+    falls = timed and abs(force[-1]) < abs(force[0]) and force[-1] * force[0] > 0.0
+    still = np.ptp(q) <= max(1e-12 * np.abs(q).max(), _SMALLEST)
+    if still and not (q[0] != 0.0 and falls and not turning_points(force, _BACK * np.ptp(force))):
+        what = f"{table.label(moved.index)} is {table.text(0, moved.index)} throughout: nothing moves"
+        rest = "a hold is read if the displacement counts from rest, the force relaxes, and the file has the times"
+        raise table.refused(what, "" if forced is None else rest)
