@@ -15,7 +15,7 @@ from bushcli.case.case import DENSITY
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
 from bushcli.effects.active import ActiveEffect
-from bushcli.inverse import certainty
+from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import LeastSquaresProblem
@@ -39,10 +39,10 @@ def estimates(
     task: Task,
     problem: LeastSquaresProblem,
     x: Array,
+    uncertainty: Uncertainty,
     profiles: Sequence[Profile],
 ) -> tuple[dict[str, Estimate], Array]:
     """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters)."""
-    uncertainty = certainty.uncertainty(problem, x)
     covariance = uncertainty.covariance
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     intervals = {profile.name: interval(profile) for profile in profiles}
@@ -121,17 +121,20 @@ def compared_curves(
 
 
 def compared_tables(
-    problem: LeastSquaresProblem, channels: Sequence[DynamicChannel], x: Array, start: Array
+    problem: LeastSquaresProblem,
+    channels: Sequence[DynamicChannel],
+    x: Array,
+    start: Array,
+    deviations: Array | None,
 ) -> tuple[tuple[ComparedTable, ...], tuple[Condition, ...]]:
     """Return each table of dynamic stiffness beside the simulation at `x`, and what has to be known about it.
 
-    With the intervals of the simulation, and K* at `start` where that has been solved. What cannot be solved is left
-    out.
+    With the intervals of the simulation by the deviations of the parameters (`certainty`), and K* at `start` where that
+    has been solved. What cannot be solved is left out.
     """
     tables: list[ComparedTable] = []
     conditions: list[Condition] = []
     before = problem.answers(start) if problem.knows(start) else None
-    deviations = certainty.uncertainty(problem, x).deviations if channels else None
     for channel in channels:
         fitted = channel in problem.channels
         try:

@@ -361,8 +361,9 @@ class _Searches:
         skipped = interrupted or fatal
         best, profiles, cut = self._profiled(best, skipped)
         rubber = material(task, problem, best.x)
-        parameters, correlation = estimates(task, problem, best.x, profiles)
-        tables, known = compared_tables(problem, self.dynamic, best.x, self.start)
+        uncertainty = certainty.uncertainty(problem, best.x)
+        parameters, correlation = estimates(task, problem, best.x, uncertainty, profiles)
+        tables, known = compared_tables(problem, self.dynamic, best.x, self.start, uncertainty.deviations)
         singular, undetermined = certainty.directions(problem, best.x)
         fit = Fit(
             material=rubber,

@@ -230,10 +230,6 @@ class LeastSquaresProblem:
         """
         return penalty(self._smallest(x, self.states if states is None else states))
 
-    def stability(self, x: Array) -> tuple[Array, Array]:
-        """`instability` in the states watched, and its derivative, shape (states, parameters)."""
-        return self._stability(x)
-
     def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
         smallest = self._smallest(x, self.states)
@@ -286,11 +282,7 @@ class LeastSquaresProblem:
         if forces is None:
             size = self.samples + len(self.states)
             return np.full(size, np.nan), np.full((size, len(x)), np.nan)
-        values, slopes = [], []
-        for channel, (force, slope) in zip(self.channels, forces, strict=True):
-            weight = 1.0 / (channel.scale * np.sqrt(len(force)))
-            values.append((force - channel.measured) * weight)
-            slopes.append(slope * weight[:, None])
+        values, slopes = zip(*weighted(self.channels, forces), strict=True)
         value, slope = self._stability(x)
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
 
@@ -384,6 +376,17 @@ class LeastSquaresProblem:
         """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 if not finite."""
         parameters = self.law_parameters(x)
         return smallest_moduli(self.law, parameters, states) if parameters else np.ones(len(states))
+
+
+def weighted(
+    channels: Sequence[FitChannel], forces: Sequence[tuple[Array, Array]]
+) -> list[tuple[Array, Array]]:
+    """Return the misfit (n,) and its derivatives (n, parameters) of each channel, which counts by its mean square."""
+    rows = []
+    for channel, (force, slope) in zip(channels, forces, strict=True):
+        unit = channel.scale * np.sqrt(len(force))
+        rows.append(((force - channel.measured) / unit, slope / unit[:, None]))
+    return rows
 
 
 def differences(function: Callable[[Array], Array], x: Array) -> Array:

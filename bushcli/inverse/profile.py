@@ -23,7 +23,7 @@ from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.edge import Linearised, descend
 from bushcli.inverse.local import NOTHING, Minimum
 from bushcli.inverse.minimum_search import is_stable_there, is_unstable
-from bushcli.inverse.problem import LeastSquaresProblem
+from bushcli.inverse.problem import LeastSquaresProblem, weighted
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
 Array = NDArray[np.float64]
@@ -69,12 +69,7 @@ def noise_unit(problem: LeastSquaresProblem, x: Array, uncertainty: Uncertainty,
     """
     forces = problem.forces(x)
     assert forces is not None
-    rows = np.vstack(
-        [
-            slope / (channel.scale * np.sqrt(len(force)))[:, None]
-            for channel, (force, slope) in zip(problem.channels, forces, strict=True)
-        ]
-    )
+    rows = np.vstack([slope for _, slope in weighted(problem.channels, forces)])
     inverse, _ = certainty.inverted(rows.T @ rows / len(problem.channels))
     variance = float(uncertainty.covariance[index, index]) * (uncertainty.quantile / NORMAL) ** 2
     unit = variance / float(inverse[index, index]) if inverse[index, index] > 0 else 0.0
