@@ -14,7 +14,6 @@ from bushcli.case import Material
 from bushcli.case.case import DENSITY
 from bushcli.curve.curve import Curve
 from bushcli.curve.misfit import rms_percent
-from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.channel import Channel, ChannelForces
 from bushcli.inverse.local import Minimum
@@ -77,12 +76,6 @@ def material(task: Task, problem: LeastSquaresProblem, x: Array) -> Material:
     return replace(task.material, bulk_modulus=bulk, parameters=problem.law_parameters(x), density=density)
 
 
-def effects(task: Task, problem: LeastSquaresProblem, x: Array) -> tuple[ActiveEffect, ...]:
-    """Return the effects with their identified values."""
-    values = problem.parameters(x)
-    return tuple(active.with_values(values) for active in task.effects)
-
-
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
     """Return where each search began and ended, the one with the smallest misfit first."""
     named = [
@@ -105,8 +98,7 @@ def compared_curves(
     Channels held out are predicted; one that cannot be solved at `x` is left out.
     """
     # The search has solved both points already: nothing is solved again for the fitted channels.
-    after = problem.answers(x)
-    before = problem.answers(start) if problem.knows(start) else None
+    after, before = problem.answers(x), problem.solved(start)
     curves = []
     for channel in channels:
         if channel in problem.channels:
@@ -134,7 +126,7 @@ def compared_tables(
     """
     tables: list[ComparedTable] = []
     conditions: list[Condition] = []
-    before = problem.answers(start) if problem.knows(start) else None
+    before = problem.solved(start)
     for channel in channels:
         fitted = channel in problem.channels
         try:

@@ -24,7 +24,6 @@ from bushcli.inverse.contained import additions, from_contained
 from bushcli.inverse.estimates import (
     compared_curves,
     compared_tables,
-    effects,
     end_points,
     estimates,
     material,
@@ -389,7 +388,7 @@ class _Searches:
             end_points=end_points(task, self.minima),
             profiles=tuple(profiles),
             leverage=certainty.leverage(problem, best.x),
-            effects=effects(task, problem, best.x),
+            effects=tuple(effect.with_values(problem.parameters(best.x)) for effect in task.effects),
             tables=tables,
         )
         starts_loaded = ((channel.name, channel.before) for channel in self.curves)

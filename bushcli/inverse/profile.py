@@ -22,7 +22,7 @@ from bushcli.inverse import certainty
 from bushcli.inverse.certainty import Uncertainty
 from bushcli.inverse.edge import Linearised, descend
 from bushcli.inverse.local import NOTHING, Minimum
-from bushcli.inverse.minimum_search import is_stable_there, is_unstable
+from bushcli.inverse.minimum_search import is_unstable
 from bushcli.inverse.problem import LeastSquaresProblem, weighted
 from bushcli.inverse.result import NORMAL, POOR, Limit, Profile
 
@@ -215,20 +215,18 @@ class _Along:
 
     def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
         """Refit all other parameters, starting from the last point; return the reason if that fails."""
-        other = self._minimum(points[-1].x, value)
-        if isinstance(other, str):
-            return other
-        if not is_stable_there(self.problem, other):
-            # States in which the best point is unstable are not added, because they would change its cost.
+        for is_last in (False, True):
+            end = self._minimum(points[-1].x, value)
+            if isinstance(end, str):
+                return end
+            other = end
             states = self.problem.reached(other)
-            if is_unstable(self.problem, self.x, states):
+            if not is_unstable(self.problem, other, states):
+                break
+            # States in which the best point is unstable are not added, because they would change its cost.
+            if is_last or is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.watch(states)
-            other = self._minimum(points[-1].x, value)
-            if isinstance(other, str):
-                return other
-            if not is_stable_there(self.problem, other):
-                return "stability"
         rise = (self.problem.cost(other) - self.best) / self.unit
         return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), other)
 
