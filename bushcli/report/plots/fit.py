@@ -14,7 +14,15 @@ from bushcli.inverse.profile import RISE_95
 from bushcli.inverse.result import NORMAL
 from bushcli.report.document import Note, Panels, Plot, Region, Series, Stripe
 from bushcli.report.plots.cycles import history_panels, in_rows
-from bushcli.report.plots.direct import Array, capital, difference_plot, recorded_series, rest_lines, smooth
+from bushcli.report.plots.direct import (
+    Array,
+    capital,
+    colour,
+    difference_plot,
+    recorded_series,
+    rest_lines,
+    smooth,
+)
 from bushcli.report.plots.dynamic import table_panels
 from bushcli.report.quantity import held, interval, number, percent, quantities
 from bushcli.report.results import InverseResult
@@ -287,7 +295,7 @@ def convergence_panels(fit: Fit) -> Panels:
     for i, (name, estimate) in enumerate(fit.parameters.items()):
         unit = estimate.value if estimate.value else 1.0
         values = np.array([e.parameters.get(name, np.nan) for e in fit.evaluations]) / unit
-        ratios.append(Series(f"line-{i % 10}", name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
+        ratios.append(Series(colour(i), name, at, values, mark))  # type: ignore[arg-type]  # mypy infers str
     every = np.concatenate([np.ones(1), *(one.y[np.isfinite(one.y)] for one in ratios)])
     limits = (max(_LEAST_RATIO, float(every.min())) - 0.1, min(_MOST_RATIO, float(every.max())) + 0.1)
     label, heading = "evaluation of all channels", "each parameter / its identified value"
