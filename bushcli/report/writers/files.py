@@ -69,11 +69,11 @@ FIELDS = (".xdmf", ".h5")
 _HOW = frozenset({"workers", "scheduler", "resume", "strict", "no_fields"})
 # Ending of the name of a curve's file, by command.
 _CURVES = {
-    "direct": ("", "-comparison"),
-    "fit": ("-fit",),
-    "inverse": ("-identified",),
-    "diagnose": ("-diagnosis",),
-    "dynamic": ("-dynamic",),
+    "direct": (".csv", "-comparison.csv", *FIELDS),
+    "fit": ("-fit.csv",),
+    "inverse": ("-identified.csv",),
+    "diagnose": ("-diagnosis.csv",),
+    "dynamic": ("-dynamic.csv",),
 }
 
 
@@ -328,13 +328,11 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         Name of the command, from which the names of its files follow.
     """
     check_folder(directory)
-    recordings = case.coupons if command == "fit" else case.recordings
     channels = {
         "direct": [name for name, _ in case.channels],
         "dynamic": load_case_names(case.vibrations, ()),
-    }.get(command, [source.label for source in recordings])
-    endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
-    endings += FIELDS if command == "direct" else ()
+        "fit": [source.label for source in case.coupons],
+    }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)
     others = {
         "mesh": [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS],
@@ -342,7 +340,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         "compare": [DIFFERENCES],
         "study": [DESIGNS],
     }.get(command, [])
-    curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
+    files = file_names(channels).values()
+    curves = [f"{name}{ending}" for name in files for ending in _CURVES.get(command, ())]
     carried = [IDENTIFIED] if command in IDENTIFYING else []
     refuse_others(directory, [RESULT, REPORT, *curves, *others, *carried], inputs_of(case))
 
