@@ -19,7 +19,6 @@ READ = ("bushcli", "cases", "forms", "geometry", "benchmarks", "docs/tables.py")
 # Vulture's confidence for names that are not used; what is certain (unreachable code) has 100 %.
 CONFIDENCE = 60
 PART = re.compile(r'\b(?:part\([\w.]+, |_fields\()"([\w ]+)"\)')
-#: The name of a result in `_NAMES` of `report/__init__.py`.
 RESULT = re.compile(r'^    "\w+": "(\w+)",$', re.MULTILINE)
 VALIDATORS = ["@field_validator*", "@model_validator*"]
 
@@ -81,10 +80,11 @@ def unused(root: Path, read: Iterable[str]) -> list[Unused]:
         for part in PART.findall(file.read_text())
     ]
     taken = {name for part in parts for name in part.split()}
-    # The functions of each result, which `report` finds by its type.
-    told = root / "bushcli/report/__init__.py"
-    results = RESULT.findall(told.read_text()) if told.exists() else []
-    taken |= {f"{name}_{kind}" for name in results for kind in ("json", "document", "files")}
+    # The functions of each result, which `bushcli.report` calls by the name of its files.
+    results = [
+        name for file in root.glob("bushcli/report/__init__.py") for name in RESULT.findall(file.read_text())
+    ]
+    taken |= {f"{name}_{kind}" for name in results for kind in ("document", "files", "json")}
     return [
         Unused(Path(item.filename).relative_to(root).as_posix(), item.first_lineno, item.typ, item.name)
         for item in vulture.get_unused_code(min_confidence=CONFIDENCE)

@@ -39,17 +39,7 @@ def youngs_modulus(shore_a: float) -> float:
 
 
 def from_hardness(law: str, shore_a: float, bulk_modulus: float = math.inf) -> Material:
-    """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values.
-
-    Parameters
-    ----------
-    law : str
-        Name of the law.
-    shore_a : float
-        Shore A hardness, a number without a unit.
-    bulk_modulus : float
-        MPa.
-    """
+    """Return a law whose initial shear modulus is E/3 of a hardness, in the proportions of its start values."""
     chosen = laws()[law]
     factor = youngs_modulus(shore_a) / 3.0 / float(chosen.shear_modulus(**chosen.start))
     values = {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.case import LoadCase
+from bushcli.case.case import PathLoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.schema import LoadCaseTable, PathTable
@@ -37,7 +37,7 @@ def is_meant(table: LoadCaseTable) -> bool:
 
 def load_case(
     table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., PathTable | None]
-) -> tuple[LoadCase | None, list[Finding]]:
+) -> tuple[PathLoadCase | None, list[Finding]]:
     """Return a load case of six motions, and what is wrong with it.
 
     Parameters
@@ -68,7 +68,7 @@ def load_case(
     if path is None:
         return None, wrong
     found, findings = prescribed(path, at, shape)
-    return None if found is None else LoadCase(table.mode, steps=table.steps, six=found), wrong + findings
+    return None if found is None else PathLoadCase(table.mode, steps=table.steps, six=found), wrong + findings
 
 
 def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
@@ -181,7 +181,7 @@ def channels(
     try:
         motions, forces = columns_of(source, table.motions, table.forces, tables)
         whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
-        _, motion = read_motions(replace(source, six=whole), tables)
+        _, motion = read_motions(source, whole, tables)
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from bushcli.case import motion_path
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
-from bushcli.case.schema import FileTable
+from bushcli.case.schema import DELIMITERS, FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import contradicted, mode_of_name, modes_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
@@ -23,7 +23,6 @@ from cases.mode import modes
 if TYPE_CHECKING:
     from bushcli.case.schema_recordings import RecordingTable
 
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "pipe": "|"}
 _PATTERN = re.compile(r"[*?\[]")
 
 
@@ -35,7 +34,7 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
         file=file,
         columns={q: column for q in quantities if (column := getattr(table.columns, q)) is not None},
         units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
-        delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+        delimiter=DELIMITERS.get(table.delimiter or "", table.delimiter),
         decimal=table.decimal,
         reverse=None if table.reverse is None else tuple(sorted(set(table.reverse))),
         accept=tuple(sorted({one for one in table.accept or () if not isinstance(one, str)})),
@@ -74,20 +73,7 @@ def _have_same_samples(one: Source, other: Source) -> bool:
 
 
 class SourceBuilder:
-    """Builds the sources of a case and collects their errors.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the case file.
-    findings : list of Finding
-        Errors are added to it.
-    known : callable
-        Keys of the table, mode, specimen ("coupon" or None) -> whether the case can have this mode.
-    looks_for_files : bool
-        Whether a missing file is an error.
-    tables : TableCache
-    """
+    """Builds the sources of a case and collects their errors."""
 
     def __init__(
         self,

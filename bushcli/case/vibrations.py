@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from bushcli.case import checks, motion_path
-from bushcli.case.case import DynamicTest, LoadCase
+from bushcli.case.case import DynamicTest, LoadCase, PosedTest
 from bushcli.case.finding import Finding, Keys, dotted, shown
 from bushcli.case.schema import FrequenciesTable, LoadCaseTable
 from bushcli.recording.dynamic.source import HIGHEST
@@ -76,15 +75,14 @@ def test(
             findings += checks.travel((*at, "preload"), LoadCase(table.mode, (0.0, q)), shape)
     if findings or (posed and path is None):
         return None, findings
-    found = DynamicTest(
-        table.mode,
-        frequency,
-        preload,
-        given.preload_force is not None,
-        transfer=given.point == "transfer",
-        steps=table.steps,
-    )
-    return replace(found, amplitude=tuple(unit * one for one in amplitude), six=path, motion=motion), []
+    peaks = tuple(unit * one for one in amplitude)
+    by_force, transfer = given.preload_force is not None, given.point == "transfer"
+    if path is None:
+        return DynamicTest(table.mode, frequency, preload, by_force, peaks, transfer, steps=table.steps), []
+    # All six motions are possible in a vibration, also where the path keeps a plane of symmetry.
+    return PosedTest(
+        table.mode, frequency, (0.0,), False, peaks, transfer, motion, steps=table.steps, six=path.whole_body
+    ), []
 
 
 def _meaningless(table: LoadCaseTable, keys: Keys, posed: bool) -> list[Finding]:

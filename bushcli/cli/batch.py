@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case
+from bushcli.cli.run import Run, on_a_case, verdict_code
 
 
 @click.command()
@@ -27,8 +27,4 @@ def batch(run: Run, model: str | None, strict: bool) -> int:
         progress = search_progress(run, Task(case, law).turned, 1)
         found = compared(case, law, tables=run.tables, progress=progress, told=run.say)
     run.deliver(found)
-    if any(condition.name == "interrupted" for condition in found.conditions):
-        return INTERRUPTED
-    if not found.fit.converged:
-        return NOT_CONVERGED
-    return NEGATIVE if strict and found.outliers else DONE
+    return verdict_code(found.conditions, found.fit.converged, strict and bool(found.outliers))

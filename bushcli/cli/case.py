@@ -35,7 +35,6 @@ def check(run: Run, strict: bool) -> int:
     The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy; cycles, rates
     and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
-    from bushcli.case import load_case_names
     from bushcli.case.hardness import known_from_hardness
     from bushcli.case.load import unedited
     from bushcli.case.typical import unusual
@@ -60,20 +59,19 @@ def check(run: Run, strict: bool) -> int:
     for curve in records:
         check_play(case, curve.name, curve.mode, curve.displacement)
     check_play_of_load_cases(case, run.tables)
-    names = load_case_names(case.load_cases, case.recordings)
     programs = [
         None
         if one.source is None
         else replace(
-            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=name
+            read_program(one.source, run.tables, "force" if one.by_force else "displacement"), name=one.label
         )
-        for name, one in zip(names, case.load_cases, strict=True)
+        for one in case.load_cases
     ]
     run.tables.clear()  # all is read: what the search for faults needs is not taken by the texts
     faults = (*find_faults(case, [*records, *materials]), *table_faults(case.geometry, tables))
     if not any(fault.fatal for fault in faults):
         check_travel(case, records, faults)
-    forced = {name for name, one in zip(names, case.load_cases, strict=True) if one.by_force}
+    forced = {one.label for one in case.load_cases if one.by_force}
     moved = [one for one in programs if one is not None and one.name not in forced]
     odd = unusual(case, case.material, (*records, *materials, *moved))
     found = (

@@ -88,6 +88,6 @@ def _simulated(run: Run, case: Case, name: str) -> dict[str, Any]:
         if case.needs_fit:
             from bushcli.cli.identification import fit_to_coupons
 
-            case = replace(case, material=fit_to_coupons(run, case, None, "relative").material)
+            case = replace(case, material=fit_to_coupons(run, case).material)
         response = predict(case, pictures=False)
     return as_json(DirectResult(response, misfits(response)))

@@ -96,7 +96,7 @@ def design(
         overrides=run.overrides,
         keys=tuple(keys),
         answers=(),
-        material=fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None,
+        material=fit_to_coupons(run, case).material if case.needs_fit else None,
         hardness=nominal,
     )
     start = []

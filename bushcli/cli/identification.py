@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import (
-    DONE,
-    INTERRUPTED,
-    NEGATIVE,
-    NOT_CONVERGED,
-    Run,
-    on_a_case,
-    wait_for_ranks,
-)
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, verdict_code
 from bushcli.cli.shared import names_in, pool, resumes, scheduled
 from bushcli.errors import InputError, Problem
 
@@ -100,14 +92,14 @@ def fit(
     run.deliver(FitResult(case, found, spectra, problems))
     if found is None:
         return NEGATIVE if strict and problems else DONE
-    return _exit_code(found, strict, any(condition.name == "interrupted" for condition in found.conditions))
+    return verdict_code(found.conditions, found.converged, strict and bool(found.conditions))
 
 
 def fit_to_coupons(
     run: Run,
     case: Case,
-    model: str | None,
-    weighting: str,
+    model: str | None = None,
+    weighting: str = "relative",
     held_out: tuple[str, ...] = (),
     fixed: tuple[str, ...] = (),
 ) -> Fit:
@@ -204,8 +196,6 @@ def inverse(
     from forms.law import laws
 
     case = run.load()
-    if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:
         raise InputError(
             Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
@@ -236,10 +226,10 @@ def inverse(
             fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
-    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
+    last = fits[-1]
     fits.sort(key=rank)
     run.deliver(InverseResult(case, fits))
-    return _exit_code(fits[0], strict, interrupted)
+    return verdict_code(last.conditions, fits[0].converged, strict and bool(fits[0].conditions))
 
 
 def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) -> Fit:
@@ -271,13 +261,3 @@ def _identified(run: Run, task: Task, resume: bool | None, shared: Pool | None) 
             tables=run.tables,
             told=lambda fault: run.say(f"  {fault.channel}: {fault.where}"),
         )
-
-
-def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
-    if interrupted:
-        # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
-        wait_for_ranks()
-        return INTERRUPTED
-    if not best.converged:
-        return NOT_CONVERGED
-    return NEGATIVE if strict and best.conditions else DONE

@@ -11,7 +11,7 @@ import resource
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from bushcli.recording.table_cache import TableCache
     from bushcli.report.document import Document
     from bushcli.report.results import Result
+    from bushcli.runtime.condition import Condition
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 #: Meaning of each exit code, for `--help`; README and docs/results.md have the same codes.
@@ -71,6 +72,8 @@ class Run:
         """Read and validate the case; with `parts` also a CAD file or a drawing in place of one."""
         from bushcli.case import load_case, load_part, shape_of_part
 
+        if self.options.get("resume") and self.output is None:
+            raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
         with self.timed("case"):
             if parts and shape_of_part(self.path):
                 case = load_part(self.path, self.overrides)
@@ -308,6 +311,17 @@ def on_a_case(
         finish(lambda: command(run, **options), debug)
 
     return wrapper
+
+
+def verdict_code(conditions: Iterable[Condition], converged: bool, negative: bool) -> int:
+    """Return the code of an identification: interrupted, not converged, or whether its verdict is negative."""
+    if any(one.name == "interrupted" for one in conditions):
+        # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
+        wait_for_ranks()
+        return INTERRUPTED
+    if not converged:
+        return NOT_CONVERGED
+    return NEGATIVE if negative else DONE
 
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:

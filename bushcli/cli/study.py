@@ -96,8 +96,6 @@ def study(
 
     parquet()
     case = run.load()
-    if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     plan = _plan(case, varied, listed, sampling, designs, seed)
     limits = dict(limits_of(text, case.tolerance.percent) for text in limited)
     with pool(workers, scheduler) as shared:
@@ -168,7 +166,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
         expected = case.expected("[[recordings]] or [[load_cases]]")
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in asked) or default_answers(case)
-    material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
+    material = fit_to_coupons(run, case).material if case.needs_fit else None
     hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
     if hardness is not None and not hardness.numeric:
         raise InputError(

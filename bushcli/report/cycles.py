@@ -97,7 +97,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 
 def fit_histories(fit: Fit) -> tuple[ChannelHistory, ...]:
     """Return the channels of an identification whose path reverses or has holds, except paths of six motions."""
-    curves = [curve for curve in fit.curves if curve.recording.six is None]
+    curves = [curve for curve in fit.curves if curve.recording.of_one_motion]
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
     )

@@ -31,15 +31,7 @@ CACHED_MODELS = 24
 
 
 class _Kept:
-    """A model that can be moved to another shape.
-
-    Parameters
-    ----------
-    model
-        As it was built.
-    refinement
-        Refinement of its mesh.
-    """
+    """A model that can be moved to another shape."""
 
     def __init__(self, model: FiniteElementModel, refinement: Refinement) -> None:
         self.model, self._refinement = model, refinement

@@ -34,8 +34,8 @@ def curve_of(
         The force at its samples, where effects act on it.
     """
     recording, mode = channel.recording, channel.mode
-    if channel.six is not None:
-        all_six = six_curve(history, channel.six)
+    if channel.path is not None and recording is None:
+        all_six = six_curve(history, channel.path)
         return all_six.curve, all_six
     if answer is not None:
         if recording is None:

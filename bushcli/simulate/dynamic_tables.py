@@ -193,14 +193,15 @@ def by_temperature(case: Case, table: DynamicTable) -> list[tuple[NDArray[np.int
     InputError
         A row has no temperature, nor has the case.
     """
-    if not any(
-        one.effect.needs_temperature for one in acting(case.effects, table.name, table.mode, "dynamic")
-    ):
+    heated = [
+        one for one in acting(case.effects, table.name, table.mode, "dynamic") if one.effect.needs_temperature
+    ]
+    if not heated:
         return [(np.arange(len(table)), None)]
     degrees = np.where(np.isnan(table.temperature), case.temperature or np.nan, table.temperature)
     if np.isnan(degrees).any():
         row = int(np.argmax(np.isnan(degrees)))
-        what = f"{table.name}: has no temperature, which the effect temperature needs"
+        what = f"{table.name}: has no temperature, which the effect {heated[0].name} needs"
         raise InputError(
             Problem(
                 table.places[row], what, "", "write temperature = 23.0 (degrees C) in its entry, or a column"

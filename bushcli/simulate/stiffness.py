@@ -94,17 +94,7 @@ def matrices(
 
 
 def matrices_along(model: FiniteElementModel, program: Program, at: Sequence[float]) -> dict[float, Array]:
-    """March along a path of six motions, and return the stiffness matrix at some of its targets.
-
-    Parameters
-    ----------
-    model : FiniteElementModel
-        Model of the path.
-    program : Program
-        Steps.
-    at : sequence of float
-        Targets with a stiffness matrix, in the unit of the program.
-    """
+    """March along a path of six motions, and return the stiffness matrix at some of its targets."""
     found: dict[float, Array] = {}
 
     def observe(solver: Equilibrium) -> None:

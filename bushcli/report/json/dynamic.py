@@ -51,8 +51,7 @@ def dynamic_json(found: DynamicResult) -> dict[str, Any]:
         }
         if curve.third_harmonic is not None:
             entry["third_harmonic"] = curve.third_harmonic
-        if test.six is not None and curve.matrix is not None:
-            pose = test.six.motion[-1]
+        if curve.matrix is not None and (pose := test.pose) is not None:
             preload["motion"] = {
                 name: math.degrees(pose[k]) if k >= 3 else float(pose[k]) for k, name in enumerate(MOTIONS)
             }

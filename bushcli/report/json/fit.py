@@ -76,7 +76,7 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
         curve.recording.mode
-        if count[curve.recording.mode] == 1 and curve.recording.six is None
+        if count[curve.recording.mode] == 1 and curve.recording.of_one_motion
         else curve.name: curve
         for curve in fit.curves
     }

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bushcli.case import DynamicTest, LoadCase, load_case_names
+from bushcli.case import DynamicTest, LoadCase
 from bushcli.recording import RecordedProgram, Recording, branches
 from bushcli.recording.text.table import SHOWN
 from bushcli.report.conditions import conditions
@@ -30,8 +30,7 @@ _MARKS = {True: "yes", False: "no", None: "not known"}
 def check_document(found: Checked) -> Document:
     """Return the document of a case that was checked."""
     case, seen = found.case, conditions(found.case)
-    names = load_case_names(case.load_cases, case.recordings)
-    loads = [load_case_row(*one) for one in zip(names, case.load_cases, found.programs, strict=True)]
+    loads = [load_case_row(*one) for one in zip(case.load_cases, found.programs, strict=True)]
     heads = ("load case", "mode", "program", "from", "to", "")
     sections = [
         Section(case.title, [Table("", ("", ""), tuple(seen), left=2)]),
@@ -50,18 +49,17 @@ def vibration_table(tests: Sequence[DynamicTest]) -> Table:
     """Return a row for each dynamic test: frequencies and preloads."""
     heads = ("vibration", "mode", "preload", "", "amplitude", "", "frequencies", "from", "to", "")
 
-    def row(name: str, test: DynamicTest) -> Row:
+    def row(test: DynamicTest) -> Row:
         shown = quantities(test.mode)
         preload = ", ".join(number(q if test.by_force else shown.at(q)) for q in test.preload)
         unit = shown.force_unit if test.by_force else shown.displacement_unit
-        preloads = ("the end of its path", "") if test.six else (preload, unit)
+        preloads = (preload, unit) if test.pose is None else ("the end of its path", "")
         peak = ", ".join(number(shown.per_internal * one) for one in test.amplitude) or "small"
         peaks = (peak, shown.displacement_unit if test.amplitude else "")
         ends = (f"{end(test.frequency):g}" for end in (min, max))
-        return (name, test.mode, *preloads, *peaks, str(len(test.frequency)), *ends, "Hz")
+        return (test.label, test.mode, *preloads, *peaks, str(len(test.frequency)), *ends, "Hz")
 
-    rows = map(row, load_case_names(tests, ()), tests)
-    return Table("Vibrations", heads, tuple(rows), left=3)
+    return Table("Vibrations", heads, tuple(map(row, tests)), left=3)
 
 
 def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
@@ -85,7 +83,7 @@ def _recording_table(title: str, curves: Sequence[Recording]) -> Table:
     )
 
 
-def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Row:
+def load_case_row(load: LoadCase, read: RecordedProgram | None) -> Row:
     """Return a load case as a row: its program, and the range of what it prescribes."""
     if load.six is not None:
         six = load.six
@@ -94,7 +92,7 @@ def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Ro
         motions += [f"{', '.join(REACTIONS[k] for k in six.loaded)} prescribed"] if six.loaded else []
         free = [MOTIONS[k] for k in six.free if k not in six.loaded]
         motions += [f"{', '.join(free)} free"] if free else []
-        return name, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
+        return load.label, load.mode, f"{len(load.six.time)} poses: {'; '.join(motions)}", "", "", ""
     shown = quantities(load.mode)
     values = np.array(load.path) if read is None else read.displacement
     unit = shown.force_unit if load.by_force else shown.displacement_unit
@@ -107,7 +105,7 @@ def load_case_row(name: str, load: LoadCase, read: RecordedProgram | None) -> Ro
         program = f"{segments} segment{'s' * (segments != 1)}, up to {load.steps} steps each"
         if load.rate is not None:
             program += f", {number(per * load.rate)} {unit or shown.displacement}/s"
-    return name, load.mode, program, number(low), number(high), unit or shown.displacement
+    return load.label, load.mode, program, number(low), number(high), unit or shown.displacement
 
 
 def protocol_sections(found: Protocol) -> list[Section]:

@@ -17,7 +17,6 @@ from bushcli.report.quantity import number, percent, quantities
 from bushcli.report.results import DynamicResult
 from bushcli.report.views.fit import fit_section
 from cases.mode import modes
-from cases.six import MOTIONS
 
 if TYPE_CHECKING:
     from bushcli.simulate.dynamic import DynamicResponse
@@ -84,7 +83,7 @@ def point_in_words(curve: DynamicCurve) -> str:
 
 def title(curve: DynamicCurve) -> str:
     """Return the name of a load case, and which motion vibrates on a path of six."""
-    return curve.name if curve.test.six is None else f"{curve.name} ({MOTIONS[curve.test.motion]})"
+    return f"{curve.name}{curve.test.shown_motion}"
 
 
 _PRELOADS: Columns[DynamicCurve] = (

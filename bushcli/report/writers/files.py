@@ -15,7 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bushcli.case import load_case_names, resolved
+from bushcli.case import resolved
 from bushcli.case.identified import IDENTIFIED, IDENTIFYING, identified_case
 from bushcli.recording import write_curve_csv
 from bushcli.report.writers import tables
@@ -330,7 +330,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     check_folder(directory)
     channels = {
         "direct": [name for name, _ in case.channels],
-        "dynamic": load_case_names(case.vibrations, ()),
+        "dynamic": [one.label for one in case.vibrations],
         "fit": [source.label for source in case.coupons],
     }.get(command, [source.label for source in case.recordings])
     modes = dict.fromkeys(source.mode for source in case.specimens)

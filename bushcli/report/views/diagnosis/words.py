@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bushcli.diagnosis.result import Diagnosis, Group
-from bushcli.effects.names import effect_name, within
-from bushcli.effects.titles import NOTHING, UNKNOWN, phrase
+from bushcli.effects.names import effect_name
+from bushcli.effects.titles import NOTHING, UNKNOWN, phrase, within
 from bushcli.report.document import Tone
 from bushcli.report.quantity import listed, percent
 from bushcli.report.verdict import faulty_data
