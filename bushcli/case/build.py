@@ -294,7 +294,7 @@ class Builder:
                 )
             )
         if shape is not None and not by_force:
-            self.findings += checks.travel(key, load_case, shape)
+            self.findings += checks.travel(key, table.mode, path, shape)
         return load_case
 
     def _vibrations(

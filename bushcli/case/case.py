@@ -147,11 +147,6 @@ class LoadCase(Load):
     by_force: bool = False
 
     @property
-    def amplitude(self) -> float:
-        """Largest distance from rest on the path, mm or rad (N, N mm); 0 when the program is in a file."""
-        return max(map(abs, self.path), default=0.0)
-
-    @property
     def by_travel(self) -> bool:
         """Whether the travel of one motion is prescribed: effects of a rig act along it."""
         return not self.by_force

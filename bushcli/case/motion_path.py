@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.case import checks
 from bushcli.case.case import PathLoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
-from bushcli.case.limits import MOST_SHEAR
 from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
 from bushcli.recording.source import SixColumns, Source
@@ -108,7 +108,9 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         what = f"{dotted(keys)} moves nothing"
         known = ", ".join((*MOTIONS, *REACTIONS))
         return None, [Finding(keys, what, expected=f"give values of at least one of {known}")]
-    findings = _too_far(keys, motion, shape)
+    if shape is not None:
+        across, turned = np.hypot(motion[:, 0], motion[:, 1]), np.linalg.norm(motion[:, 3:], axis=1)
+        findings += checks.too_far(keys, shape, across.max(), np.abs(motion[:, 2]).max(), turned.max())
     return (None if findings else SixPath(time, motion, free, load=load)), findings
 
 
@@ -126,25 +128,6 @@ def _at_knots(
         what = f"{dotted(at)} begins at {values[0]:g}"
         findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
     return np.array(values)
-
-
-def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> list[Finding]:
-    radial, turned = np.hypot(motion[:, 0], motion[:, 1]).max(), np.linalg.norm(motion[:, 3:], axis=1).max()
-    if shape is not None and shape.gap is not None and radial >= shape.gap:
-        what = f"{dotted(keys)}: {radial:g} mm across the axis closes the gap between the sleeves"
-        return [
-            Finding(keys, what, expected=f"a displacement below the rubber's thickness, {shape.gap:g} mm")
-        ]
-    axial = float(np.abs(motion[:, 2]).max())
-    if shape is not None and shape.annulus is not None and axial > MOST_SHEAR * shape.annulus.thickness:
-        most = MOST_SHEAR * shape.annulus.thickness
-        times = axial / shape.annulus.thickness
-        what = f"{dotted(keys)}: {axial:g} mm along the axis is {times:.0f} times the rubber's thickness"
-        return [Finding(keys, what, expected=f"at most {most:g} mm: beyond that rubber tears")]
-    if turned > math.pi:
-        what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
-        return [Finding(keys, what, expected="angles in degrees, at most 180")]
-    return []
 
 
 def channels(
